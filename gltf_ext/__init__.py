@@ -10,10 +10,12 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from gltf_ext.batches.run import batch
     from gltf_ext.commands.compress import compress
     from gltf_ext.commands.decompress import decompress
     from gltf_ext.commands.inspect import inspect
     from gltf_ext.commands.load import MeshletDecoder, decoders, load
+    from gltf_ext.commands.transcode import transcode
     from gltf_ext.commands.validate import validate
     from gltf_ext.commands.verify import verify
     from gltf_ext.compression.primitives import Primitive
@@ -24,11 +26,13 @@ __all__ = [
     "MeshletDecoder",
     "MeshletError",
     "Primitive",
+    "batch",
     "compress",
     "decoders",
     "decompress",
     "inspect",
     "load",
+    "transcode",
     "validate",
     "verify",
 ]
@@ -37,11 +41,13 @@ _MODULES = {
     "MeshletDecoder": "commands.load",
     "MeshletError": "errors",
     "Primitive": "compression.primitives",
+    "batch": "batches.run",
     "compress": "commands.compress",
     "decoders": "commands.load",
     "decompress": "commands.decompress",
     "inspect": "commands.inspect",
     "load": "commands.load",
+    "transcode": "commands.transcode",
     "validate": "commands.validate",
     "verify": "commands.verify",
 }

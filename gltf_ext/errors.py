@@ -33,9 +33,13 @@ class MeshletError(ValueError):
         return f"{self.path}: {self.message}" if self.path else self.message
 
 
+def printable(text: str) -> str:
+    """The text with names out of a file made harmless."""
+    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
+
+
 def _on_one_line(text: str) -> str:
-    """The text with names and numbers out of a file made harmless."""
-    text = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
+    text = printable(text)
     return text if len(text) <= LONGEST else f"{text[: LONGEST // 2]}...{text[-LONGEST // 2 :]}"
 
 

@@ -7,17 +7,21 @@ import os
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any, BinaryIO
 
 from gltf_ext.errors import MeshletError
+from gltf_ext.work_files import release
+
+BLOCK_BYTES = 1 << 24
 
 
 def check_output(path: Path, input: str | os.PathLike[str]) -> None:
     """Checks an output path before any work. Raises MeshletError.
 
-    The output must be a .glb in an existing folder, and not the input.
+    The output must be a .glb or .gltf in an existing folder, and not the input.
     """
-    if path.suffix.lower() != ".glb":
-        raise MeshletError("the output is not a .glb", "name it something.glb", str(path))
+    if path.suffix.lower() not in (".glb", ".gltf"):
+        raise MeshletError("the output is not a .glb or .gltf", "name it something.glb", str(path))
     if not path.parent.is_dir():
         raise MeshletError("its folder does not exist", "create it first", str(path))
     if path.is_dir():
@@ -32,6 +36,28 @@ def refuse_overwriting(inputs: Sequence[Path], outputs: Sequence[Path]) -> None:
             raise MeshletError("is the input too", "name another output", str(output))
 
 
+def write_model(
+    input: str | os.PathLike[str],
+    read: Sequence[Path],
+    files: Mapping[Path, Sequence[bytes | memoryview]],
+) -> dict[str, Any]:
+    """Writes the files of a model, as `model_files` gives them, and begins a command's report.
+
+    read: further files that must not be overwritten. Returns input, output, input_bytes and
+    output_bytes. Raises MeshletError, OSError.
+    """
+    input_bytes = os.path.getsize(input)
+    refuse_overwriting([Path(input), *read], list(files))
+    write_files(files)
+    *_, model = files
+    return {
+        "input": str(input),
+        "output": str(model),
+        "input_bytes": input_bytes,
+        "output_bytes": sum(len(piece) for pieces in files.values() for piece in pieces),
+    }
+
+
 def write_files(contents: Mapping[Path, Sequence[bytes | memoryview]]) -> None:
     """Writes the pieces of each file beside its path, then renames all files: all or none.
 
@@ -41,11 +67,19 @@ def write_files(contents: Mapping[Path, Sequence[bytes | memoryview]]) -> None:
     try:
         for path, partial in partials.items():
             with _errors_name(path), open(partial, "wb") as file:
-                file.writelines(contents[path])
+                for piece in contents[path]:
+                    _write(file, piece)
         _rename_all(partials)
     finally:
         for partial in partials.values():
             partial.unlink(missing_ok=True)
+
+
+def _write(file: BinaryIO, piece: bytes | memoryview) -> None:
+    """Writes a piece; if it is of a mapped file, without keeping it in memory."""
+    for first in range(0, len(piece), BLOCK_BYTES):
+        file.write(memoryview(piece)[first : first + BLOCK_BYTES])
+        release(piece)
 
 
 def _rename_all(partials: Mapping[Path, Path]) -> None:

@@ -26,7 +26,7 @@ def progress_bar(title: str, enabled: bool) -> Iterator[Advance | None]:
         desc=title,
         delay=BAR_DELAY,
         leave=False,
-        bar_format="{desc} {percentage:3.0f}%|{bar}|",
+        bar_format="{desc} {percentage:3.0f}%|{bar}| {remaining} left",
     ) as bar:
 
         def advance(fraction: float) -> None:

@@ -1,4 +1,4 @@
-"""compress: any model -> .glb with EXT_meshlet_edgebreaker."""
+"""compress: any model -> .glb or .gltf with EXT_meshlet_edgebreaker."""
 
 from __future__ import annotations
 
@@ -6,13 +6,13 @@ import os
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
-from urllib.parse import quote
 
 import numpy as np
 import pygltflib
 
 from gltf_ext import _codec
 from gltf_ext.commands.inspect import inspect_document
+from gltf_ext.commands.transcode import pack_compressed
 from gltf_ext.compression.extension import (
     EXTENSION,
     read_compressed,
@@ -20,6 +20,7 @@ from gltf_ext.compression.extension import (
 )
 from gltf_ext.compression.options import MIN_POSITION_BITS, Options
 from gltf_ext.compression.primitives import (
+    Box,
     Dropped,
     Primitive,
     all_primitives,
@@ -41,17 +42,20 @@ from gltf_ext.compression.streams import (
     position_grid,
 )
 from gltf_ext.errors import MeshletError, blaming
-from gltf_ext.files import check_output, refuse_overwriting, write_files
+from gltf_ext.files import check_output, write_model
 from gltf_ext.gltf.accessors import bounds
-from gltf_ext.gltf.buffer_layout import pack, unknown_index_holders
-from gltf_ext.gltf.container import glb_parts
+from gltf_ext.gltf.buffer_layout import unknown_index_holders
+from gltf_ext.gltf.container import fallback_of, model_files
 from gltf_ext.gltf.document import Document
 from gltf_ext.gltf.draco import DRACO
 from gltf_ext.gltf.images import embed_images
 from gltf_ext.gltf.importers import open_model
 from gltf_ext.lod.document import Levels, add_levels, arrange, forget_levels
 from gltf_ext.lod.tables import EXTENSION as LEVELS
+from gltf_ext.out_of_core.opening import Larges, open_large
+from gltf_ext.out_of_core.sources import LargePrimitive
 from gltf_ext.progress import Advance, progress_bar, shared_progress
+from gltf_ext.scheduler import Runner, runner
 
 PIXELS = 1000  # of a primitive's longest side, to judge whether its levels pay
 LOSSY_BEFORE = (EXTENSION, DRACO, "KHR_mesh_quantization")
@@ -69,23 +73,26 @@ class Job:
     """A distinct primitive to encode.
 
     Attributes:
+        source: the primitive, in memory or in its file.
         users: the document's primitives that it stands for.
         grid: of its positions; None if they are integers.
         reason_kept: why it is not compressed; empty if it is.
         plan: its streams; view: their blobs.
         statistics: of the blobs, as _codec.describe gives them, and "generation".
         levels: all but level 0; None without levels of detail.
+        source_vertices: number of different vertices.
     """
 
-    source: Primitive
+    source: Primitive | LargePrimitive
     users: list[pygltflib.Primitive]
     dropped: Dropped
     grid: Grid | None = None
     reason_kept: str = ""
     plan: Plan = field(default_factory=Plan)
-    view: bytes = b""
+    view: bytes | memoryview = b""
     statistics: dict[str, Any] = field(default_factory=dict)
     levels: Levels | None = None
+    source_vertices: int = 0
 
     @property
     def place(self) -> dict[str, int]:
@@ -97,6 +104,9 @@ def compress(
     input: str | os.PathLike[str], output: str | os.PathLike[str], **options: Any
 ) -> dict[str, Any]:
     """Compress a .glb, .gltf, .obj, .ply or .stl file into a .glb with EXT_meshlet_edgebreaker.
+
+    An output that is named .gltf, or does not fit a .glb (4 GiB), becomes a .gltf with .bin files
+    of at most 1 GiB; a primitive with more bytes has one of its own.
 
     Options:
         position_bits: bits of a position along the longest side (4 to 24, default 12).
@@ -117,14 +127,21 @@ def compress(
             for one blob per primitive, else at least 4096; by default 131072 in primitives of more
             than 131072 triangles, 0 in others (0 to 268435456).
         lod: also write levels of detail (EXT_meshlet_lod), in pages of --page-bytes or 32768 bytes;
-            needs the package meshoptimizer.
+            from source, needs the package meshoptimizer.
         lod_reduction: triangles of level 0 over those of level 1; coarser levels shrink by less
-            (1.5 to 16, default 4.2).
+            (1.5 to 16, default 5.0).
         lod_group: meshlets that are simplified together (4 to 128, default 96).
         lod_limit: largest error of a level, in model units; no limit by default.
         fallback: also write plain buffers into OUT.fallback.bin, for readers without the extension.
+        transport: pack the result for download, about a third smaller (EXT_meshlet_transport, a
+            draft); readers unpack it when they open it.
         threads: number of threads, 0 for one per processor; the bytes are the same for any (0 to
             1024, default 0).
+        max_memory: work through models larger than memory in chunks; the process stays below so
+            many bytes (K, M and G are powers of 1024).
+        work_dir: folder for the work files of --max-memory; by default that of the output.
+        scheduler: address of a running Dask scheduler, whose workers take the chunks of --max-
+            memory and stay below it too, each.
         progress: draw a progress bar on a terminal.
 
     Returns a report:
@@ -139,45 +156,41 @@ def compress(
     Raises MeshletError when the input cannot be compressed, OSError when a file cannot be read or
     written.
     """
-    settings, output = Options.of(options), Path(output)
+    output = Path(output)
+    settings = Options.of({"work_dir": str(output.parent), **options})
     check_output(output, input)
-    fallback_path = output.with_name(output.stem + ".fallback.bin")
-    with blaming(input):
-        document = open_model(input)
-        read = [Path(input), *document.files()]
-        jobs = _jobs(document, settings)
-        encoded = _encode_all(jobs, settings, Path(input).name)
+    with runner(settings.scheduler, settings.threads) as chunks, blaming(input):
+        large: Larges = {}
+        if settings.memory:
+            document, large = open_large(Path(input), settings)
+        else:
+            document = open_model(input)
+        read = document.files()
+        jobs = _jobs(document, large, settings)
+        encoded = _encode_all(jobs, settings, chunks, Path(input).name)
         for job in encoded:
             _replace(document, job, settings.fallback)
         changes = _finish_document(document, jobs, encoded, settings)
         if settings.lod:
             changes["lod"] = _add_all_levels(document, encoded)
             changes["warnings"] += _useless_levels(encoded)
-        binary, fallback = pack(document)
-        if fallback:
-            document.buffers[1].uri = quote(os.fsencode(fallback_path.name))
+        if settings.transport:
+            pack_compressed(document, settings.threads)
+        files = model_files(document, output)
         contents = inspect_document(document, _statistics_by_view(encoded))
-        parts = glb_parts(document, binary)
-    input_bytes = os.path.getsize(input)
-    files = {fallback_path: fallback, output: parts} if fallback else {output: parts}
-    refuse_overwriting(read, list(files))
-    write_files(files)
-    output_bytes = sum(map(len, parts))
-    if output_bytes >= input_bytes:
+    written = write_model(input, read, files)
+    fallback_path, model = fallback_of(output), Path(written["output"])
+    written["fallback_bytes"] = sum(map(len, files.get(fallback_path, [])))
+    written["output_bytes"] -= written["fallback_bytes"]
+    if written["output_bytes"] >= written["input_bytes"]:
         changes["warnings"].append("the file grew; the original is smaller")
-    if not fallback and fallback_path.exists():
+    if model.suffix != output.suffix:
+        changes["warnings"].append(f"the result does not fit a .glb; it is {model.name}")
+    if fallback_path not in files and fallback_path.exists():
         changes["warnings"].append(
             f"{fallback_path.name} is not part of this result; delete it if nothing needs it"
         )
-    return {
-        "input": str(input),
-        "output": str(output),
-        "input_bytes": input_bytes,
-        "output_bytes": output_bytes,
-        "fallback_bytes": sum(map(len, fallback)),
-        **contents,
-        **changes,
-    }
+    return {**written, **contents, **changes}
 
 
 def _statistics_by_view(encoded: list[Job]) -> dict[int, dict[str, Any]]:
@@ -185,12 +198,15 @@ def _statistics_by_view(encoded: list[Job]) -> dict[int, dict[str, Any]]:
     return {job.users[0].extensions[EXTENSION]["bufferView"]: job.statistics for job in encoded}
 
 
-def _encode_all(jobs: list[Job], options: Options, title: str) -> list[Job]:
-    """Encodes all jobs; returns those that can be. Raises MeshletError when none can be."""
+def _encode_all(jobs: list[Job], options: Options, chunks: Runner, title: str) -> list[Job]:
+    """Encodes all jobs; returns those that can be. Raises MeshletError when none can be.
+
+    chunks: runs those of primitives that are larger than memory.
+    """
     if not jobs:
         raise MeshletError("holds no triangles", "there is nothing to compress")
     with progress_bar(title, options.progress) as advance:
-        _encode_at_once(jobs, options, advance)
+        _encode_at_once(jobs, options, chunks, advance)
     encoded = [job for job in jobs if not job.reason_kept]
     if not encoded:
         raise MeshletError(
@@ -200,17 +216,23 @@ def _encode_all(jobs: list[Job], options: Options, title: str) -> list[Job]:
     return encoded
 
 
-def _encode_at_once(jobs: list[Job], options: Options, advance: Advance | None) -> None:
+def _encode_at_once(
+    jobs: list[Job], options: Options, chunks: Runner, advance: Advance | None
+) -> None:
     """Encodes several primitives at once, the largest first. A large one uses several threads."""
     threads = options.threads or os.cpu_count() or 1
-    counts = [max(len(job.source.indices), 1) for job in jobs]
+    counts = [max(job.source.triangle_count, 1) for job in jobs]
     shares = [count / sum(counts) for count in counts]
     progress = shared_progress(advance, shares)
 
     def encode(i: int) -> None:
-        _encode_job(jobs[i], options, max(1, round(threads * shares[i])), progress[i])
+        if isinstance(jobs[i].source, LargePrimitive):
+            _encode_large_job(jobs[i], options, chunks, progress[i])
+            return
+        count = threads if options.memory else max(1, round(threads * shares[i]))
+        _encode_job(jobs[i], options, count, progress[i])
 
-    if threads == 1 or len(jobs) == 1:
+    if threads == 1 or len(jobs) == 1 or options.memory:
         for i in range(len(jobs)):
             encode(i)
         return
@@ -261,16 +283,17 @@ def _lossy_before(document: Document) -> list[str]:
 # --- collecting ---
 
 Identity = tuple[Any, ...]  # equal for primitives with the same data
-Box = tuple[np.ndarray, np.ndarray]  # smallest and largest position
 
 
-def _jobs(document: Document, options: Options) -> list[Job]:
+def _jobs(document: Document, large: Larges, options: Options) -> list[Job]:
     """One job per distinct primitive (same indices, attributes and targets) and position grid."""
-    sources: dict[Identity, tuple[Primitive, Dropped]] = {}
+    sources: dict[Identity, tuple[Primitive | LargePrimitive, Dropped]] = {}
     places = []
     for mesh, index, primitive in triangle_primitives(document):
         identity = _identity(primitive)
-        if identity not in sources:
+        if identity not in sources and (mesh, index) in large:
+            sources[identity] = large[mesh, index], Dropped()
+        elif identity not in sources:
             sources[identity] = _source(document, mesh, index)
         places.append((mesh if options.grid == "mesh" else None, primitive, identity))
     boxes = _boxes([(key, sources[identity][0]) for key, _, identity in places])
@@ -301,13 +324,12 @@ def _source(document: Document, mesh: int, index: int) -> tuple[Primitive, Dropp
     return source, dropped
 
 
-def _boxes(placed: list[tuple[int | None, Primitive]]) -> dict[int | None, Box]:
+def _boxes(placed: list[tuple[int | None, Primitive | LargePrimitive]]) -> dict[int | None, Box]:
     """Key -> box of all its primitives that have triangles and float positions."""
     boxes: dict[int | None, Box] = {}
     for key, source in placed:
-        positions = source.attributes["POSITION"]
-        if len(source.indices) and positions.dtype.kind == "f":
-            low, high = bounds(positions)
+        if box := source.box:
+            low, high = box
             before = boxes.get(key, (low, high))
             boxes[key] = np.minimum(low, before[0]), np.maximum(high, before[1])
     return boxes
@@ -362,9 +384,11 @@ def _bits(options: Options) -> Bits:
 def _encode_job(job: Job, options: Options, threads: int, progress: Advance | None) -> None:
     """Sets the job's plan, view, statistics and levels, or its reason_kept."""
     source = job.source
+    assert isinstance(source, Primitive)
     if not len(source.indices):
         job.reason_kept = "every triangle is degenerate"
         return
+    job.source_vertices = source.vertex_count
     streams = len(source.arrays)  # one or more for each array
     if streams <= MAX_STREAMS:
         job.plan = plan_primitive(
@@ -395,6 +419,19 @@ def _encode_job(job: Job, options: Options, threads: int, progress: Advance | No
     )
 
 
+def _encode_large_job(job: Job, options: Options, chunks: Runner, progress: Advance | None) -> None:
+    from gltf_ext.out_of_core.encoding import encode_large  # rarely needed
+    from gltf_ext.out_of_core.records import RecordFormat
+
+    source = job.source
+    assert isinstance(source, LargePrimitive)
+    form = RecordFormat.of(source, job.grid, _bits(options))
+    encoded = encode_large(source, form, options, chunks, progress)
+    job.plan, job.view, job.statistics = encoded.plan, encoded.view, encoded.statistics
+    job.levels, job.source_vertices = encoded.levels, encoded.source_vertices
+    job.dropped.degenerate_triangles = encoded.dropped
+
+
 def _replace(document: Document, job: Job, fallback: bool) -> None:
     """Points the job's primitives at the view, with accessors that describe the decoded data."""
     plan, first = job.plan, job.users[0]
@@ -405,15 +442,20 @@ def _replace(document: Document, job: Job, fallback: bool) -> None:
     }
     if plan.targets:
         extension["targets"] = plan.targets
-    if vertex_count != job.source.vertex_count:
-        extension["sourceVertices"] = job.source.vertex_count
+    if vertex_count != job.source_vertices:
+        extension["sourceVertices"] = job.source_vertices
     described = [
-        describe(document, names, vertex_count, _decoded_box(plan, streams))
+        describe(
+            document,
+            names,
+            vertex_count,
+            _decoded_box(plan, streams["POSITION"]) if "POSITION" in streams else None,
+        )
         for names, streams in zip(
             [first.attributes, *first.targets], [plan.attributes, *plan.targets]
         )
     ]
-    indices = describe_indices(document, len(job.source.indices), vertex_count)
+    indices = describe_indices(document, job.statistics["triangles"], vertex_count)
     for user in job.users:
         user.mode, user.indices = pygltflib.TRIANGLES, indices
         user.attributes, *user.targets = map(dict, described)
@@ -424,11 +466,8 @@ def _replace(document: Document, job: Job, fallback: bool) -> None:
         store_primitive(document, first, decoded, fallback=True)
 
 
-def _decoded_box(plan: Plan, first_streams: dict[str, int]) -> Box | None:
-    """The box of POSITION as it decodes; None without POSITION."""
-    if "POSITION" not in first_streams:
-        return None
-    stream = first_streams["POSITION"]
+def _decoded_box(plan: Plan, stream: int = 0) -> Box:
+    """The box of a stream as it decodes; by default of POSITION."""
     low, high = dequantise(np.stack(bounds(plan.values[stream])), plan.streams[stream])
     return low, high
 
@@ -437,7 +476,7 @@ def _add_all_levels(document: Document, encoded: list[Job]) -> list[dict[str, An
     """Adds the levels of all jobs. Returns a report of each compressed primitive."""
     report = []
     for job in encoded:
-        triangles = [len(job.source.indices)]
+        triangles = [job.statistics["triangles"]]
         levels = {"triangles": triangles, "stuck_triangles": list(triangles)}
         if job.levels:
             add_levels(document, job.users, job.levels)
@@ -459,7 +498,7 @@ def _useless_levels(encoded: list[Job]) -> list[str]:
         if not job.levels:
             continue
         tables = job.levels.tables
-        size = float(np.ptp(job.source.attributes["POSITION"], axis=0).max())
+        size = float(np.ptp(_decoded_box(job.plan), axis=0).max())
         plain += len(job.view)
         held += held_bytes(tables, cut_at_error(tables, size / PIXELS))
     if held < plain or not plain:

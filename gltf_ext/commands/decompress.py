@@ -3,29 +3,26 @@
 from __future__ import annotations
 
 import os
+from itertools import starmap
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pygltflib
 
 from gltf_ext.compression.extension import EXTENSION, Compressed, require_compressed
-from gltf_ext.compression.primitives import (
-    Primitive,
-    describe,
-    describe_indices,
-    store_primitive,
-)
+from gltf_ext.compression.primitives import describe, describe_indices
 from gltf_ext.errors import blaming
-from gltf_ext.files import check_output, refuse_overwriting, write_files
-from gltf_ext.gltf.accessors import bounds
-from gltf_ext.gltf.buffer_layout import pack
-from gltf_ext.gltf.container import glb_parts
+from gltf_ext.files import check_output, write_model
+from gltf_ext.gltf.accessors import store_rows, stored_rows, widen_bounds
+from gltf_ext.gltf.container import model_files
 from gltf_ext.gltf.document import Document
 from gltf_ext.gltf.images import embed_images
 from gltf_ext.gltf.importers import open_model
 from gltf_ext.lod.detail import Detail, missing_levels
 from gltf_ext.lod.document import forget_levels
-from gltf_ext.progress import Advance, progress_bar
+from gltf_ext.progress import Advance, progress_bar, shared_progress
+from gltf_ext.work_files import Spool
 
 
 def decompress(
@@ -52,37 +49,35 @@ def decompress(
     check_output(output, input)
     with blaming(input):
         document = open_model(input)
-        refuse_overwriting(document.files(), [output])
+        read = document.files()
         compressed = require_compressed(document)
         warnings = missing_levels(document) if level or error is not None else []
         with progress_bar(Path(input).name, progress) as advance:
-            triangles = _expand_all(document, compressed, detail, advance)
+            triangles = _expand_all(document, compressed, detail, str(output.parent), advance)
         document.forget_extension(EXTENSION)
         forget_levels(document)
         warnings += embed_images(document)
-        parts = glb_parts(document, pack(document)[0])
-    input_bytes = os.path.getsize(input)
-    write_files({output: parts})
-    return {
-        "input": str(input),
-        "output": str(output),
-        "input_bytes": input_bytes,
-        "output_bytes": sum(map(len, parts)),
-        "triangles": triangles,
-        "warnings": warnings,
-    }
+        files = model_files(document, output)
+    written = write_model(input, read, files)
+    return {**written, "triangles": triangles, "warnings": warnings}
 
 
 def _expand_all(
-    document: Document, compressed: list[Compressed], detail: Detail, advance: Advance | None
+    document: Document,
+    compressed: list[Compressed],
+    detail: Detail,
+    folder: str,
+    advance: Advance | None,
 ) -> int:
     """Decodes every primitive; those that share a blob and accessors once, and still share.
 
-    Returns the number of triangles of all primitives.
+    folder: for work files. Returns the number of triangles of all primitives.
     """
     expanded: dict[tuple[Any, ...], pygltflib.Primitive] = {}
     triangles = 0
-    for number, primitive in enumerate(compressed):
+    counts = [primitive.triangle_count for primitive in compressed]
+    moves = shared_progress(advance, [count / max(sum(counts), 1) for count in counts])
+    for primitive, move in zip(compressed, moves):
         user = document.meshes[primitive.mesh].primitives[primitive.primitive]
         key = (
             primitive.view,
@@ -94,22 +89,50 @@ def _expand_all(
             user.indices, user.attributes = first.indices, dict(first.attributes)
             user.targets = list(map(dict, first.targets))
         else:
-            _expand(document, detail.mesh(document, primitive))
+            _expand(document, primitive, detail, folder, move)
             expanded[key] = user
         triangles += document.accessors[user.indices].count // 3
         del user.extensions[EXTENSION]
-        if advance:
-            advance((number + 1) / len(compressed))
+        if move:
+            move(1.0)
     return triangles
 
 
-def _expand(document: Document, decoded: Primitive) -> None:
+def _expand(
+    document: Document,
+    compressed: Compressed,
+    detail: Detail,
+    folder: str,
+    advance: Advance | None,
+) -> None:
     """Stores one primitive in new accessors: the old ones may have other users."""
-    primitive = document.meshes[decoded.mesh].primitives[decoded.primitive]
-    count = decoded.vertex_count
-    primitive.indices = describe_indices(document, len(decoded.indices), count)
+    primitive = document.meshes[compressed.mesh].primitives[compressed.primitive]
+    cut = detail.cut(document, compressed)
+    whole = cut or compressed
+    primitive.indices = describe_indices(document, whole.triangle_count, whole.vertex_count)
     primitive.attributes, *primitive.targets = (
-        describe(document, names, count, bounds(a["POSITION"]) if "POSITION" in a else None)
-        for names, a in zip([primitive.attributes, *primitive.targets], decoded.sets)
+        describe(document, names, whole.vertex_count, None)
+        for names in [primitive.attributes, *primitive.targets]
     )
-    store_primitive(document, primitive, decoded, fallback=False)
+    accessors = document.accessors
+    targets = {primitive.indices: pygltflib.ELEMENT_ARRAY_BUFFER}
+    for names in [primitive.attributes, *primitive.targets]:
+        targets.update(dict.fromkeys(names.values(), pygltflib.ARRAY_BUFFER))
+    spools = {index: Spool(folder) for index in targets}
+
+    def add(index: int, values: np.ndarray) -> None:
+        spools[index].append(stored_rows(accessors[index], values, targets[index]))
+
+    done = 0
+    for part in [cut] if cut else starmap(compressed.as_primitive, compressed.parts()):
+        done += part.triangle_count
+        if advance:
+            advance(done / whole.triangle_count)
+        add(primitive.indices, part.indices.reshape(-1, 1))
+        for names, arrays in zip([primitive.attributes, *primitive.targets], part.sets):
+            for name, index in names.items():
+                add(index, arrays[name])
+                if name == "POSITION":
+                    widen_bounds(accessors[index], arrays[name])
+    for index, spool in spools.items():
+        store_rows(document, accessors[index], spool.contents(), targets[index])

@@ -12,7 +12,7 @@ from gltf_ext import _codec
 from gltf_ext.compression.extension import Compressed, malformed_from, require_compressed
 from gltf_ext.compression.streams import OCT, semantic
 from gltf_ext.errors import blaming
-from gltf_ext.gltf.document import Document
+from gltf_ext.gltf.document import Document, item
 from gltf_ext.gltf.importers import open_model
 
 INDEX_BYTES_PER_TRIANGLE = 12
@@ -114,11 +114,18 @@ def inspect_document(
 
 def _fallback_files(document: Document, all_compressed: list[Compressed]) -> dict[str, int]:
     """Name -> bytes of the files that hold plain buffers for readers without the extension."""
-    used = {document.bufferViews[compressed.view].buffer for compressed in all_compressed}
+    users = [document.meshes[c.mesh].primitives[c.primitive] for c in all_compressed]
+    accessors = {
+        index for u in users for names in (u.attributes, *u.targets) for index in names.values()
+    } | {user.indices for user in users}
+    views = [document.accessors[index].bufferView for index in accessors]
+    buffers = {
+        item(document.bufferViews, view, "bufferView").buffer for view in views if view is not None
+    }
     return {
         os.fsdecode(unquote_to_bytes(buffer.uri)): buffer.byteLength
         for index, buffer in enumerate(document.buffers)
-        if index not in used and buffer.uri and not buffer.uri.startswith("data:")
+        if index in buffers and buffer.uri and not buffer.uri.startswith("data:")
     }
 
 

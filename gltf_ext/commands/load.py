@@ -9,7 +9,7 @@ import numpy as np
 from gltf_ext import _codec
 from gltf_ext.compression.extension import (
     Compressed,
-    malformed,
+    malformed_from,
     read_triangles,
     require_compressed,
 )
@@ -55,10 +55,8 @@ class MeshletDecoder:
         """
         if not 0 <= index < self.meshlet_count:
             raise IndexError(f"meshlet {index} does not exist, there are {self.meshlet_count}")
-        try:
+        with malformed_from(self._compressed.where):
             triangles, quantised = self._decoder.decode_meshlet(index)
-        except ValueError as error:
-            raise malformed(self._compressed.where, error) from None
         values = [dequantise(q, stream) for q, stream in zip(quantised, self._compressed.streams)]
         return triangles, {
             name: to_accessor([values[s] for s in streams], dtype)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,11 +16,10 @@ from gltf_ext.compression.extension import (
     compressed_primitives,
     has_compressed,
     is_compressed,
-    malformed_from,
     read_compressed,
     require_unused_by_accessors,
 )
-from gltf_ext.compression.primitives import Primitive, all_primitives
+from gltf_ext.compression.primitives import all_primitives
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf import json_values
 from gltf_ext.gltf.accessors import accessor_format, bounds, read_accessor
@@ -27,15 +27,20 @@ from gltf_ext.gltf.buffer_layout import Renumber, map_accessors, map_views
 from gltf_ext.gltf.document import Document, item
 from gltf_ext.gltf.importers import open_model
 from gltf_ext.lod.validation import lod_problems
+from gltf_ext.progress import Advance, progress_bar, shared_progress
+
+BLOBS_SHARE = 0.3  # of the progress; the rest is for levels of detail
 
 
-def validate(path: str | os.PathLike[str]) -> list[str]:
+def validate(path: str | os.PathLike[str], *, progress: bool = False) -> list[str]:
     """Problems of a .glb or .gltf file, one line each; an empty list when there are none.
 
     Checks the container, the types of all JSON properties, every reference to accessors and buffer
     views, and every extension object with its accessors. Decodes every blob and compares bounds
     and fallback with the result. Checks the tables of levels of detail, every page, and that every
     cut covers the surface once. Raises OSError when the file cannot be read.
+
+    progress: draw a progress bar on a terminal.
     """
     try:
         document = open_model(path)
@@ -48,10 +53,13 @@ def validate(path: str | os.PathLike[str]) -> list[str]:
     if broken:
         return list(dict.fromkeys(broken))  # many views may read one damaged buffer
     problems = _extension_lists(document)
-    for m, p, primitive in all_primitives(document):
-        if is_compressed(primitive):
-            problems += _blob_problems(document, m, p)
-    problems += lod_problems(document)
+    with progress_bar(Path(path).name, progress) as advance:
+        for_blobs, for_levels = shared_progress(advance, [BLOBS_SHARE, 1 - BLOBS_SHARE])
+        places = [(m, p) for m, p, user in all_primitives(document) if is_compressed(user)]
+        moves = shared_progress(for_blobs, [1 / len(places)] * len(places) if places else [])
+        for (m, p), move in zip(places, moves):
+            problems += _blob_problems(document, m, p, move)
+        problems += lod_problems(document, for_levels)
     if not has_compressed(document) and not problems:
         problems.append(
             f"has no primitive with {EXTENSION}; "
@@ -120,18 +128,16 @@ def _extension_lists(document: Document) -> list[str]:
     return problems
 
 
-def _blob_problems(document: Document, mesh: int, index: int) -> list[str]:
+def _blob_problems(document: Document, mesh: int, index: int, advance: Advance | None) -> list[str]:
     """Problems of one compressed primitive."""
     try:
         compressed = read_compressed(document, mesh, index)
         _codec.validate(compressed.blob)
-        with malformed_from(compressed.where):
-            triangles, values = _codec.decode_values(compressed.blob)
         primitive = document.meshes[mesh].primitives[index]
         require_unused_by_accessors(document, [compressed.view])
         problems = [
-            *_value_problems(compressed, values),
-            *_accessor_problems(document, primitive, compressed.as_primitive(triangles, values)),
+            *_accessor_problems(document, primitive, compressed),
+            *_decoded_problems(document, primitive, compressed, advance),
         ]
         return [f"{compressed.where}: {problem}" for problem in problems]
     except MeshletError as error:
@@ -153,31 +159,61 @@ def _value_problems(compressed: Compressed, values: list[np.ndarray]) -> list[st
 
 
 def _accessor_problems(
-    document: Document, primitive: pygltflib.Primitive, decoded: Primitive
+    document: Document, primitive: pygltflib.Primitive, compressed: Compressed
 ) -> list[str]:
-    """Problems of a primitive's accessors that readers may overlook, and of its fallback."""
+    """Problems of a primitive's accessors that readers may overlook."""
     problems = []
     if "KHR_draco_mesh_compression" in primitive.extensions:
         problems.append("it is compressed with KHR_draco_mesh_compression, too")
     index_type, _ = accessor_format(document.accessors[primitive.indices], "indices")
-    if decoded.vertex_count > np.iinfo(index_type).max:
+    if compressed.vertex_count > np.iinfo(index_type).max:
         problems.append("an index is the largest value of its component type, which is reserved")
+    for names in _accessors_of(primitive):
+        for name, index in names.items():
+            accessor = document.accessors[index]
+            if accessor.bufferView is None and accessor.sparse is not None:
+                problems.append(f"its {name} accessor is sparse, but has no fallback")
+    return problems
+
+
+def _accessors_of(primitive: pygltflib.Primitive) -> list[dict[str, int]]:
+    """The accessors of indices, attributes and each target by name."""
+    return [{"indices": primitive.indices}, primitive.attributes, *primitive.targets]
+
+
+def _decoded_problems(
+    document: Document,
+    primitive: pygltflib.Primitive,
+    compressed: Compressed,
+    advance: Advance | None,
+) -> list[str]:
+    """Problems of the decoded values, and differences to the bounds and to the fallback."""
+    fallback = {
+        index: read_accessor(document, index, name)
+        for names in _accessors_of(primitive)
+        for name, index in names.items()
+        if document.accessors[index].bufferView is not None
+    }
+    done = dict.fromkeys(fallback, 0)
+    problems: list[str] = []
+    extremes: list[np.ndarray] = []
+    decoded = 0
+    for triangles, values in compressed.parts():
+        decoded += len(triangles)
+        if advance:
+            advance(decoded / compressed.triangle_count)
+        problems += _value_problems(compressed, values)
+        part = compressed.as_primitive(triangles, values)
+        extremes = list(bounds(np.stack([*extremes, *bounds(part.attributes["POSITION"])])))
+        of_groups = [{"indices": triangles.reshape(-1, 1)}, *part.sets]
+        for names, arrays in zip(_accessors_of(primitive), of_groups):
+            for name in (name for name, index in names.items() if index in fallback):
+                index, values_of = names[name], arrays[name]
+                first, done[index] = done[index], done[index] + len(values_of)
+                if not np.array_equal(fallback[index][first : done[index]], values_of, True):
+                    problems.append(f"the fallback of {name} is not the decoded data")
     position = document.accessors[primitive.attributes["POSITION"]]
-    for name, expected in zip(("min", "max"), bounds(decoded.attributes["POSITION"])):
+    for name, expected in zip(("min", "max"), extremes):
         if getattr(position, name) != expected.tolist():
             problems.append(f"{name} of its POSITION accessor is not that of the decoded data")
-    groups = [
-        ({"indices": primitive.indices}, {"indices": decoded.indices.reshape(-1, 1)}),
-        (primitive.attributes, decoded.attributes),
-        *zip(primitive.targets, decoded.targets),
-    ]
-    for accessors, arrays in groups:
-        for name, accessor in accessors.items():
-            if document.accessors[accessor].bufferView is None:
-                if document.accessors[accessor].sparse is not None:
-                    problems.append(f"its {name} accessor is sparse, but has no fallback")
-                continue
-            stored = read_accessor(document, accessor, name)
-            if not np.array_equal(stored, arrays[name], equal_nan=True):
-                problems.append(f"the fallback of {name} is not the decoded data")
     return problems

@@ -24,8 +24,10 @@ from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.accessors import Format, accessor_format
 from gltf_ext.gltf.document import Document, item
 from gltf_ext.gltf.json_objects import minified
+from gltf_ext.work_files import release
 
 EXTENSION = "EXT_meshlet_edgebreaker"
+PART_BYTES = 1 << 20  # of blobs that are decoded at a time: about 400,000 triangles
 
 
 @dataclass
@@ -45,7 +47,7 @@ class Compressed:
     name: str
     object: dict[str, Any]
     view: int
-    blob: bytes
+    blob: memoryview
     streams: list[Stream]
     triangle_count: int
     vertex_count: int
@@ -60,7 +62,7 @@ class Compressed:
     @property
     def blobs(self) -> list[bytes]:
         """The blobs of the view. Each decodes alone; their vertices and meshlets follow on."""
-        return [self.blob[start : start + size] for start, size in _codec.split(self.blob)]
+        return [bytes(self.blob[start : start + size]) for start, size in _codec.split(self.blob)]
 
     @property
     def source_vertices(self) -> int:
@@ -85,6 +87,16 @@ class Compressed:
         with malformed_from(self.where):
             return self.as_primitive(*_codec.decode_values(self.blob))
 
+    def parts(self) -> Iterator[tuple[np.ndarray, list[np.ndarray]]]:
+        """(triangles, values of streams) of some blobs at a time, as `as_primitive` takes them;
+        indices number the vertices of all parts. Raises MeshletError."""
+        first = 0
+        for part in parts_of(self.blob):
+            with malformed_from(self.where):
+                triangles, values = _codec.decode_values(part)
+            yield triangles + np.uint32(first), values
+            first += len(values[0])
+
     def as_primitive(self, triangles: np.ndarray, values: list[np.ndarray]) -> Primitive:
         """Decoded triangles uint32[T, 3] and streams, in the accessors' component types."""
         attributes, *targets = (
@@ -97,6 +109,17 @@ class Compressed:
             for names in (self.attributes, *self.targets)
         )
         return Primitive(self.mesh, self.primitive, triangles, attributes, targets)
+
+
+def parts_of(blobs: memoryview) -> Iterator[memoryview]:
+    """Blobs that lie back to back in parts of about PART_BYTES, so that they need not fit memory
+    decoded. Mapped memory of the parts before is given back."""
+    first = 0
+    for start, size in [*_codec.split(blobs), (len(blobs), PART_BYTES)]:
+        if start > first and start + size - first > PART_BYTES:
+            yield blobs[first:start]
+            release(blobs)
+            first = start
 
 
 def malformed(where: str, reason: Any) -> MeshletError:
@@ -175,7 +198,7 @@ def read_compressed(document: Document, mesh: int, index: int) -> Compressed:
     with malformed_from(where):
         first_streams = _first_streams(extension, formats, primitive)
         require_plain(item(document.bufferViews, extension["bufferView"], "bufferView"))
-        blob = bytes(document.bytes_of_view(extension["bufferView"]))
+        blob = document.bytes_of_view(extension["bufferView"])
         decoder = _codec.Decoder(blob)
         attributes, *targets = (
             {name: (first, forms[name]) for name, first in streams.items()}
@@ -259,8 +282,8 @@ def _first_streams(
 def _check_streams(compressed: Compressed) -> None:
     """Raises ValueError unless positions are on a grid, each stream has one attribute, and unit
     vectors and signs have float accessors."""
-    if (compressed.streams[0].kind, compressed.streams[0].components) != (GRID, 3):
-        raise ValueError("the first stream is not a grid of 3 components")
+    if (compressed.streams[0].kind, compressed.streams[0].elements) != (GRID, 3):
+        raise ValueError("the first stream is not a grid of 3 elements")
     used = sorted(s for _, streams, _ in compressed.named_streams for s in streams)
     if used != list(range(len(compressed.streams))):
         raise ValueError("the streams are not each used by one attribute")

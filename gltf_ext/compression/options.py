@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import numbers
+import re
 from dataclasses import dataclass
 from typing import Any
 
@@ -39,6 +40,7 @@ class Option:
         limits: smallest and largest value, both allowed; None: any number above zero.
         choices: for a str.
         default: as shown; the value may be None if the encoder has the default.
+        shown: what stands for the value in help texts; by default from the type.
         name: the keyword argument; set when the option is listed.
     """
 
@@ -48,12 +50,15 @@ class Option:
     limits: tuple[float, float] | None = None
     choices: tuple[str, ...] = ()
     default: str = ""
+    shown: str = ""
     name: str = ""
 
     @property
     def metavar(self) -> str | None:
         if self.type is bool:
             return None
+        if self.shown:
+            return self.shown
         if self.choices:
             return self.flag.strip("-").upper()
         if self.name.endswith("_bits"):
@@ -84,7 +89,9 @@ class Option:
             low, high = self.limits
             if not self._is_number(value) or not low <= value <= high:
                 remedy = f"use {self.limits_text}"
-        elif self.type is not bool and not (self._is_number(value) and 0 < value <= LARGEST_NUMBER):
+        elif self.type in (int, float) and not (
+            self._is_number(value) and 0 < value <= LARGEST_NUMBER
+        ):
             remedy = f"use a number above 0 and up to {LARGEST_NUMBER:g}"
         if remedy:
             raise MeshletError(f"{self.name} is {value!r}", remedy, options=(self.name,))
@@ -99,6 +106,14 @@ def _declared(value: Any, flag: str, help: str, **more: Any) -> Any:
         more.setdefault("type", type(value))
         more.setdefault("default", "" if value is False else str(value))
     return dataclasses.field(default=value, metadata={"option": Option(flag, help, **more)})
+
+
+def bytes_of(text: str) -> int:
+    """The bytes that a text such as 2G, 800M, 16k or 4096 means. Raises ValueError."""
+    found = re.fullmatch(r"(\d{1,15})([KMG]?)", text.strip().upper())
+    if not found:
+        raise ValueError(f"{text!r} is no number such as 2G or 800M")
+    return int(found[1]) << 10 * " KMG".index(found[2] or " ")
 
 
 @dataclass(frozen=True)
@@ -161,10 +176,10 @@ class Options:
         False,
         "--lod",
         "also write levels of detail (EXT_meshlet_lod), in pages of --page-bytes or "
-        f"{DEFAULT_LOD_PAGE_BYTES} bytes; needs the package meshoptimizer",
+        f"{DEFAULT_LOD_PAGE_BYTES} bytes; from source, needs the package meshoptimizer",
     )
     lod_reduction: float = _declared(
-        4.2,
+        5.0,
         "--lod-reduction",
         "triangles of level 0 over those of level 1; coarser levels shrink by less",
         limits=(1.5, 16.0),
@@ -183,11 +198,40 @@ class Options:
         "--fallback",
         "also write plain buffers into OUT.fallback.bin, for readers without the extension",
     )
+    transport: bool = _declared(
+        False,
+        "--transport",
+        "pack the result for download, about a third smaller (EXT_meshlet_transport, a draft); "
+        "readers unpack it when they open it",
+    )
     threads: int = _declared(
         0,
         "--threads",
         "number of threads, 0 for one per processor; the bytes are the same for any",
         limits=(0, 1024),
+    )
+    max_memory: str | int | None = _declared(
+        None,
+        "--max-memory",
+        "work through models larger than memory in chunks; the process stays below so many bytes "
+        "(K, M and G are powers of 1024)",
+        type=str,
+        shown="BYTES",
+    )
+    work_dir: str | None = _declared(
+        None,
+        "--work-dir",
+        "folder for the work files of --max-memory; by default that of the output",
+        type=str,
+        shown="FOLDER",
+    )
+    scheduler: str | None = _declared(
+        None,
+        "--scheduler",
+        "address of a running Dask scheduler, whose workers take the chunks of --max-memory and "
+        "stay below it too, each",
+        type=str,
+        shown="ADDRESS",
     )
     progress: bool = _declared(False, "", "draw a progress bar on a terminal")
 
@@ -206,6 +250,19 @@ class Options:
             value = getattr(self, option.name)
             if value is not None:
                 option.check(value)
+        for name in ("fallback", "transport"):
+            if self.memory and getattr(self, name):
+                raise MeshletError(
+                    f"{name} needs the whole model in memory",
+                    "leave out max_memory",
+                    options=(name, "max_memory"),
+                )
+        if self.scheduler is not None and not self.memory:
+            raise MeshletError(
+                "scheduler is for models larger than memory",
+                "use max_memory too",
+                options=("scheduler", "max_memory"),
+            )
         if self.page_bytes is not None and 0 < self.page_bytes < MIN_PAGE_BYTES:
             raise MeshletError(
                 f"page_bytes is {self.page_bytes}",
@@ -225,6 +282,20 @@ class Options:
                 f"{unknown[0]} is not an option of compress", "see help(gltf_ext.compress)"
             )
         return cls(**given)
+
+    @property
+    def memory(self) -> int:
+        """max_memory in bytes; 0 for no limit. Raises MeshletError for another text."""
+        if self.max_memory is None:
+            return 0
+        try:
+            return bytes_of(str(self.max_memory))
+        except ValueError:
+            raise MeshletError(
+                f"max_memory is {self.max_memory!r}",
+                "use a number such as 2G or 800M",
+                options=("max_memory",),
+            ) from None
 
     @property
     def lod_page_bytes(self) -> int:

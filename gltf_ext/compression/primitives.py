@@ -12,6 +12,7 @@ import pygltflib
 from gltf_ext import _codec
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.accessors import (
+    bounds,
     described_by,
     index_accessor,
     read_accessor,
@@ -20,8 +21,10 @@ from gltf_ext.gltf.accessors import (
 )
 from gltf_ext.gltf.document import TRIANGLE_MODES, Document
 from gltf_ext.gltf.draco import DRACO, decode_draco
+from gltf_ext.ranges import first_of_each
 
 T = TypeVar("T")
+Box = tuple[np.ndarray, np.ndarray]  # smallest and largest position
 
 
 @dataclass(repr=False)
@@ -53,9 +56,21 @@ class Primitive:
         return len(self.attributes["POSITION"])
 
     @property
+    def triangle_count(self) -> int:
+        return len(self.indices)
+
+    @property
     def where(self) -> str:
         """Its place, for errors."""
         return place(self.mesh, self.primitive)
+
+    @property
+    def box(self) -> Box | None:
+        """The bounds of its positions; None without triangles, or for integers."""
+        positions = self.attributes["POSITION"]
+        if not len(self.indices) or positions.dtype.kind != "f":
+            return None
+        return bounds(positions)
 
     @property
     def sets(self) -> list[dict[str, np.ndarray]]:
@@ -200,8 +215,7 @@ def weld(primitive: Primitive) -> tuple[Primitive, Dropped]:
     remap, unique = _codec.weld(_rows([values for _, values in primitive.arrays]))
     dropped.duplicate_vertices = len(remap) - unique
     if dropped.duplicate_vertices:
-        first = np.empty(unique, np.uint32)
-        first[remap[::-1]] = np.arange(len(remap) - 1, -1, -1, dtype=np.uint32)
+        first = first_of_each(remap, unique)
         primitive = _selected(primitive, first, remap[primitive.indices])
     a, b, c = primitive.indices.T
     degenerate = (a == b) | (b == c) | (c == a)

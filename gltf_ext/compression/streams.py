@@ -1,7 +1,7 @@
 """glTF attributes <-> quantised streams.
 
 Values are in the accessor's stored units: floats as they are, integers before `normalized` divides
-them. One attribute takes consecutive streams of at most four components each; an OCT stream stands
+them. One attribute takes consecutive streams of at most four elements each; an OCT stream stands
 for three components. Streams of each attribute:
 
 | attribute              | float accessor                                 | integer accessor      |
@@ -32,14 +32,14 @@ from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.accessors import bounds
 
 GRID, OCT, INTEGER, FLOAT32, SIGN = range(5)
-MAX_STREAM_COMPONENTS = 4
+MAX_STREAM_ELEMENTS = 4
 MAX_GRID_BITS = 24
 MAX_STREAMS = 64
 # Skin weights whose sum differs from one by less than this are taken to sum to one.
 WEIGHT_SUM_TOLERANCE = 1e-3
 SMALLEST_STEP = float(np.finfo(np.float32).tiny)  # GPUs flush smaller ones to zero
 
-Quantised = tuple["Stream", np.ndarray]  # a stream, and its values uint32[V, components]
+Quantised = tuple["Stream", np.ndarray]  # a stream, and its values uint32[V, elements]
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class Stream:
     """One row of the blob's stream table (appendix A.3 of the specification)."""
 
     kind: int
-    components: int
+    elements: int
     bits: int
     step: float = 0.0
     offset: tuple[float, ...] = field(default_factory=tuple)
@@ -76,17 +76,19 @@ class Stream:
     @property
     def width(self) -> int:
         """Accessor components that the stream stands for."""
-        return 3 if self.kind == OCT else self.components
+        return 3 if self.kind == OCT else self.elements
 
     def table_row(self) -> dict[str, Any]:
         """The row as _codec.encode takes it."""
-        return {**vars(self), "offset": list(self.offset) or [0.0] * self.components}
+        offset = list(self.offset) or [0.0] * self.elements
+        return {**vars(self), "components": self.elements, "offset": offset}
 
     @staticmethod
     def from_row(row: dict[str, Any]) -> Stream:
         """The stream of a row as _codec.Decoder.streams has it."""
-        known = {name: row[name] for name in Stream.__dataclass_fields__}
-        return Stream(**{**known, "offset": tuple(row["offset"][: row["components"]])})
+        elements = row["components"]
+        offset = tuple(row["offset"][:elements])
+        return Stream(row["kind"], elements, row["bits"], row["step"], offset, row["predictor"])
 
 
 @dataclass(frozen=True)
@@ -140,7 +142,7 @@ def _needed_bits(largest: int) -> int:
 
 
 def grid_values(values: np.ndarray, stream: Stream) -> np.ndarray:
-    """round((value - offset) / step) in float64, as uint32[V, components] (modulo 2^32).
+    """round((value - offset) / step) in float64, as uint32[V, elements] (modulo 2^32).
 
     Any integer for values that are no number or far beyond the grid, as in a damaged file.
     """
@@ -264,10 +266,6 @@ def from_ordered_bits(quantised: np.ndarray) -> np.ndarray:
     return bits.astype(np.uint32).view(np.float32)
 
 
-def _sign(values: np.ndarray) -> np.ndarray:
-    return (values >= 0.0).astype(np.uint32)
-
-
 def quantised_weights(sets: list[np.ndarray], bits: int) -> list[np.ndarray]:
     """Skin weights float[V, 4] per set -> uint32[V, 4] per set.
 
@@ -299,7 +297,7 @@ class Plan:
 
     Attributes:
         streams: the stream table.
-        values: uint32[V, components] of each stream.
+        values: uint32[V, elements] of each stream.
         attributes, targets: name -> index of the first stream, as in the extension's JSON object.
     """
 
@@ -374,10 +372,10 @@ def _attribute_streams(
 
 
 def _chunks(values: np.ndarray, encode: Callable[[np.ndarray], Quantised]) -> list[Quantised]:
-    """Streams of at most four components each."""
+    """Streams of at most four elements each."""
     return [
-        encode(values[:, c : c + MAX_STREAM_COMPONENTS])
-        for c in range(0, values.shape[1], MAX_STREAM_COMPONENTS)
+        encode(values[:, c : c + MAX_STREAM_ELEMENTS])
+        for c in range(0, values.shape[1], MAX_STREAM_ELEMENTS)
     ]
 
 
@@ -439,7 +437,7 @@ def quantise_like(
 
 
 def dequantise(quantised: np.ndarray, stream: Stream) -> np.ndarray:
-    """uint32[V, components] -> float32[V, width], or uint32 for INTEGER.
+    """uint32[V, elements] -> float32[V, width], or uint32 for INTEGER.
 
     Gives the same values as _codec.decode_values.
     """

@@ -31,6 +31,7 @@ SAFE_PREFIXES = (
     "EXT_structural_metadata",
     "EXT_meshlet_edgebreaker",
     "EXT_meshlet_lod",
+    "EXT_meshlet_transport",
     "MSFT_lod",
     "MSFT_texture_dds",
     "FB_ngon_encoding",
@@ -44,15 +45,16 @@ METADATA_ALIGNMENT = 8
 Pieces = list[bytes | memoryview]
 
 
-def pack(document: Document) -> tuple[Pieces, Pieces]:
-    """Drops unused data and lays out the buffers: (pieces of the binary chunk, of the fallback).
+def pack(document: Document, most: int, split_bytes: int) -> tuple[list[Pieces], Pieces]:
+    """Drops unused data and lays out the buffers: (pieces of each, of the fallback's).
 
-    Views added with `fallback` go to buffer 1, all others to buffer 0, the binary chunk. If an
-    extension unknown to this package holds integers, nothing old is dropped or renumbered.
+    Views added with `fallback` go to the last buffer, all others to buffer 0 if they take at most
+    `most` bytes. Else each buffer has at most `split_bytes`, or one larger view. If an extension
+    unknown to this package holds integers, nothing old is dropped or renumbered.
     """
     if not unknown_index_holders(document):
         _drop_unused(document)
-    return _lay_out(document)
+    return _lay_out(document, most, split_bytes)
 
 
 def unknown_index_holders(document: Document) -> list[str]:
@@ -271,26 +273,47 @@ def _span(
 # --- layout ---
 
 
-def _lay_out(document: Document) -> tuple[Pieces, Pieces]:
+@dataclasses.dataclass(eq=False)
+class _Buffer:
+    pieces: Pieces = dataclasses.field(default_factory=list)
+    length: int = 0
+
+    def add(self, content: bytes | memoryview, alignment: int) -> int:
+        """Returns the offset of the content."""
+        padding = -self.length % alignment
+        self.pieces += [bytes(padding), content]
+        self.length += padding + len(content)
+        return self.length - len(content)
+
+
+def _lay_out(document: Document, most: int, split_bytes: int) -> tuple[list[Pieces], Pieces]:
     """Places the views one after the other in their buffers and replaces the list of buffers."""
     alignment = BLOB_ALIGNMENT
     if "EXT_structural_metadata" in document.extensionsUsed:
         alignment = METADATA_ALIGNMENT
-    data = [document.bytes_of_view(i) for i in range(len(document.bufferViews))]
-    pieces: tuple[Pieces, Pieces] = ([], [])
-    lengths = [0, 0]
-    for view, content in zip(document.bufferViews, data):
-        new = new_bytes(view)
-        buffer = 1 if new is not None and new.fallback else 0
-        padding = -lengths[buffer] % alignment
-        pieces[buffer].extend([bytes(padding), content])
-        view.buffer, view.byteOffset = buffer, lengths[buffer] + padding
-        lengths[buffer] += padding + len(content)
+    contents = [_content(document, i) for i in range(len(document.bufferViews))]
+    size = sum(alignment + len(content) for content, is_fallback in contents if not is_fallback)
+    buffers, fallback, owners = [_Buffer()], _Buffer(), []
+    for view, (content, is_fallback) in zip(document.bufferViews, contents):
+        last = buffers[-1]
+        if size > most and last.length and last.length + alignment + len(content) > split_bytes:
+            buffers += [] if is_fallback else [_Buffer()]
+        owners.append(fallback if is_fallback else buffers[-1])
+        view.byteOffset = owners[-1].add(content, alignment)
     first = document.buffers[0] if document.buffers else pygltflib.Buffer()
     first.uri = None
-    document.root.buffers = []
-    for holder, length in zip((first, pygltflib.Buffer()), lengths):
-        if length:
-            holder.byteLength = length
-            document.buffers.append(holder)
-    return pieces
+    filled = [buffer for buffer in (*buffers, fallback) if buffer.length]
+    document.root.buffers = [first, *(pygltflib.Buffer() for _ in filled[1:])][: len(filled)]
+    for holder, buffer in zip(document.buffers, filled):
+        holder.byteLength = buffer.length
+    for view, owner in zip(document.bufferViews, owners):
+        view.buffer = filled.index(owner) if owner.length else 0
+    return [buffer.pieces for buffer in buffers], fallback.pieces
+
+
+def _content(document: Document, view: int) -> tuple[bytes | memoryview, bool]:
+    """The bytes to write for a view, and whether they are the fallback's."""
+    content, new = document.bytes_of_view(view), new_bytes(document.bufferViews[view])
+    if new is None:
+        return content, False
+    return (content if new.packed is None else new.packed), new.fallback

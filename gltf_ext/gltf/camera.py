@@ -66,8 +66,6 @@ class Camera:
         width: int,
         height: int,
         view: Sequence[float] = DEFAULT_VIEW,
-        *,
-        orthographic: bool = False,
     ) -> AnyCamera:
         """A camera that shows the whole box. view: direction from the box towards the camera."""
         center = (low + high) / 2
@@ -75,15 +73,13 @@ class Camera:
         smaller = np.radians(DEFAULT_FIELD_OF_VIEW)
         yfov = smaller if height <= width else 2 * np.arctan(np.tan(smaller / 2) * height / width)
         distance = radius / np.sin(smaller / 2)
-        options: dict[str, Any] = {
-            "near": max(distance - 1.01 * radius, distance * NEAREST),
-            "far": distance + 1.01 * radius,
-        }
-        if orthographic:
-            options["xmag"] = radius * max(1.0, width / height)
-        else:
-            options["yfov"] = float(yfov)
-        return cls.look_at(center + unit(np.array(view)) * distance, center, **options)
+        return cls.look_at(
+            center + unit(np.array(view)) * distance,
+            center,
+            near=max(distance - 1.01 * radius, distance * NEAREST),
+            far=distance + 1.01 * radius,
+            yfov=float(yfov),
+        )
 
     @classmethod
     def fit_points(

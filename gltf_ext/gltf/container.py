@@ -8,14 +8,20 @@ import struct
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 from gltf_ext.errors import MeshletError
-from gltf_ext.gltf.document import DAMAGED, Document
+from gltf_ext.gltf.buffer_layout import Pieces, pack
+from gltf_ext.gltf.document import DAMAGED, Document, read_file
+from gltf_ext.gltf.transport import unpack_views
 
 GLB_HEADER = struct.Struct("<4sII")  # magic, version, length of the file
 CHUNK_HEADER = struct.Struct("<I4s")  # length, type
 JSON_CHUNK, BIN_CHUNK = b"JSON", b"BIN\0"
 MAX_GLB_BYTES = 2**32 - 1
+MAX_BINARY_BYTES = 15 << 28  # of a .glb's binary chunk; the rest is for the JSON
+# Of a .bin file. One with a single larger view has more; browsers load buffers of at most 2 GiB.
+BIN_BYTES = 1 << 30
 MAX_JSON_DEPTH = 200
 CUT_OFF = "the file is cut off; get it again"
 EMPTY, EXPORT_AGAIN = "is empty", "export it again"
@@ -27,15 +33,15 @@ EMPTY, EXPORT_AGAIN = "is empty", "export it again"
 def read_document(path: str | os.PathLike[str]) -> Document:
     """Reads a .glb or .gltf file. Raises MeshletError, OSError."""
     path = Path(path)
-    data = path.read_bytes()
+    data = read_file(path)
     if not data:
         raise MeshletError(EMPTY, EXPORT_AGAIN)
     if data[:4] == b"glTF":
         return parse_glb(data, path.parent)
-    return _parse_json(data, None, path.parent)
+    return _parse_json(bytes(data), None, path.parent)
 
 
-def parse_glb(data: bytes, base: Path = Path()) -> Document:
+def parse_glb(data: bytes | memoryview, base: Path = Path()) -> Document:
     """A document from the bytes of a .glb file. Raises MeshletError."""
     chunks = _chunks(memoryview(data))
     if not chunks or chunks[0][0] != JSON_CHUNK:
@@ -82,7 +88,9 @@ def _parse_json(text: bytes, binary: memoryview | None, base: Path) -> Document:
             f"its JSON is nested deeper than {MAX_JSON_DEPTH}",
             "the file is damaged; export it again",
         )
-    return Document(properties, binary, base)
+    document = Document(properties, binary, base)
+    document.was_packed = unpack_views(document)
+    return document
 
 
 def _depth(value: Any) -> int:
@@ -103,17 +111,51 @@ def _children(value: Any) -> list[Any]:
 # --- writing ---
 
 
-def glb_parts(document: Document, binary: Sequence[bytes | memoryview]) -> list[bytes | memoryview]:
-    """The pieces of a .glb file, in order. Raises MeshletError.
+def model_files(document: Document, output: Path) -> dict[Path, Pieces]:
+    """Path -> pieces of the files that a document becomes, the model last. Raises MeshletError.
 
-    binary: the pieces of the binary chunk.
+    A .glb; if `output` is a .gltf, or the data do not fit a .glb, a .gltf with .bin files of at
+    most BIN_BYTES or one larger view. A fallback has its own .bin. Drops unused data.
     """
+    most = MAX_BINARY_BYTES if output.suffix.lower() == ".glb" else 0
+    binaries, fallback = pack(document, most, BIN_BYTES)
+    fallback_path = fallback_of(output)
+    files: dict[Path, Pieces] = {fallback_path: fallback} if fallback else {}
+    if fallback:
+        document.buffers[-1].uri = _uri(fallback_path)
+    if len(binaries) == 1 and sum(map(len, binaries[0])) <= most:
+        return {**files, output: _glb_parts(document, binaries[0])}
+    for number, pieces in enumerate(binaries):
+        name = f"{output.stem}.{number}.bin" if len(binaries) > 1 else f"{output.stem}.bin"
+        files[output.with_name(name)] = pieces
+        document.buffers[number].uri = _uri(Path(name))
+    return {**files, output.with_suffix(".gltf"): [_json(document)]}
+
+
+def fallback_of(output: Path) -> Path:
+    """The file of a model's fallback."""
+    return output.with_name(f"{output.stem}.fallback.bin")
+
+
+def _uri(path: Path) -> str:
+    return quote(os.fsencode(path.name))
+
+
+def _json(document: Document) -> bytes:
     try:
-        text = document.to_json()
+        return document.to_json()
     except ValueError:
         raise MeshletError(
             "its JSON holds NaN or infinity, which glTF cannot", "export it again"
         ) from None
+
+
+def _glb_parts(document: Document, binary: Sequence[bytes | memoryview]) -> Pieces:
+    """The pieces of a .glb file, in order. Raises MeshletError.
+
+    binary: the pieces of the binary chunk.
+    """
+    text = _json(document)
     text += b" " * (-len(text) % 4)
     binary_length = sum(map(len, binary))
     padding = -binary_length % 4

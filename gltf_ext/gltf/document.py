@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import binascii
+import mmap
 import os
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +18,7 @@ from gltf_ext.gltf.json_objects import from_json, minified, to_json
 
 DAMAGED = "the file is damaged; get it again"
 TRIANGLE_MODES = (pygltflib.TRIANGLES, pygltflib.TRIANGLE_STRIP, pygltflib.TRIANGLE_FAN)
+MOST_READ = 1 << 24  # bytes of a file; larger ones are mapped
 MESHOPT_REMEDY = "decompress it first: gltfpack -noq -i IN.glb -o OUT.glb"
 
 
@@ -25,10 +27,12 @@ class NewBytes:
     """Bytes of a buffer view that is not in a buffer yet.
 
     fallback: they go to the fallback's buffer, not to the binary chunk.
+    packed: what is written instead of them, see transport.py.
     """
 
     data: memoryview
     fallback: bool
+    packed: bytes | None = None
 
 
 class Document:
@@ -42,6 +46,7 @@ class Document:
             document's.
         base: the folder that relative uris refer to.
         import_warnings: one line for each thing lost when another format was read.
+        was_packed: the file had packed views (transport.py).
     """
 
     def __init__(
@@ -53,6 +58,7 @@ class Document:
             raise MeshletError("is not glTF 2.0", "convert it to glTF 2.0 first")
         self.base = base
         self.import_warnings: tuple[str, ...] = ()
+        self.was_packed = False
         self._binary = binary
         self._buffers_read: dict[int, memoryview] = {}
 
@@ -69,7 +75,7 @@ class Document:
         """The bytes of a buffer, read once. Raises MeshletError."""
         buffer = item(self.buffers, index, "buffer")
         if index not in self._buffers_read:
-            data = self._binary if buffer.uri is None else memoryview(self.read_uri(buffer.uri))
+            data = self._binary if buffer.uri is None else memoryview(self._buffer_of(buffer.uri))
             if data is None:
                 raise MeshletError(f"buffer {index} has neither a uri nor a binary chunk", DAMAGED)
             if buffer.byteLength is None or not 0 <= buffer.byteLength <= len(data):
@@ -117,6 +123,9 @@ class Document:
 
     def read_uri(self, uri: str) -> bytes:
         """The bytes behind a data: uri or a path relative to the document. Raises MeshletError."""
+        return bytes(self._buffer_of(uri))
+
+    def _buffer_of(self, uri: str) -> bytes | memoryview:
         if uri.startswith("data:"):
             return _data_uri_bytes(uri)
         if "://" in uri or unquote(uri).startswith("/"):
@@ -127,7 +136,7 @@ class Document:
             path = self.path_of(uri)
             if not path.is_file():  # a device or a pipe may never end
                 raise ValueError
-            return path.read_bytes()
+            return read_file(path)
         except (OSError, ValueError):
             raise MeshletError(
                 f"refers to {uri}, which cannot be read", "put the file beside it"
@@ -159,6 +168,14 @@ class Document:
         for names in (self.extensionsUsed, self.extensionsRequired):
             if name in names:
                 names.remove(name)
+
+
+def read_file(path: Path) -> bytes | memoryview:
+    """The bytes of a file; a large one is mapped into memory. Raises OSError."""
+    with open(path, "rb") as file:
+        if os.fstat(file.fileno()).st_size <= MOST_READ:
+            return file.read()
+        return memoryview(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ))
 
 
 def new_bytes(view: pygltflib.BufferView) -> NewBytes | None:

@@ -1,13 +1,15 @@
-"""Encoded images: their bytes, checked before anything decodes them, and moved into views."""
+"""Images: decoded after a check of their size, or moved into views as they are."""
 
 from __future__ import annotations
 
 import io
 import warnings
+from pathlib import Path
 
+import numpy as np
 import pygltflib
 
-from gltf_ext.errors import MeshletError
+from gltf_ext.errors import MeshletError, blaming
 from gltf_ext.gltf.document import Document, item
 
 MIME_TYPES = (
@@ -23,15 +25,29 @@ LEAST_DECODED = 64 << 20
 DECODED_PER_BYTE = 40
 
 
-def image_bytes(document: Document, index: int) -> bytes:
-    """The encoded bytes of an image whose size is plausible. Raises MeshletError."""
+def read_image(document: Document, index: int) -> np.ndarray:
+    """uint8[height, width, 4], sRGB and alpha, of an image whose size is plausible.
+
+    Raises MeshletError.
+    """
+    from PIL import Image
+
     image = item(document.images, index, "image")
     if image.uri is not None:
         data = document.read_uri(image.uri)
     else:
         data = bytes(document.bytes_of_view(image.bufferView))
     check_size(data)
-    return data
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            with Image.open(io.BytesIO(data), formats=FORMATS) as opened:
+                if opened.mode.startswith("I;16"):
+                    high = (np.asarray(opened) >> 8).astype(np.uint8)
+                    return np.asarray(Image.fromarray(high).convert("RGBA"))
+                return np.asarray(opened.convert("RGBA"))
+    except Exception:  # Pillow's readers raise anything
+        raise MeshletError("it cannot be read") from None
 
 
 def check_size(data: bytes) -> None:
@@ -54,6 +70,39 @@ def check_size(data: bytes) -> None:
         raise MeshletError(f"it has too many pixels for its {len(data)} bytes")
 
 
+def mime_type(data: bytes) -> str | None:
+    """Of an encoded image; None if glTF has none for it."""
+    return next((mime for start, mime in MIME_TYPES if data.startswith(start)), None)
+
+
+def as_png_or_jpeg(data: bytes) -> bytes:
+    """The image itself if it is one of these, else the same pixels as a PNG.
+
+    Raises MeshletError when it cannot be read or takes too much memory.
+    """
+    check_size(data)
+    if mime_type(data) in ("image/png", "image/jpeg"):
+        return data
+    from PIL import Image
+
+    png = io.BytesIO()
+    with Image.open(io.BytesIO(data), formats=FORMATS) as image:
+        image.convert("RGBA").save(png, "PNG")
+    return png.getvalue()
+
+
+def read_texture(folder: Path, name: str) -> tuple[bytes | None, tuple[str, ...]]:
+    """An image that a mesh file names, as PNG or JPEG, or None and a warning if it is not there.
+
+    Raises MeshletError, naming the image, when it cannot be read or takes too much memory.
+    """
+    path = folder / name
+    if not path.is_file():
+        return None, (f"{path.name} is not there, so its material is left out",)
+    with blaming(path):
+        return as_png_or_jpeg(path.read_bytes()), ()
+
+
 def embed_images(document: Document) -> list[str]:
     """Moves images behind data: uris and relative paths into buffer views.
 
@@ -74,9 +123,7 @@ def embed_images(document: Document) -> list[str]:
         except MeshletError as error:
             problems.append(f"an image is left where it is: {error}")
             continue
-        mime = image.mimeType or next(
-            (mime for start, mime in MIME_TYPES if data.startswith(start)), None
-        )
+        mime = image.mimeType or mime_type(data)
         if mime is None or not data:
             short = MeshletError(uri[:80]).message
             problems.append(f"an image is left where it is: {short} has an unknown format")

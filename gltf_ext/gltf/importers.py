@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-import logging
 import os
-import re
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
-from gltf_ext.errors import MeshletError, blaming
-from gltf_ext.gltf.container import EMPTY, EXPORT_AGAIN, parse_glb, read_document
+from gltf_ext.errors import MeshletError
+from gltf_ext.gltf import obj, ply, stl
+from gltf_ext.gltf.container import EMPTY, EXPORT_AGAIN, read_document
 from gltf_ext.gltf.document import Document
-from gltf_ext.gltf.images import check_size
+from gltf_ext.gltf.mesh_files import to_document
 
 GLTF_SUFFIXES = (".glb", ".gltf")
-MESH_SUFFIXES = (".obj", ".ply", ".stl")
-# Bytes of a binary .stl.
-STL_HEADER = 84
-STL_TRIANGLE = 50
+READERS = {".obj": obj.read, ".ply": ply.read, ".stl": stl.read}
+MESH_SUFFIXES = tuple(READERS)
+SUFFIXES = GLTF_SUFFIXES + MESH_SUFFIXES
 
 
 def open_model(path: str | os.PathLike[str]) -> Document:
@@ -27,93 +23,40 @@ def open_model(path: str | os.PathLike[str]) -> Document:
     if suffix in GLTF_SUFFIXES:
         return read_document(path)
     if suffix in MESH_SUFFIXES:
-        return _import_mesh(Path(path))
+        return _import_mesh(Path(path), suffix)
     raise MeshletError(
         f"has an unknown format ({suffix or 'no suffix'})",
-        f"use one of {' '.join(GLTF_SUFFIXES + MESH_SUFFIXES)}",
+        f"use one of {' '.join(SUFFIXES)}",
     )
 
 
-def _import_mesh(path: Path) -> Document:
-    """Through trimesh, without its vertex merging: identical vertices are welded later."""
-    content, suffix = path.read_bytes(), path.suffix.lower()
-    _check_content(content, suffix)
-    missing = _missing_materials(path.parent, content) if suffix == ".obj" else ()
-    try:
-        with _only_errors_logged():
-            glb = _through_trimesh(path)
-        document = parse_glb(glb, path.parent)
-    except (MeshletError, MemoryError):
-        raise
-    except Exception:  # trimesh's readers raise anything
-        raise MeshletError(
-            f"cannot be read as {suffix}: it is damaged or cut off", EXPORT_AGAIN
-        ) from None
-    document.import_warnings = missing
-    return document
+def referenced_files(path: Path) -> list[Path]:
+    """The other files that a model names, whether they exist or not. Raises MeshletError, OSError.
 
-
-def _check_content(content: bytes, suffix: str) -> None:
-    """Refuses damage that trimesh would read without an error."""
-    if not content:
-        raise MeshletError(EMPTY, EXPORT_AGAIN)
-    if suffix == ".stl" and _is_cut_off(content):
-        raise MeshletError("is cut off", "get it again")
-    if suffix == ".obj" and b"\0" in content:
-        raise MeshletError("is not a text .obj", EXPORT_AGAIN)
-
-
-def _through_trimesh(path: Path) -> bytes:
-    """The file as a .glb."""
-    import trimesh
-
-    scene = trimesh.load_scene(path, process=False)
-    meshes = (g for g in scene.geometry.values() if isinstance(g, trimesh.Trimesh))
-    if not any(len(mesh.faces) for mesh in meshes):
-        raise MeshletError("holds no triangles", "there is nothing to compress")
-    glb: bytes = scene.export(file_type="glb")
-    return glb
-
-
-@contextmanager
-def _only_errors_logged() -> Iterator[None]:
-    logger = logging.getLogger("trimesh")
-    level = logger.level
-    logger.setLevel(logging.ERROR)
-    try:
-        yield
-    finally:
-        logger.setLevel(level)
-
-
-def _is_cut_off(stl: bytes) -> bool:
-    if b"\0" not in stl:  # text
-        return b"endsolid" not in stl.lower()
-    return len(stl) < STL_HEADER + STL_TRIANGLE * int.from_bytes(stl[80:STL_HEADER], "little")
-
-
-def _missing_materials(folder: Path, content: bytes) -> tuple[str, ...]:
-    """Warnings for material libraries and textures that an .obj names and that do not exist.
-
-    Raises MeshletError for a texture that takes too much memory.
+    Materials of an .obj name images once they lie beside it.
     """
-    libraries = _named_files(rb"mtllib", folder, content)
-    textures = [
-        texture
-        for library in libraries
-        if library.is_file()
-        for texture in _named_files(rb"map_[Kk][Dd]", folder, library.read_bytes())
-    ]
-    for path in filter(Path.is_file, textures):
-        with blaming(path):
-            check_size(path.read_bytes())
-    return tuple(
-        f"{path.name} is not there, so its material is left out"
-        for path in (*libraries, *textures)
-        if not path.is_file()
-    )
+    suffix = path.suffix.lower()
+    if suffix == ".obj":
+        return obj.referenced_files(path)
+    if suffix == ".ply":
+        with open(path, "rb") as file:
+            texture = ply.read_header(file).texture
+        return [path.parent / texture] if texture else []
+    return read_document(path).files() if suffix in GLTF_SUFFIXES else []
 
 
-def _named_files(keyword: bytes, folder: Path, content: bytes) -> list[Path]:
-    names = re.findall(rb"^\s*" + keyword + rb"[ \t]+([^\r\n\0]+)", content, re.MULTILINE)
-    return [folder / os.fsdecode(name.strip()) for name in dict.fromkeys(names)]
+def _import_mesh(path: Path, suffix: str) -> Document:
+    """Identical vertices are welded later."""
+    if not os.path.getsize(path):
+        raise MeshletError(EMPTY, EXPORT_AGAIN)
+    try:
+        meshes, warnings = READERS[suffix](path)
+    except MeshletError:
+        raise
+    except ValueError as error:  # of _codec.scan_lines
+        raise MeshletError(str(error), EXPORT_AGAIN) from None
+    if not any(len(mesh.triangles) for mesh in meshes):
+        raise MeshletError("holds no triangles", "there is nothing to compress")
+    document = to_document(meshes)
+    document.base, document.import_warnings = path.parent, warnings
+    return document

@@ -11,69 +11,104 @@ import numpy as np
 from gltf_ext import _codec
 from gltf_ext.lod.reading import LodPrimitive
 from gltf_ext.lod.tables import Tables
+from gltf_ext.progress import Advance
+from gltf_ext.ranges import first_of_each
+from gltf_ext.work_files import Buckets, hashes
+
+TRIANGLE_BYTES = 16  # of vertices, and of borders, in buckets
+CORNERS = np.dtype(("<u4", (2, 3)))
+BORDER = np.dtype([("ends", CORNERS), ("cluster", "<u4"), ("sign", "i1")])
+EDGE = np.dtype([("ends", CORNERS)])
 
 
-def check_coverage(primitive: LodPrimitive, strict: bool = False) -> None:
+def check_coverage(
+    primitive: LodPrimitive, strict: bool = False, advance: Advance | None = None
+) -> None:
     """Raises MeshletError unless replacements have vertices of level 0 and the borders of their
-    groups. Decodes all pages.
+    groups. Decodes all pages, one at a time.
 
     strict: also where level 0 has surfaces that touch, for which the borders are a recommendation.
     """
     tables = primitive.tables
-    triangles: list[np.ndarray] = []
-    rows: list[np.ndarray] = []
-    first = [0]  # vertex of each page
+    size = TRIANGLE_BYTES * int(tables.pages["triangles"].sum(dtype=np.int64))
+    streams = sum(elements for _, elements, _ in primitive.streams[0])
+    vertices = Buckets(np.dtype([("row", "<u4", streams), ("is_fine", "?")]), size)
+    borders = Buckets(BORDER, size)
     for page in range(len(tables.pages)):
-        corners, values = _codec.decode(primitive.page(page))
-        triangles.append(corners)
-        rows.append(np.concatenate(values, axis=1))
-        first.append(first[-1] + len(rows[-1]))
-    vertices, coarse = np.concatenate(rows), first[tables.coarse_pages]
-    numbers, _ = _codec.weld(vertices.view(np.uint8))
-    if not np.isin(numbers[:coarse], numbers[coarse:]).all():
-        raise primitive.malformed("a coarse page has a vertex that level 0 does not have")
-    positions, count = _codec.weld(np.ascontiguousarray(vertices[:, :3]).view(np.uint8))
-    begin = tables.cluster_begin[np.append(tables.pages["firstGroup"], len(tables.groups))]
-    placed = [
-        positions[first[page] : first[page + 1]].astype(np.int64)[corners]
-        for page, corners in enumerate(triangles)
-    ]
-    borders = [
-        _borders(
-            corners,
-            np.arange(begin[page], begin[page + 1]),
-            primitive.cluster_triangles[begin[page] : begin[page + 1]],
-            count,
-        )
-        for page, corners in enumerate(placed)
-    ]
-    joined = [np.concatenate(parts) for parts in zip(*borders)]
-    kept = _replacements_keep_borders(tables, joined[0], joined[1], joined[2], count)
-    if not kept and (strict or not _repeats_edges(placed[tables.coarse_pages :], count)):
+        triangles, values = primitive.decoded(page)
+        rows = np.empty(len(values[0]), vertices.dtype)
+        rows["row"], rows["is_fine"] = np.concatenate(values, 1), page >= tables.coarse_pages
+        vertices.add(rows, hashes(rows["row"]))
+        found = _borders(primitive, page, triangles, values[0])
+        borders.add(found, hashes(found["ends"].reshape(-1, 6)))
+        if advance:
+            advance((page + 1) / len(tables.pages))
+    for part in vertices.parts():
+        numbers, _ = _codec.weld(np.ascontiguousarray(part["row"]).view(np.uint8))
+        if not np.isin(numbers[~part["is_fine"]], numbers[part["is_fine"]]).all():
+            raise primitive.malformed("a coarse page has a vertex that level 0 does not have")
+    kept = _replacements_keep_borders(tables, borders)
+    if not kept and (strict or not _repeats_edges(primitive)):
         raise primitive.malformed("a replacement has another border than its group")
 
 
-def _repeats_edges(pages: list[np.ndarray], count: int) -> bool:
-    """Whether triangles int64[T, 3] pass an edge twice in one direction: surfaces touch there."""
-    triangles = np.concatenate(pages)
-    start, end = triangles.reshape(-1), np.roll(triangles, -1, axis=1).reshape(-1)
-    edges = np.sort((start * count + end)[start != end])
-    return bool((edges[1:] == edges[:-1]).any())
+def _repeats_edges(primitive: LodPrimitive) -> bool:
+    """Whether triangles of level 0 pass an edge twice in one direction: surfaces touch there."""
+    tables = primitive.tables
+    pages = range(tables.coarse_pages, len(tables.pages))
+    count = int(tables.pages["triangles"][tables.coarse_pages :].sum(dtype=np.int64))
+    edges = Buckets(EDGE, 3 * EDGE.itemsize * count)
+    for page in pages:
+        triangles, values = primitive.decoded(page)
+        ends = _ends(values[0][triangles])
+        found = np.empty(len(ends), EDGE)
+        found["ends"] = ends
+        edges.add(found, hashes(ends.reshape(-1, 6)))
+    return any(
+        _codec.weld(part["ends"].reshape(-1, 6).view(np.uint8))[1] < len(part)
+        for part in edges.parts()
+    )
+
+
+def _ends(corners: np.ndarray) -> np.ndarray:
+    """uint32[N, 2, 3]: the ends of the edges of triangles uint32[T, 3, 3] that have length."""
+    ends = np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2, 3)
+    long: np.ndarray = ends[(ends[:, 0] != ends[:, 1]).any(axis=1)]
+    return long
 
 
 def _borders(
-    triangles: np.ndarray, clusters: np.ndarray, cluster_triangles: np.ndarray, count: int
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(cluster, undirected edge, how often it is passed toward its larger end) of the edges that do
-    not cancel in their cluster.
+    primitive: LodPrimitive, page: int, triangles: np.ndarray, cells: np.ndarray
+) -> np.ndarray:
+    """BORDER[N]: the undirected edges that do not cancel in their cluster; sign: how often they are
+    passed toward the end with the larger number in the page.
 
-    triangles: int64[T, 3], numbers below count, cluster after cluster.
+    triangles: uint32[T, 3], cluster after cluster; cells: uint32[V, 3].
     """
-    start, end = triangles.reshape(-1), np.roll(triangles, -1, axis=1).reshape(-1)
+    ids, count = _codec.weld(np.ascontiguousarray(cells).view(np.uint8))
+    corners = ids.astype(np.int64)[triangles]
+    start, end = corners.reshape(-1), np.roll(corners, -1, axis=1).reshape(-1)
     edge = np.minimum(start, end) * count + np.maximum(start, end)
-    cluster = np.repeat(clusters, 3 * cluster_triangles)
+    begin = primitive.tables.cluster_begin
+    first, last = (int(begin[group]) for group in primitive.groups_of(page))
+    cluster = np.repeat(np.arange(first, last), 3 * primitive.cluster_triangles[first:last])
     owner, edges, sums = _summed(cluster, edge, np.sign(end - start)[:, None])
-    return owner, edges, sums[:, 0]
+    at = cells[first_of_each(ids, count)]
+    low, high = at[edges // count], at[edges % count]
+    is_turned = _is_less(high, low)
+    result = np.empty(len(owner), BORDER)
+    result["ends"][:, 0] = np.where(is_turned[:, None], high, low)
+    result["ends"][:, 1] = np.where(is_turned[:, None], low, high)
+    result["cluster"], result["sign"] = owner, np.where(is_turned, -1, 1) * sums[:, 0]
+    return result
+
+
+def _is_less(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """bool[N]: whether points uint32[N, 3] come before others, by x, then y, then z."""
+    result: np.ndarray = a[:, 2] < b[:, 2]
+    for axis in (1, 0):
+        result = (a[:, axis] < b[:, axis]) | ((a[:, axis] == b[:, axis]) & result)
+    return result
 
 
 def _summed(
@@ -89,14 +124,47 @@ def _summed(
     return owner[starts][kept], edge[starts][kept], sums[kept]
 
 
-def _replacements_keep_borders(
-    tables: Tables, cluster: np.ndarray, edge: np.ndarray, sign: np.ndarray, count: int
-) -> bool:
+def _replacements_keep_borders(tables: Tables, borders: Buckets) -> bool:
     """Whether borders of groups and of their replacements differ along the outer border only.
 
     Edges that replacements add there are outer edges for coarser groups.
     """
-    group, refined = tables.cluster_group[cluster], tables.cluster_refined[cluster]
+    found = [_changes(tables, part) for part in borders.parts()]
+    group, leaves, changed, outer = (np.concatenate(arrays) for arrays in zip(*found))
+    both = np.concatenate([changed, outer])
+    if not len(changed):
+        return True
+    edges, _ = _codec.weld(both.view(np.uint8).reshape(len(both), -1))
+    points, _ = _codec.weld(both.reshape(-1, 3).view(np.uint8))
+    ends = points.reshape(-1, 2)
+    outer_edges, outer_ends = np.unique(edges[len(changed) :]), np.unique(ends[len(changed) :])
+    edges, ends = edges[: len(changed)], ends[: len(changed)]
+    level = tables.group_level[group]
+    for here in range(tables.level_count):
+        joins = (level == here) & ~leaves
+        if not np.isin(edges[(level == here) & leaves], outer_edges).all():
+            return False
+        if not np.isin(ends[joins], outer_ends).all():
+            return False
+        outer_edges = np.union1d(outer_edges, edges[joins])
+        outer_ends = np.union1d(outer_ends, ends[joins])
+    return True
+
+
+def _changes(
+    tables: Tables, borders: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """(group, whether it leaves, ends) of the edges that differ between the border of a group and
+    that of its replacement, and the ends of the outer edges of level 0.
+
+    borders: BORDER[N], all of these edges.
+    """
+    edge, count = _codec.weld(np.ascontiguousarray(borders["ends"]).reshape(-1, 6).view(np.uint8))
+    ends = borders["ends"][first_of_each(edge, count)]
+    edge, sign = edge.astype(np.int64), borders["sign"].astype(np.int64)
+    group, refined = (
+        values[borders["cluster"]] for values in (tables.cluster_group, tables.cluster_refined)
+    )
     is_replaced = np.isfinite(tables.groups["error"])[group]
     owner, border, signs = _summed(group[is_replaced], edge[is_replaced], sign[is_replaced, None])
     is_made = refined >= 0
@@ -111,15 +179,6 @@ def _replacements_keep_borders(
             ]
         ),
     )
-    leaves, level = sums[:, 1] > 0, tables.group_level[group_of]
     fine = edge[~is_made]
     _, outer, _ = _summed(np.zeros_like(fine), fine, sign[~is_made, None])
-    for here in range(tables.level_count):
-        ends = np.union1d(outer // count, outer % count)
-        joins = changed[(level == here) & ~leaves]
-        if not np.isin(changed[(level == here) & leaves], outer).all():
-            return False
-        if not np.isin(np.concatenate([joins // count, joins % count]), ends).all():
-            return False
-        outer = np.union1d(outer, joins)
-    return True
+    return group_of, sums[:, 1] > 0, ends[changed], ends[outer]

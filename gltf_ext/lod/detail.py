@@ -50,13 +50,13 @@ class Detail:
         is_share = text.endswith("%")
         return cls(None, value / 100.0 if is_share else value, is_share)
 
-    def mesh(self, document: Document, compressed: Compressed) -> Primitive:
-        """The primitive at this detail; one without levels as it is. Raises MeshletError."""
+    def cut(self, document: Document, compressed: Compressed) -> Primitive | None:
+        """The primitive at this detail; None for all of it. Raises MeshletError."""
         if not self.level and self.error is None:
-            return compressed.decode()
+            return None
         primitive = read_lod(document, compressed)
         if primitive is None:
-            return compressed.decode()
+            return None
         if self.level is not None:
             return primitive.mesh(cut_at_level(primitive.tables, self.level))
         assert self.error is not None

@@ -28,7 +28,7 @@ class Levels:
     """
 
     tables: Tables
-    pages: bytes
+    pages: bytes | memoryview
     report: dict[str, Any]
 
 
@@ -43,6 +43,7 @@ def add_levels(document: Document, users: list[pygltflib.Primitive], levels: Lev
         "coarsePageCount": tables.coarse_pages,
         "groupCount": len(tables.groups),
         "runCount": len(tables.run_group),
+        "rootPageCount": tables.root_pages,
     }
     for user in users:
         user.extensions[EXTENSION] = {**extension, "pages": dict(extension["pages"])}  # type: ignore[call-overload]

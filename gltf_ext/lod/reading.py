@@ -23,8 +23,9 @@ from gltf_ext.errors import MeshletError, blaming
 from gltf_ext.gltf.document import Document, item
 from gltf_ext.gltf.importers import open_model
 from gltf_ext.lod.cuts import Cut
-from gltf_ext.lod.ranges import begins, members
 from gltf_ext.lod.tables import EXTENSION, VERSION, Tables, read_tables
+from gltf_ext.ranges import begins, members
+from gltf_ext.work_files import release
 
 COUNTS = ("pageCount", "coarsePageCount", "groupCount", "runCount")
 # The stream table of a blob: kind, elements and bits; predictor, bases; step and offset.
@@ -45,7 +46,7 @@ class LodPrimitive:
 
     compressed: Compressed
     tables: Tables
-    coarse: bytes
+    coarse: memoryview
     streams: tuple[Any, ...]
     _sound: set[int] = field(default_factory=set, init=False, repr=False)  # checked pages
 
@@ -54,14 +55,17 @@ class LodPrimitive:
         begin = self.tables.page_begin
         first, last = int(begin[number]), int(begin[number + 1])
         if number < self.tables.coarse_pages:
-            return self.coarse[first:last]
-        return self.compressed.blob[first - len(self.coarse) : last - len(self.coarse)]
+            return bytes(self.coarse[first:last])
+        return bytes(self.compressed.blob[first - len(self.coarse) : last - len(self.coarse)])
 
     @cached_property
     def cluster_triangles(self) -> np.ndarray:
         """int64[C]: number of triangles of each cluster. Reads all pages' headers."""
-        headers = [_codec.read_header(self.page(p)) for p in range(len(self.tables.pages))]
-        counts = np.concatenate([h.meshlet_triangles for h in headers]).astype(np.int64)
+        of_pages = [
+            _codec.read_header(self.page(p)).meshlet_triangles
+            for p in range(len(self.tables.pages))
+        ]
+        counts = np.concatenate(of_pages).astype(np.int64)
         if len(counts) != self.tables.cluster_begin[-1]:
             raise self.malformed("its pages do not have the clusters of its groups")
         return counts
@@ -100,7 +104,7 @@ class LodPrimitive:
             self.check_page(page)
             self._sound.add(page)
         begin = self.tables.cluster_begin
-        first, last = self._groups_of(page)
+        first, last = self.groups_of(page)
         return np.flatnonzero(drawn[begin[first] : begin[last]])
 
     def _drawn_of(self, page: int, drawn: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:
@@ -111,26 +115,38 @@ class LodPrimitive:
         triangle_begin = begins(_codec.read_header(blob).meshlet_triangles)
         return triangles[members(triangle_begin, chosen)], values
 
-    def check_page(self, number: int) -> None:
-        """Compares a page's header with the tables and level 0. Raises MeshletError."""
+    def check_page(self, number: int, blob: bytes | None = None) -> None:
+        """Compares a page's header with the tables and level 0. Raises MeshletError.
+
+        blob: the page, if it has been read.
+        """
+        blob = self.page(number) if blob is None else blob
         with malformed_from(f"{self.where}: page {number}"):
-            blob = self.page(number)
             header = _codec.read_header(blob)
         row, begin = self.tables.pages[number], self.tables.cluster_begin
-        first, last = self._groups_of(number)
+        first, last = self.groups_of(number)
         stated = (row["triangles"], row["vertices"], begin[last] - begin[first])
         if (header.triangle_count, header.vertex_count, header.meshlet_count) != stated:
             raise self.malformed(f"page {number} has other counts than the tables say")
-        if _streams_of(blob) != self.streams:
+        if streams_of_blob(blob) != self.streams:
             raise self.malformed(f"page {number} has other streams than level 0")
 
-    def _groups_of(self, page: int) -> tuple[int, int]:
+    def decoded(self, number: int) -> tuple[np.ndarray, list[np.ndarray]]:
+        """(triangles, integers of the streams) of a page, as _codec.decode gives them; mapped
+        memory of the file is given back. Raises MeshletError."""
+        with malformed_from(f"{self.where}: page {number}"):
+            result = _codec.decode(self.page(number), threads=1)
+        release(self.coarse)
+        release(self.compressed.blob)
+        return result
+
+    def groups_of(self, page: int) -> tuple[int, int]:
         """The page's first group, and the next page's."""
         first = np.append(self.tables.pages["firstGroup"], len(self.tables.groups))
         return int(first[page]), int(first[page + 1])
 
 
-def _streams_of(blob: bytes) -> tuple[Any, ...]:
+def streams_of_blob(blob: bytes | memoryview) -> tuple[Any, ...]:
     """(kind, elements and bits, step and offset) of the streams; predictors and bases differ."""
     table = np.frombuffer(blob, STREAM, count=blob[STREAM_COUNT_AT], offset=HEADER_BYTES)
     return table["kind"].tolist(), table["grid"].tolist()
@@ -167,12 +183,14 @@ def read_lod(document: Document, compressed: Compressed) -> LodPrimitive | None:
     try:
         counts = [_count(extension, name) for name in COUNTS]
         tables = read_tables(_bytes(document, extension), *counts)
+        if extension.get("rootPageCount", tables.root_pages) != tables.root_pages:
+            raise ValueError(f"{EXTENSION} has another rootPageCount than its groups")
         coarse = _bytes(document, extension.get("pages"))
         _check_lengths(tables, coarse, compressed)
     except ValueError as error:
         text = error.message if isinstance(error, MeshletError) else str(error)
         raise MeshletError(f"{compressed.where}: {text}") from None
-    return LodPrimitive(compressed, tables, coarse, _streams_of(compressed.blob))
+    return LodPrimitive(compressed, tables, coarse, streams_of_blob(compressed.blob))
 
 
 def levels_of(document: Document) -> list[LodPrimitive]:
@@ -188,14 +206,14 @@ def _count(extension: dict[str, Any], name: str) -> int:
     return value
 
 
-def _bytes(document: Document, holder: Any) -> bytes:
+def _bytes(document: Document, holder: Any) -> memoryview:
     """The bytes of the buffer view that an object names."""
     index = holder.get("bufferView") if isinstance(holder, dict) else None
     require_plain(item(document.bufferViews, index, "bufferView"))
-    return bytes(document.bytes_of_view(index))
+    return document.bytes_of_view(index)
 
 
-def _check_lengths(tables: Tables, coarse: bytes, compressed: Compressed) -> None:
+def _check_lengths(tables: Tables, coarse: memoryview, compressed: Compressed) -> None:
     """Raises ValueError unless the pages are exactly the blobs of both views."""
     sizes = tables.pages["byteLength"]
     for kind, data, expected in (

@@ -135,7 +135,7 @@ class _Reduction:
 
 
 def _locked(surface: Surface, groups: list[np.ndarray]) -> np.ndarray:
-    """uint8[V]: 1 for vertices at positions that two groups share."""
+    """uint8[V]: 1 for vertices at positions that two groups share, and for those that are fixed."""
     last = np.empty(len(surface.vertex_at), np.int32)  # group at each position
     shared = np.zeros(len(surface.vertex_at), np.uint8)
     # Group by group: little memory at a time.
@@ -145,4 +145,4 @@ def _locked(surface: Surface, groups: list[np.ndarray]) -> np.ndarray:
     for number, ids in enumerate(ids_of):
         shared[ids[last[ids] != number]] = 1
     locked: np.ndarray = shared[surface.position_ids]
-    return locked
+    return locked if surface.fixed is None else locked | surface.fixed.astype(np.uint8)

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Container
 from typing import Any
 
 import numpy as np
 
-from gltf_ext import _codec
-from gltf_ext.compression.primitives import Primitive
 from gltf_ext.gltf.document import Document
 from gltf_ext.lod.cuts import Cut, cut_at_level, error_of
 from gltf_ext.lod.reading import LodPrimitive, levels_of
+from gltf_ext.lod.samples import shading_differences, surface_distances
 
 SAMPLES = 50_000  # of a surface, for measured errors
 WITHIN = 99.9  # percent of the samples that a stated error must hold
+# Of measured distances, which are float32, relative to the largest coordinate: on planes, 2^-19.5
+# beyond the stated error was seen.
+DISTANCE_ROUNDING = 2.0**-18
+SHADING = 95  # percent: where texture coordinates jump, the nearest place may lie across a seam
 
 Report = dict[str, Any]
 
@@ -86,20 +90,31 @@ def _waiting(primitive: LodPrimitive) -> np.ndarray:
 # --- verify ---
 
 
-def measure_levels(document: Document, samples: int = SAMPLES) -> list[Report]:
-    """Stated errors and distances measured at surface samples, for each level but 0.
+def measure_levels(
+    document: Document, samples: int = SAMPLES, large: Container[tuple[int, int]] = ()
+) -> tuple[list[Report], list[Report]]:
+    """(stated errors, distances and differences in shading at surface samples, for each level but
+    0; mesh and primitive of those that are `large`, which are not measured).
 
     Raises MeshletError.
     """
-    return [level for primitive in _distinct(document) for level in _measure(primitive, samples)]
+    levels, left = list[Report](), list[Report]()
+    for primitive in _distinct(document):
+        if (primitive.compressed.mesh, primitive.compressed.primitive) in large:
+            left.append(_place(primitive))
+        else:
+            levels += _measure(primitive, samples)
+    return levels, left
 
 
 def _measure(primitive: LodPrimitive, samples: int) -> list[Report]:
     finest = primitive.compressed.decode()
+    largest = float(np.abs(finest.attributes["POSITION"]).max(initial=0.0))
     result = []
     for level in range(1, primitive.tables.level_count):
         cut = cut_at_level(primitive.tables, level)
-        distances = surface_distances(finest, primitive.mesh(cut), samples)
+        mesh = primitive.mesh(cut)
+        distances = surface_distances(finest, mesh, samples)
         stated = error_of(primitive.tables, cut)
         result.append(
             {
@@ -108,34 +123,13 @@ def _measure(primitive: LodPrimitive, samples: int) -> list[Report]:
                 "triangles": _drawn_triangles(primitive, cut),
                 "stated_error": stated,
                 "measured_error": float(np.percentile(distances, WITHIN)),
+                "rounding": largest * DISTANCE_ROUNDING,
                 "largest_distance": float(distances.max()),
                 "share_within": float((distances <= stated).mean()),
+                "shading": {
+                    name: dict(zip(("median", f"p{SHADING}"), np.percentile(found, [50, SHADING])))
+                    for name, found in shading_differences(mesh, finest, samples).items()
+                },
             }
         )
     return result
-
-
-def surface_distances(first: Primitive, second: Primitive, samples: int) -> np.ndarray:
-    """float32[2 * samples]: distances of points on each surface to the other one."""
-    both: list[np.ndarray] = []
-    for one, other in ((first, second), (second, first)):
-        positions = other.attributes["POSITION"].astype(np.float32)
-        points = sample_surface(one, samples)
-        both.append(_codec.surface_distances(points, positions, other.indices))
-    return np.concatenate(both)
-
-
-def sample_surface(primitive: Primitive, samples: int) -> np.ndarray:
-    """float32[samples, 3]: points spread by area, the same ones each time."""
-    random = np.random.default_rng(0)
-    corners = primitive.attributes["POSITION"].astype(np.float64)[primitive.indices]
-    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
-    area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
-    if not area.sum() > 0.0:
-        return np.ascontiguousarray(a[:1], np.float32)
-    chosen = random.choice(len(area), samples, p=area / area.sum())
-    u, v = random.random(samples), random.random(samples)
-    beyond = u + v > 1.0
-    u[beyond], v[beyond] = 1.0 - u[beyond], 1.0 - v[beyond]
-    points: np.ndarray = a[chosen] + u[:, None] * (b - a)[chosen] + v[:, None] * (c - a)[chosen]
-    return points.astype(np.float32, copy=False)

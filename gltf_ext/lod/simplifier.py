@@ -1,11 +1,12 @@
 """The two functions of meshoptimizer that levels are built with, called through ctypes.
 
-The PyPI package meshoptimizer is compiled from its sources on the user's machine. Its extension
+Our wheels contain them, in the library of the codec. Other installations take them from the PyPI
+package meshoptimizer, which is compiled from its sources on the user's machine. Its extension
 module exports the C functions; its Python part wraps neither partitionClusters nor, with locked
 vertices, simplifyWithAttributes. ctypes releases the interpreter lock during a call. The version is
 pinned (optional dependencies "lod" in pyproject.toml): results would change with another one, and
-later ones have other parameters. Nothing of meshoptimizer is part of this package; its licence
-(MIT, Arseny Kapoulkine) comes with its own.
+later ones have other parameters. Its licence (MIT, Arseny Kapoulkine) comes with it, and with our
+wheels.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from pathlib import Path
 
 import numpy as np
 
+from gltf_ext import _codec
 from gltf_ext.errors import MeshletError
 
 VERSION = "0.2.30a0"
@@ -27,6 +29,7 @@ MAX_ATTRIBUTES = 32  # floats per vertex
 # meshopt_SimplifySparse: triangles use few of the vertices. meshopt_SimplifyErrorAbsolute.
 SPARSE, ERROR_ABSOLUTE = 2, 4
 LARGEST_ERROR = 1e30
+PARTITION = "meshopt_partitionClusters"  # in a library that has both functions
 
 
 def require_simplifier() -> None:
@@ -34,8 +37,16 @@ def require_simplifier() -> None:
     _library()
 
 
+def has_simplifier() -> bool:
+    """Whether meshoptimizer is there, in the codec's library or as a package."""
+    inside = hasattr(_codec.library, PARTITION)
+    return inside or importlib.util.find_spec("meshoptimizer") is not None
+
+
 @cache
 def _library() -> ctypes.CDLL:
+    if hasattr(_codec.library, PARTITION):
+        return _typed(_codec.library)
     remedy = f"install it: pip install meshoptimizer=={VERSION}"
     found = importlib.util.find_spec("meshoptimizer")
     if found is None or found.origin is None:
@@ -47,11 +58,14 @@ def _library() -> ctypes.CDLL:
     for suffix in importlib.machinery.EXTENSION_SUFFIXES:
         path = folder / f"_meshoptimizer{suffix}"
         if path.exists():
-            library = ctypes.CDLL(str(path))
-            library.meshopt_simplifyWithAttributes.restype = ctypes.c_size_t
-            library.meshopt_partitionClusters.restype = ctypes.c_size_t
-            return library
+            return _typed(ctypes.CDLL(str(path)))
     raise MeshletError("the package meshoptimizer lacks its compiled module", remedy)
+
+
+def _typed(library: ctypes.CDLL) -> ctypes.CDLL:
+    library.meshopt_simplifyWithAttributes.restype = ctypes.c_size_t
+    library.meshopt_partitionClusters.restype = ctypes.c_size_t
+    return library
 
 
 def _pointer(array: np.ndarray, dtype: type[np.generic]) -> ctypes.c_void_p:

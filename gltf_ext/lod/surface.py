@@ -20,6 +20,7 @@ class Surface:
             all that edges without length join.
         attributes, weights: float32[V, A] and float32[A], for the choice of edges.
         morphed: points with each morph target at weight 1, float32[V, 3].
+        fixed: bool[V] or None: vertices that stay, equal where points are.
     """
 
     triangles: np.ndarray
@@ -29,6 +30,7 @@ class Surface:
     attributes: np.ndarray
     weights: np.ndarray
     morphed: list[np.ndarray] = field(default_factory=list)
+    fixed: np.ndarray | None = None
 
     @cached_property
     def vertex_at(self) -> np.ndarray:

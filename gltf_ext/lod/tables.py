@@ -11,11 +11,12 @@ from functools import cached_property
 import numpy as np
 
 from gltf_ext.errors import MeshletError
-from gltf_ext.lod.ranges import begins, members
+from gltf_ext.ranges import begins, members
 
 EXTENSION = "EXT_meshlet_lod"
 VERSION = 1
 MAX_GROUPS = 1 << 24
+MAX_CLUSTERS = 255  # of a group: 8 bits
 
 PAGE = np.dtype(
     [("byteLength", "<u4"), ("firstGroup", "<u4"), ("triangles", "<u4"), ("vertices", "<u4")]
@@ -122,7 +123,9 @@ def reach(groups: np.ndarray, owner: np.ndarray, finer: np.ndarray) -> np.ndarra
     return result
 
 
-def read_tables(data: bytes, pages: int, coarse: int, groups: int, runs: int) -> Tables:
+def read_tables(
+    data: bytes | memoryview, pages: int, coarse: int, groups: int, runs: int
+) -> Tables:
     """Tables from bytes, checked. The others: numbers of pages, coarse pages, groups and runs.
 
     Raises MeshletError for anything that the specification forbids.

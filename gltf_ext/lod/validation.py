@@ -16,9 +16,10 @@ from gltf_ext.gltf.document import Document
 from gltf_ext.lod.coverage import check_coverage
 from gltf_ext.lod.reading import COUNTS, LodPrimitive, read_lod
 from gltf_ext.lod.tables import EXTENSION
+from gltf_ext.progress import Advance, shared_progress
 
 
-def lod_problems(document: Document) -> list[str]:
+def lod_problems(document: Document, advance: Advance | None = None) -> list[str]:
     """Problems of the tables, pages and replacements of all primitives, one line each."""
     problems = []
     users = [p for _, _, p in all_primitives(document) if EXTENSION in (p.extensions or {})]
@@ -29,17 +30,19 @@ def lod_problems(document: Document) -> list[str]:
     if not all(map(is_compressed, users)):
         problems.append(f"{EXTENSION} is on a primitive without {EDGEBREAKER}")
     try:
-        _check_primitives(document)
+        _check_primitives(document, advance)
     except ValueError as error:
         problems.append(str(error))
     return problems
 
 
-def _check_primitives(document: Document) -> None:
+def _check_primitives(document: Document, advance: Advance | None) -> None:
     """Raises ValueError for the first primitive with levels that are malformed."""
     levels_of: dict[int, list[int]] = {}  # view of level 0 -> its levels' views and counts
     level_0_of: dict[int, int] = {}  # the reverse, for each of these views
-    for compressed in compressed_primitives(document):
+    found = compressed_primitives(document)
+    moves = shared_progress(advance, [1 / len(found)] * len(found) if found else [])
+    for compressed, move in zip(found, moves):
         primitive = read_lod(document, compressed)
         if primitive is None:
             continue
@@ -49,7 +52,7 @@ def _check_primitives(document: Document) -> None:
         views = [extension["bufferView"], extension["pages"]["bufferView"]]
         used = [*views, *(extension[name] for name in COUNTS)]
         if compressed.view not in levels_of:
-            _check_pages(primitive)
+            _check_pages(primitive, move)
             require_unused_by_accessors(document, views)
         if levels_of.setdefault(compressed.view, used) != used or any(
             level_0_of.setdefault(view, compressed.view) != compressed.view for view in views
@@ -57,9 +60,9 @@ def _check_primitives(document: Document) -> None:
             raise malformed(where, "it shares some of its buffer views, not all")
 
 
-def _check_pages(primitive: LodPrimitive) -> None:
+def _check_pages(primitive: LodPrimitive, advance: Advance | None) -> None:
     for page in range(len(primitive.tables.pages)):
         primitive.check_page(page)
     with malformed_from(primitive.where):
         _codec.validate(primitive.coarse)
-    check_coverage(primitive)
+    check_coverage(primitive, advance=advance)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -15,13 +15,14 @@ from gltf_ext.compression.streams import Plan, Stream, semantic
 from gltf_ext.lod import simplifier
 from gltf_ext.lod.builder import Hierarchy, build
 from gltf_ext.lod.document import Levels
-from gltf_ext.lod.ranges import begins, members
 from gltf_ext.lod.surface import Surface
 from gltf_ext.lod.tables import GROUP, MAX_GROUPS, PAGE, Tables, reach
 from gltf_ext.progress import Advance
+from gltf_ext.ranges import begins, first_of_each, members
 
-# Weights of attributes in the choice of edges, beside positions in a box of size 1. Normals: at
-# 0.5, igea draws a fifth more triangles for the same error.
+# Weights of attributes in the choice of edges, beside positions in a box of size 1. Normals: at 0.2
+# igea draws 1.12 times the triangles at one pixel of error, and its normals are off by 1.6 degrees
+# (median) instead of 1.9: shallow waves of the hair are a little clearer.
 ATTRIBUTE_WEIGHTS = {"NORMAL": 0.05, "TEXCOORD": 0.5, "COLOR": 0.5}
 MORPH_WEIGHT = 1.0
 MOST_WEIGHED = 16  # floats per vertex; meshoptimizer takes no more
@@ -34,6 +35,9 @@ BLOCK_GROUPS = 48
 # The last page of a coarse level takes groups of the next level if it is emptier than this. Full
 # pages make 2 % smaller files, but a cut loads up to a fifth more bytes (igea).
 LEAST_SHARE = 0.25
+# Levels whose pages take more than this share of level 0 are built again, with a larger first step.
+# sponza_like: 0.89 of level 0 become 0.64, for twice the time.
+MOST_COARSE, LARGER_STEP = 0.7, 1.25
 
 
 def encode_with_levels(
@@ -44,26 +48,37 @@ def encode_with_levels(
     None for a primitive that cannot be simplified. Raises MeshletError without meshoptimizer.
     """
     simplifier.require_simplifier()
-    surface, stream = _surface(source, plan), plan.streams[0]
+    surface, stream = surface_of(source, plan), plan.streams[0]
+    ids = position_ids(source.attributes["POSITION"])
     advance = (lambda share: progress(BUILD_SHARE * share)) if progress else None
     group_size, page_bytes = options.lod_group, options.lod_page_bytes
     error_limit = math.inf if options.lod_limit is None else options.lod_limit
+    reduction = options.lod_reduction
     while True:
-        hierarchy = build(surface, options, group_size, error_limit / stream.step, threads, advance)
+        hierarchy = build(
+            surface,
+            options,
+            group_size,
+            error_limit / stream.step,
+            reduction,
+            threads,
+            advance,
+        )
         if hierarchy is None or len(hierarchy.level) > MAX_GROUPS:
             return None
-        paged = _paged(hierarchy, source, surface, plan, page_bytes, threads)
-        too_large = max(map(len, paged.blobs)) > page_bytes
-        if not too_large or group_size <= SMALLEST_GROUP:
+        coarse, fine = paged(hierarchy, surface, plan, ids, page_bytes, threads)
+        view, pages = b"".join(fine.blobs), b"".join(coarse.blobs)
+        if max(map(len, coarse.blobs + fine.blobs)) > page_bytes and group_size > SMALLEST_GROUP:
+            group_size //= 2
+        elif len(pages) > MOST_COARSE * len(view) and reduction == options.lod_reduction:
+            reduction *= LARGER_STEP
+        else:
             break
-        group_size //= 2
     if progress:
         progress(1.0)
-    view, pages = b"".join(paged.blobs[paged.coarse :]), b"".join(paged.blobs[: paged.coarse])
-    generation = {"histogram": (0, 0, 0, 0), "iterations": 0}
-    statistics = {**_codec.describe(view), "generation": generation}
-    levels = Levels(_tables(hierarchy, paged, stream), pages, _report(hierarchy))
-    return view, statistics, levels
+    groups, rows = coarse.groups + fine.groups, coarse.rows + fine.rows
+    tables = tables_of(hierarchy, groups, rows, len(coarse.rows), stream)
+    return view, fine.statistics, Levels(tables, pages, _report(hierarchy))
 
 
 def _report(hierarchy: Hierarchy) -> dict[str, Any]:
@@ -76,11 +91,10 @@ def _report(hierarchy: Hierarchy) -> dict[str, Any]:
 # --- the surface ---
 
 
-def _surface(source: Primitive, plan: Plan) -> Surface:
+def surface_of(source: Primitive, plan: Plan) -> Surface:
     rows = np.concatenate(plan.values, axis=1)
     ids, count = _codec.weld(np.ascontiguousarray(rows).view(np.uint8))
-    first = np.empty(count, np.uint32)
-    first[ids[::-1]] = np.arange(len(ids) - 1, -1, -1, dtype=np.uint32)
+    first = first_of_each(ids, count)
     cells = np.ascontiguousarray(plan.values[0])
     points = cells.astype(np.float32)
     step = plan.streams[0].step
@@ -163,15 +177,30 @@ def _unit(values: np.ndarray) -> np.ndarray:
 
 
 @dataclass
-class _Paged:
-    """Pages: the numbers of the groups in each, and its blob.
+class Pages:
+    """Pages, one after the other.
 
-    coarse: number of the pages that do not belong to level 0.
+    Attributes:
+        groups: the places of the groups in each; blobs: of each.
+        rows: PAGE[1] of each, without firstGroup.
+        statistics: as _codec.encode gives them, of the last packing.
     """
 
-    pages: list[np.ndarray]
-    blobs: list[bytes]
-    coarse: int
+    groups: list[np.ndarray] = field(default_factory=list)
+    blobs: list[bytes] = field(default_factory=list)
+    rows: list[np.ndarray] = field(default_factory=list)
+    statistics: dict[str, Any] = field(default_factory=dict)
+
+    def add(self, other: Pages) -> None:
+        self.groups += other.groups
+        self.blobs += other.blobs
+        self.rows += other.rows
+
+    def take_last(self) -> np.ndarray:
+        """Removes the last page; returns its groups."""
+        self.blobs.pop()
+        self.rows.pop()
+        return self.groups.pop()
 
 
 def _pack(
@@ -184,7 +213,7 @@ def _pack(
     ids: np.ndarray,
     positions: np.ndarray,
     values: list[np.ndarray],
-) -> tuple[list[np.ndarray], list[bytes]]:
+) -> Pages:
     """Packs groups, in this order, into pages of at most `limit` bytes. A group that is larger than
     a page is alone in one.
 
@@ -195,7 +224,7 @@ def _pack(
     clusters = hierarchy.clusters.chosen(numbers)
     group_begin = begins(np.diff(ranges.begin)[groups])
     used = triangles[members(hierarchy.clusters.triangle_begin, numbers)]
-    view, _ = _codec.encode(
+    view, statistics = _codec.encode(
         np.ascontiguousarray(used),
         ids,
         positions,
@@ -211,8 +240,14 @@ def _pack(
         page_bytes=limit,
     )
     blobs = [view[start : start + size] for start, size in _codec.split(view)]
-    ends = np.cumsum([_codec.read_header(blob).meshlet_count for blob in blobs])
-    return np.split(groups, np.searchsorted(group_begin, ends[:-1])), blobs
+    headers = [_codec.read_header(blob) for blob in blobs]
+    ends = np.cumsum([header.meshlet_count for header in headers])
+    rows = [
+        np.array([(len(blob), 0, header.triangle_count, header.vertex_count)], PAGE)
+        for blob, header in zip(blobs, headers)
+    ]
+    pieces = np.split(groups, np.searchsorted(group_begin, ends[:-1]))
+    return Pages(pieces, blobs, rows, statistics)
 
 
 class _GroupRanges:
@@ -237,22 +272,31 @@ def _separate(hierarchy: Hierarchy, surface: Surface) -> tuple[np.ndarray, np.nd
     vertices; those of level 0 are zeros).
     """
     clusters = hierarchy.clusters
-    sizes = np.diff(clusters.triangle_begin)
     fine = np.count_nonzero(hierarchy.refined < 0)
     first = int(clusters.triangle_begin[fine])
-    corners = clusters.triangles[first:].reshape(-1).astype(np.int64)
-    level = np.repeat(hierarchy.level[hierarchy.group[fine:]], 3 * sizes[fine:])
-    made_from = np.repeat(hierarchy.refined[fine:], 3 * sizes[fine:])
-    is_clashing = _clashing(corners, level, made_from)[made_from]
+    corners = clusters.triangles[first:].reshape(-1)
+    # Of clusters; arrays of all corners are the most memory that paged takes.
+    counts = 3 * np.diff(clusters.triangle_begin)[fine:]
+    level, made_from = hierarchy.level[hierarchy.group[fine:]], hierarchy.refined[fine:]
+    is_clashing = _clashing(corners, counts, level, made_from)[made_from]
     layer = np.where(is_clashing, int(level.max()) + 1 + made_from, level)
     count = len(surface.points)
-    local, made = _numbered(layer * count + corners)
-    corner_of = np.empty(made, np.int64)
-    corner_of[local] = np.arange(len(corners))
-    ids, _ = _numbered((level * count + surface.position_ids[corners])[corner_of])
+    local, made = _numbered(_keys(layer * count, counts, corners))
+    corner_of = np.empty(made, np.uint32)
+    corner_of[local] = np.arange(len(corners), dtype=np.uint32)
     triangles = np.zeros((len(clusters.triangles), 3), np.uint32)
     triangles[first:] = local.reshape(-1, 3)
-    return corners[corner_of], ids, triangles
+    vertices = corners[corner_of].astype(np.int64)
+    level_of = np.repeat(level.astype(np.uint16), counts)[corner_of]
+    ids, _ = _numbered(level_of * np.int64(count) + surface.position_ids[vertices])
+    return vertices, ids, triangles
+
+
+def _keys(base: np.ndarray, counts: np.ndarray, numbers: np.ndarray) -> np.ndarray:
+    """int64: numbers of corners plus that of their cluster in `base`."""
+    keys = np.repeat(base, counts)
+    keys += numbers
+    return keys
 
 
 def _numbered(keys: np.ndarray) -> tuple[np.ndarray, int]:
@@ -261,51 +305,58 @@ def _numbered(keys: np.ndarray) -> tuple[np.ndarray, int]:
     return ids, count
 
 
-def _clashing(corners: np.ndarray, level: np.ndarray, made_from: np.ndarray) -> np.ndarray:
+def _clashing(
+    corners: np.ndarray, counts: np.ndarray, level: np.ndarray, made_from: np.ndarray
+) -> np.ndarray:
     """bool[G]: groups whose replacement has an edge that two triangles of a level pass one way.
 
     Meshlets were made in each replacement alone, where such an edge may lie inside a disk.
+    counts, level, made_from: of clusters.
     """
-    ends = np.roll(corners.reshape(-1, 3), -1, axis=1).reshape(-1)
     count = int(corners.max()) + 1
-    keys = (level * count + corners) * count + ends
+    keys = _keys(level * count, counts, corners)
+    keys *= count
+    keys += np.roll(corners.reshape(-1, 3), -1, axis=1).reshape(-1)
     numbers, _ = _numbered(keys)
+    twice = np.flatnonzero((np.bincount(numbers) > 1)[numbers])
     clashing = np.zeros(int(made_from.max()) + 1, bool)
-    clashing[made_from[np.bincount(numbers)[numbers] > 1]] = True
+    clashing[made_from[np.searchsorted(np.cumsum(counts), twice, "right")]] = True
     return clashing
 
 
-def _paged(
-    hierarchy: Hierarchy, source: Primitive, surface: Surface, plan: Plan, limit: int, threads: int
-) -> _Paged:
-    """Encodes all groups, level 0 with the source's vertices, all others with their own.
+def paged(
+    hierarchy: Hierarchy,
+    surface: Surface,
+    plan: Plan,
+    ids: np.ndarray,
+    limit: int,
+    threads: int,
+) -> tuple[Pages, Pages]:
+    """Encodes all groups, level 0 with the vertices of the surface, all others with their own.
+    Returns (pages of coarse levels, pages of level 0).
 
+    ids: uint32[V]: numbers of positions in level 0, before they were quantised.
     Surfaces of two levels lie on each other. So that no edge has four triangles, each level has its
     own vertices, and so do replacements of groups with an edge that the level has already.
     """
-    *coarser, finest = (
-        np.flatnonzero(hierarchy.level == level) for level in range(hierarchy.level.max(), -1, -1)
-    )
-    vertices, ids, triangles = _separate(hierarchy, surface)
-    values = [np.ascontiguousarray(v[vertices]) for v in plan.values]
-    data = triangles, ids, surface.points[vertices], values
-    coarse: list[np.ndarray] = []
-    coarse_blobs: list[bytes] = []
-    for number, level in enumerate(coarser):
-        groups = _by_error(level, hierarchy.error)
-        if number and len(coarse_blobs[-1]) < LEAST_SHARE * limit:
-            groups = np.concatenate([coarse.pop(), groups])
-            coarse_blobs.pop()
-        pages, blobs = _pack(hierarchy, groups, limit, plan, threads, *data)
-        coarse += pages
-        coarse_blobs += blobs
+    levels = np.unique(hierarchy.level)[::-1]
+    coarse, fine = Pages(), Pages()
+    if levels[0] > 0:
+        vertices, own_ids, triangles = _separate(hierarchy, surface)
+        values = [np.ascontiguousarray(v[vertices]) for v in plan.values]
+        data = triangles, own_ids, surface.points[vertices], values
+    for level in levels[levels > 0]:
+        groups = _by_error(np.flatnonzero(hierarchy.level == level), hierarchy.error)
+        if coarse.blobs and len(coarse.blobs[-1]) < LEAST_SHARE * limit:
+            groups = np.concatenate([coarse.take_last(), groups])
+        coarse.add(_pack(hierarchy, groups, limit, plan, threads, *data))
     # The groups of level 0, the most, stay along the curve: the errors of what replaces them differ
     # little, and neighbours in one page share vertices.
-    ids = position_ids(source.attributes["POSITION"])
-    positions = np.ascontiguousarray(source.attributes["POSITION"], np.float32)
-    data = hierarchy.clusters.triangles, ids, positions, plan.values
-    fine, fine_blobs = _pack(hierarchy, finest, limit, plan, threads, *data)
-    return _Paged(coarse + fine, coarse_blobs + fine_blobs, len(coarse))
+    finest = np.flatnonzero(hierarchy.level == 0)
+    if len(finest):
+        data = hierarchy.clusters.triangles, ids, surface.points, plan.values
+        fine = _pack(hierarchy, finest, limit, plan, threads, *data)
+    return coarse, fine
 
 
 def _by_error(groups: np.ndarray, error: np.ndarray) -> np.ndarray:
@@ -324,9 +375,19 @@ def _by_error(groups: np.ndarray, error: np.ndarray) -> np.ndarray:
 # --- tables ---
 
 
-def _tables(hierarchy: Hierarchy, paged: _Paged, stream: Stream) -> Tables:
-    """The tables of the groups in the order of the pages, in units of POSITION."""
-    order = np.concatenate(paged.pages)  # old numbers, in the new order
+def tables_of(
+    hierarchy: Hierarchy,
+    pages_of: list[np.ndarray],
+    rows: list[np.ndarray],
+    coarse: int,
+    stream: Stream,
+) -> Tables:
+    """The tables of the groups in the order of the pages, in units of POSITION.
+
+    pages_of: the groups of each page; rows: PAGE[1] of each; coarse: the number of coarse pages.
+    Does not use the triangles of the hierarchy.
+    """
+    order = np.concatenate(pages_of)  # old numbers, in the new order
     number = np.empty(len(order), np.int64)
     number[order] = np.arange(len(order))
     ranges = _GroupRanges(hierarchy)
@@ -342,9 +403,9 @@ def _tables(hierarchy: Hierarchy, paged: _Paged, stream: Stream) -> Tables:
     groups["clusters"] = sizes
     groups["runs"] = np.bincount(run_owner, minlength=len(order))
     groups["firstRun"] = begins(groups["runs"])[:-1]
-    page = np.repeat(np.arange(len(paged.pages)), [len(p) for p in paged.pages])
+    page = np.repeat(np.arange(len(pages_of)), [len(p) for p in pages_of])
     groups["page"] = page
-    first_group = np.searchsorted(page, np.arange(len(paged.pages)))
+    first_group = np.searchsorted(page, np.arange(len(pages_of)))
     cluster_begin = begins(sizes)
     groups["firstCluster"] = cluster_begin[:-1] - cluster_begin[first_group][page]
     groups["error"] = _rounded_up(hierarchy.error[order] * stream.step)
@@ -353,14 +414,10 @@ def _tables(hierarchy: Hierarchy, paged: _Paged, stream: Stream) -> Tables:
     moved = np.linalg.norm(groups["centre"] - centre, axis=1)
     groups["radius"] = _rounded_up(hierarchy.radius[order] * stream.step + moved)
     _nest(groups, hierarchy.level[order], run_owner, run_group)
-    pages = np.zeros(len(paged.pages), PAGE)
-    pages["byteLength"] = [len(b) for b in paged.blobs]
+    pages = np.concatenate(rows)
     pages["firstGroup"] = first_group
-    headers = [_codec.read_header(b) for b in paged.blobs]
-    pages["triangles"] = [h.triangle_count for h in headers]
-    pages["vertices"] = [h.vertex_count for h in headers]
     counts = np.bincount(run_of_cluster, minlength=len(run_group))
-    return Tables(pages, groups, run_group, counts, paged.coarse)
+    return Tables(pages, groups, run_group, counts, coarse)
 
 
 def _rounded_up(values: np.ndarray) -> np.ndarray:

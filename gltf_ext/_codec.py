@@ -1,0 +1,670 @@
+"""The native codec of EXT_meshlet_edgebreaker: codec/c/gltf_meshlet.h with numpy arrays.
+
+Functions that take a blob raise ValueError, with one sentence, if it is malformed. Calls release
+the interpreter's lock. `threads`: 0 means one per processor.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import numbers
+import operator
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from ctypes import byref, c_float, c_size_t, c_uint8, c_uint32, c_uint64, c_void_p
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, NoReturn
+
+import numpy as np
+from numpy.typing import NDArray
+
+# Constants of the format, under the names of codec/format/constants.h.
+KIND_GRID, KIND_OCT, KIND_INTEGER, KIND_FLOAT32, KIND_SIGN = range(5)
+PREDICT_PARALLELOGRAM, PREDICT_MEAN, PREDICT_COPY, PREDICT_DAMPED = range(4)
+PREDICT_GEO, PREDICT_AFFINE = 4, 5
+PREDICT_MAX_BITS = GRID_MAX_BITS = 24
+OCT_MIN_BITS, OCT_MAX_BITS = 2, 16
+STREAM_MAX_ELEMENTS, STREAM_MAX_BITS, BLOB_MAX_STREAMS = 4, 32, 64
+MESHLET_TRIANGLES = MESHLET_VERTICES = 64
+
+Bytes = bytes | memoryview
+UInt32s = NDArray[np.uint32]
+Floats = NDArray[np.float32]
+
+
+# --- the interface ---
+
+_PROGRESS = ctypes.CFUNCTYPE(ctypes.c_int, c_void_p, c_float)
+_CHOOSE_PREDICTOR = 255
+# Types of fields and arguments, by a letter each; p is any pointer.
+_NUMBERS = (c_uint8, c_uint32, c_uint64, ctypes.c_int32, c_float, c_size_t)
+_ARRAYS = (c_uint32 * 4, c_uint64 * 5, c_float * 4, c_uint64 * BLOB_MAX_STREAMS)
+_TYPES: dict[str, Any] = dict(zip("buqifzpc45os", (*_NUMBERS, c_void_p, _PROGRESS, *_ARRAYS)))
+_FUNCTIONS = """
+close p, get_array pupp, open pzp, get_counts pp, get_blob pup, get_stream puup, validate pi,
+get_meshlet_triangles pupz, get_statistics pp, decode pip, decode_meshlets ppzppp, encode pppp,
+weld pzzpp, scan_lines pzpup, generate pppp, sort_points pzp, open_surface puqpfip,
+measure ppppzpip, get_distances pzppqipp, get_unpacked_bytes pzp, unpack pzipz, pack pzip
+"""
+
+
+def _fields(types: str, names: str) -> list[tuple[str, Any]]:
+    return [(name, _TYPES[kind]) for kind, name in zip(types, names.split())]
+
+
+def _address(value: Any) -> Any:
+    """The address of an array; other values as they are."""
+    if isinstance(value, np.ndarray):
+        return value.__array_interface__["data"][0]
+    return ctypes.addressof(value) if isinstance(value, ctypes.Array) else value
+
+
+class _Struct(ctypes.Structure):
+    """A struct that begins with its size, and keeps the arrays that it points to."""
+
+    def __init__(self, **values: Any) -> None:
+        self.kept = values
+        addresses = {name: _address(value) for name, value in values.items()}
+        super().__init__(size=ctypes.sizeof(self), **addresses)
+
+    @property
+    def _as_parameter_(self) -> Any:
+        return byref(self)
+
+
+class _Counts(_Struct):
+    _fields_ = _fields("uuuuqqq", "size blobs streams suspicious triangles vertices meshlets")
+
+
+class _Blob(_Struct):
+    _fields_ = _fields(
+        "uuqqqqqqqq",
+        "size data_offset offset bytes triangles vertices meshlets first_triangle first_vertex "
+        "first_meshlet",
+    )
+
+
+class StreamHeader(ctypes.Structure):
+    """A row of a blob's stream table: kind (KIND_), elements (integers per vertex, 1 to 4), bits
+    (of each, 1 to 32), predictor (PREDICT_), three bases of codes' parameters, step (GRID: value =
+    offset + integer * step), and offset (a float for each element)."""
+
+    _fields_ = _fields(
+        "bbbbbbbbfo",
+        "kind elements bits predictor chain_base interior_base anchor_base reserved step offsets",
+    )
+
+    @property
+    def offset(self) -> list[float]:
+        return list(self.offsets[: self.elements])
+
+    def row(self) -> dict[str, Any]:
+        """The row as encode takes it."""
+        names = ("kind", "bits", "predictor", "chain_base", "interior_base", "anchor_base")
+        row = {name: getattr(self, name) for name in (*names, "step", "offset")}
+        return {**row, "components": self.elements}
+
+
+class _Statistics(_Struct):
+    _fields_ = _fields(
+        "ui4qqs5qqqq",
+        "size iterations histogram connectivity references streams symbols disks owned private "
+        "foreign",
+    )
+
+
+class _Arrays(_Struct):
+    _fields_ = _fields(
+        "uuqqpppqq",
+        "size first_vertex triangle_room vertex_room triangles integers values triangles_out "
+        "vertices_out",
+    )
+
+
+class _Mesh(_Struct):
+    _fields_ = _fields(
+        "uupqqppppppppqqq",
+        "size stream_count triangles triangle_count vertex_count position_ids positions streams "
+        "values order disk_begin meshlet_begin group_begin disk_begin_count meshlet_begin_count "
+        "group_begin_count",
+    )
+
+
+class _Options(_Struct):
+    _fields_ = _fields(
+        "uuuuiffuuqcp",
+        "size effort max_triangles max_vertices threads lambda_ fill weight_of_choe separate_seams "
+        "page_bytes progress user",
+    )
+
+
+class _Groups(_Struct):
+    _fields_ = _fields("uppqq", "size triangles begin triangle_count begin_count")
+
+
+class _Carried(_Struct):
+    _fields_ = _fields("upppq", "size vertices begin areas count")
+
+
+class _Cancelled(Exception):
+    pass
+
+
+_ERRORS = {3: IndexError, 6: MemoryError, 7: _Cancelled, 8: RuntimeError}  # by status
+
+
+def _check(status: int, *_: Any) -> None:
+    """Raises the exception of a status."""
+    if status:
+        raise _ERRORS.get(status, ValueError)(library.gltf_meshlet_error().decode())
+
+
+def _load() -> ctypes.CDLL:
+    names = {"win32": "gltf_meshlet.dll", "darwin": "libgltf_meshlet.dylib"}
+    name = names.get(sys.platform, "libgltf_meshlet.so")
+    # An editable install has two folders, one of which holds what was compiled.
+    paths = [Path(folder, name) for folder in sys.modules["gltf_ext"].__path__]
+    found = next((path for path in paths if path.exists()), None)
+    if found is None:
+        raise ImportError(f"{name} is not in {paths[0].parent}; install gltf-meshlet again")
+    library = ctypes.CDLL(str(found))
+    library.gltf_meshlet_error.restype = ctypes.c_char_p
+    return library
+
+
+def _function(name: str, types: str) -> Any:
+    function = getattr(library, f"gltf_meshlet_{name}")
+    function.argtypes, function.errcheck = [_TYPES[t] for t in types], _check
+    return function
+
+
+library = _load()  # also has two functions of meshoptimizer, in wheels
+_c = SimpleNamespace(**{f.split()[0]: _function(*f.split()) for f in _FUNCTIONS.split(",")})
+
+
+class _Object:
+    """An object of the library, open until nobody refers to this one."""
+
+    def __init__(self) -> None:
+        self._as_parameter_ = c_void_p()
+
+    def __del__(self, close: Callable[[_Object], object] = _c.close) -> None:
+        close(self)
+
+    @property
+    def out(self) -> Any:
+        """Where a function that opens it puts the handle."""
+        return byref(self._as_parameter_)
+
+
+class _Result(_Object):
+    def array(self, number: int, dtype: type[np.generic] = np.uint32) -> NDArray[Any]:
+        """A copy of an array."""
+        items, size = c_void_p(), c_size_t()
+        _c.get_array(self, number, byref(items), byref(size))
+        found = np.empty(size.value // np.dtype(dtype).itemsize, dtype)
+        ctypes.memmove(_address(found), items, size.value)
+        return found
+
+
+def _pointers(arrays: Sequence[NDArray[Any]]) -> ctypes.Array[c_void_p]:
+    return (c_void_p * len(arrays))(*map(_address, arrays))
+
+
+def _array(values: Any, dtype: type[np.generic], *shape: int) -> NDArray[Any]:
+    """Any array as one of this dtype, in C's order. shape: -1 for any length. Raises TypeError."""
+    array = np.ascontiguousarray(values, dtype)
+    if array.ndim != len(shape) or any(n not in (-1, m) for n, m in zip(shape, array.shape)):
+        raise TypeError(f"an array has the shape {array.shape} instead of {shape}")
+    return array
+
+
+def _number_of(name: str, names: Mapping[str, int], problem: str) -> int:
+    if name not in names:
+        raise ValueError(problem)
+    return names[name]
+
+
+# --- views ---
+
+
+class _View(_Object):
+    """Compressed bytes that are open. Raises ValueError, TypeError."""
+
+    def __init__(self, view: Bytes) -> None:
+        super().__init__()
+        if not isinstance(view, (bytes, memoryview)):
+            raise TypeError(f"compressed data are bytes, not {type(view).__name__}")
+        self._bytes, self._counts = np.frombuffer(view, np.uint8), _Counts()
+        _c.open(_address(self._bytes), len(self._bytes), self.out)
+        _c.get_counts(self, self._counts)
+        self.triangle_count: int = self._counts.triangles
+        self.vertex_count: int = self._counts.vertices
+        self.meshlet_count: int = self._counts.meshlets
+
+    def rows(self) -> list[StreamHeader]:
+        """The stream table of the first blob. Predictors and bases of others may differ."""
+        rows = [StreamHeader() for _ in range(self._counts.streams)]
+        for s, row in enumerate(rows):
+            _c.get_stream(self, 0, s, byref(row))
+        return rows
+
+    def blobs(self) -> list[_Blob]:
+        blobs = [_Blob() for _ in range(self._counts.blobs)]
+        for b, blob in enumerate(blobs):
+            _c.get_blob(self, b, blob)
+        return blobs
+
+    def decode(self, threads: int, as_values: bool) -> tuple[UInt32s, list[NDArray[Any]]]:
+        if self._counts.suspicious:
+            _c.validate(self, threads)
+        triangles, arrays = np.empty((self.triangle_count, 3), np.uint32), []
+        for row in self.rows():
+            elements = 3 if as_values and row.kind == KIND_OCT else row.elements
+            dtype = np.float32 if as_values and row.kind != KIND_INTEGER else np.uint32
+            arrays.append(np.empty((self.vertex_count, elements), dtype))
+        room = {"triangle_room": self.triangle_count, "vertex_room": self.vertex_count}
+        lists = {"values" if as_values else "integers": _pointers(arrays)}
+        _c.decode(self, threads, _Arrays(triangles=triangles, **room, **lists))
+        return triangles, arrays
+
+    def description(self, statistics: _Statistics) -> dict[str, Any]:
+        rows, s = self.rows(), statistics
+        bits = {"connectivity": s.connectivity, "references": s.references}
+        return {
+            "blobs": self._counts.blobs,
+            "triangles": self.triangle_count,
+            "vertices": self.vertex_count,
+            "meshlets": self.meshlet_count,
+            "components": s.disks,
+            "streams": [row.row() for row in rows],
+            "bits": {**bits, "streams": s.streams[: len(rows)]},
+            "symbols": dict(zip("CLERS", s.symbols)),
+            "references": {"owned": s.owned, "private": s.private, "foreign": s.foreign},
+        }
+
+
+class Header(_View):
+    """The header and tables of a blob; see read_header."""
+
+    def __init__(self, blob: Bytes) -> None:
+        super().__init__(blob)
+        first, *others = self.blobs()
+        if others:
+            raise ValueError("the header's byte length is not the blob's")
+        self.data_offset: int = first.data_offset  # bytes of header and tables
+        self.streams = self.rows()
+        self.meshlet_triangles = np.empty(self.meshlet_count, np.uint32)  # of each meshlet
+        _c.get_meshlet_triangles(self, 0, self.meshlet_triangles.ctypes, self.meshlet_count)
+
+
+class Decoder(_View):
+    """Decodes single meshlets of a view, numbered on through its blobs. One thread at a time: else
+    raises ValueError.
+
+    kept: the arrays that decode_kept writes, (uint8[64, 3], [uint32[64, components] per stream]).
+    """
+
+    def __init__(self, view: Bytes) -> None:
+        super().__init__(view)
+        elements = [row.elements for row in self.rows()]
+        integers = np.empty(MESHLET_VERTICES * sum(elements), np.uint32)
+        ends = np.cumsum(elements) * MESHLET_VERTICES
+        streams = [a.reshape(MESHLET_VERTICES, -1) for a in np.split(integers, ends[:-1])]
+        self.kept = np.empty((MESHLET_TRIANGLES, 3), np.uint8), streams
+        self._number, self._sizes = c_uint32(), (c_uint32 * 2)()
+        number, arrays = byref(self._number), (self._sizes, self.kept[0], integers)
+        self._call = (self._as_parameter_, number, 1, *map(_address, arrays))
+
+    @property
+    def streams(self) -> list[dict[str, Any]]:
+        """The stream table as dicts, as encode takes them."""
+        return [row.row() for row in self.rows()]
+
+    def decode_kept(self, index: int) -> tuple[int, int]:
+        """Decodes a meshlet to the beginnings of the arrays in `kept`, without making new ones.
+        Returns its numbers of triangles and vertices. Raises IndexError, ValueError."""
+        if not 0 <= index < self.meshlet_count:
+            raise IndexError("no such meshlet")
+        self._number.value = operator.index(index)
+        _c.decode_meshlets(*self._call)
+        triangles, vertices = self._sizes
+        return triangles, vertices
+
+    def decode_meshlet(self, index: int) -> tuple[NDArray[np.uint8], list[UInt32s]]:
+        """Returns (triangles: uint8[t, 3] local ids, [uint32[v, components] per stream]). Raises
+        IndexError, ValueError."""
+        triangles, vertices = self.decode_kept(index)
+        local, streams = self.kept
+        return local[:triangles].copy(), [stream[:vertices].copy() for stream in streams]
+
+    def decode_many(self, indices: UInt32s) -> int:
+        """Decodes the meshlets of these numbers (uint32[n]) without making arrays, for timing.
+        Returns the number of their triangles. Raises IndexError, ValueError."""
+        wanted, sizes = _array(indices, np.uint32, -1), np.empty((len(indices), 2), np.uint32)
+        _c.decode_meshlets(self, wanted.ctypes, len(wanted), sizes.ctypes, None, None)
+        return int(sizes[:, 0].sum())
+
+
+def read_header(blob: Bytes) -> Header:
+    """Reads and checks header and tables; decodes nothing."""
+    return Header(blob)
+
+
+def decode(view: Bytes, threads: int = 0) -> tuple[UInt32s, list[UInt32s]]:
+    """Decodes a view: one blob or several, one on each thread.
+    Returns (triangles: uint32[T, 3], [uint32[V, components] per stream])."""
+    return _View(view).decode(threads, False)
+
+
+def decode_values(view: Bytes, threads: int = 0) -> tuple[UInt32s, list[NDArray[Any]]]:
+    """Returns (triangles: uint32[T, 3], [values per stream]): uint32[V, components] for INTEGER,
+    float32[V, 3] unit vectors for OCT, float32[V, components] otherwise."""
+    return _View(view).decode(threads, True)
+
+
+def split(view: Bytes) -> list[tuple[int, int]]:
+    """Returns (offset, size) of each blob of a view. Checks all headers."""
+    return [(blob.offset, blob.bytes) for blob in _View(view).blobs()]
+
+
+def describe(view: Bytes) -> dict[str, Any]:
+    """Returns counts, streams and numbers of bits; the entries of 'bits' sum to 8 * len(view)."""
+    opened, statistics = _View(view), _Statistics()
+    _c.get_statistics(opened, statistics)
+    return opened.description(statistics)
+
+
+def validate(view: Bytes, threads: int = 0) -> None:
+    """Raises ValueError if a blob of the view is malformed in any way. Decodes every meshlet
+    alone, and so finds errors that decode may accept."""
+    _c.validate(_View(view), threads)
+
+
+# --- views packed for download ---
+
+
+def pack(view: bytes, threads: int = 0) -> bytes:
+    """The view as EXT_meshlet_transport stores it."""
+    result = _Result()
+    _c.pack(view, len(view), threads, result.out)
+    return result.array(0, np.uint8).tobytes()
+
+
+def unpacked_bytes(packed: bytes) -> int:
+    """The length of the view that was packed, by the table of its pages."""
+    size = c_size_t()
+    _c.get_unpacked_bytes(packed, len(packed), byref(size))
+    return size.value
+
+
+def unpack(packed: bytes, threads: int = 0) -> bytes:
+    """The view that was packed. It is still to be validated."""
+    view = np.empty(unpacked_bytes(packed), np.uint8)
+    _c.unpack(packed, len(packed), threads, view.ctypes, len(view))
+    return view.tobytes()
+
+
+# --- the encoder ---
+
+
+def weld(rows: NDArray[np.uint8]) -> tuple[UInt32s, int]:
+    """Gives bit-identical rows one number, in order of first occurrence. rows: uint8[N, stride].
+    Returns (numbers: uint32[N], number of different rows)."""
+    rows = _array(rows, np.uint8, -1, -1)
+    found, different = np.empty(len(rows), np.uint32), c_uint32()
+    _c.weld(rows.ctypes, *rows.shape, found.ctypes, byref(different))
+    return found, different.value
+
+
+def scan_lines(
+    text: bytes, keyword: str, words: str = "numbers"
+) -> tuple[NDArray[np.float64], UInt32s, UInt32s]:
+    """The numbers of the lines that start with this word; of all lines if it is empty.
+
+    words: 'numbers'; 'corners': each word is 1 to 3 integers between slashes, and gives 3; 0 for
+    one that is not there; 'any': not read. Returns (numbers: float64[N], numbers of each line:
+    uint32[L], their offsets in the text: uint32[L]). Raises ValueError, with the line, for a word
+    that is not a number."""
+    kinds = {"any": 0, "numbers": 1, "corners": 2}
+    kind = _number_of(words, kinds, "words is 'any', 'numbers' or 'corners'")
+    result = _Result()
+    _c.scan_lines(text, len(text), keyword.encode(), kind, result.out)
+    return result.array(0, np.float64), result.array(1), result.array(2)
+
+
+def _refuse(problem: str) -> NoReturn:
+    raise ValueError(f"a stream{problem}")
+
+
+def _stream_of(row: Mapping[str, Any]) -> StreamHeader:
+    """The stream of encode's dict."""
+
+    def integer(key: str, lowest: int) -> int:
+        if key not in row:
+            _refuse(f" lacks '{key}'")
+        if not isinstance(row[key], numbers.Integral) or not lowest <= row[key] <= 255:
+            _refuse(f"'s '{key}' is not an integer from {lowest} to 255")
+        return int(row[key])
+
+    def real(number: Any) -> float:
+        if not isinstance(number, numbers.Real):
+            _refuse("'s step or offset is not a number")
+        return float(number)
+
+    predictor = integer("predictor", -1) if "predictor" in row else -1
+    offset = [real(number) for number in row.get("offset", ())]
+    if len(offset) > STREAM_MAX_ELEMENTS:
+        _refuse(" has more than 4 offsets")
+    sizes = [integer(key, 0) for key in ("kind", "components", "bits")]
+    step = real(row.get("step", 1.0))
+    chosen = _CHOOSE_PREDICTOR if predictor < 0 else predictor
+    return StreamHeader(*sizes, chosen, step=step, offsets=tuple(offset))
+
+
+def _options(max_triangles: int, max_vertices: int, effort: str, **others: Any) -> _Options:
+    if not (1 <= max_triangles <= MESHLET_TRIANGLES and 3 <= max_vertices <= MESHLET_VERTICES):
+        raise ValueError("a meshlet holds 1 to 64 triangles and 3 to 64 vertices")
+    efforts = {"normal": 0, "fast": 1, "high": 2}
+    number = _number_of(effort, efforts, "effort is 'fast', 'normal' or 'high'")
+    sizes = {"max_triangles": max_triangles, "max_vertices": max_vertices}
+    return _Options(effort=number, **sizes, **others)
+
+
+def _vertices(position_ids: UInt32s, positions: Floats) -> dict[str, Any]:
+    """The fields of a mesh for its vertices."""
+    positions = _array(positions, np.float32, -1, 3)
+    position_ids = _array(position_ids, np.uint32, -1)
+    if len(position_ids) != len(positions):
+        raise ValueError("position_ids and positions differ in length")
+    return {"vertex_count": len(positions), "position_ids": position_ids, "positions": positions}
+
+
+def encode(
+    triangles: UInt32s,
+    position_ids: UInt32s,
+    positions: Floats,
+    streams: Sequence[Mapping[str, Any]],
+    values: Sequence[UInt32s],
+    max_triangles: int = 64,
+    max_vertices: int = 64,
+    lambda_: float = 0.0,
+    fill: float = 0.0,
+    weight: str = "paper",
+    share_seams: bool = True,
+    threads: int = 0,
+    progress: Callable[[float], object] | None = None,
+    page_bytes: int = 0,
+    meshlets: tuple[UInt32s, UInt32s, UInt32s, UInt32s] | None = None,
+    effort: str = "normal",
+) -> tuple[bytes, dict[str, Any]]:
+    """Encodes one primitive.
+
+    triangles: uint32[T, 3], no index twice in a triangle. position_ids: uint32[V], below V, equal
+    where positions are. positions: float32[V, 3]. streams: dicts of kind, components (integers per
+    vertex), bits, step, offset, predictor (-1: the encoder chooses). values: uint32[V, components]
+    per stream. lambda_, fill: 0 means the default. weight: 'paper' or 'choe'. Fill and weight are
+    there to measure the paper's Table 1, share_seams to measure its gain. progress: called with a
+    fraction from 0 to 1; what it raises cancels. page_bytes: 0 for one blob, else pages, blobs of
+    at most so many bytes. meshlets: those of the caller, as uint32 arrays (triangles, disk begins,
+    meshlet begins, group begins; each of the begins ends with the number of its items). Pages then
+    hold whole groups in their order; without page_bytes, each holds one. effort: 'fast', 'normal'
+    or 'high'.
+
+    Returns (view, statistics): those of describe, and 'generation': {'histogram', 'iterations'}.
+    Raises ValueError for bad arguments.
+    """
+    vertices = _vertices(position_ids, positions)
+    triangles = _array(triangles, np.uint32, -1, 3)
+    rows = [_stream_of(row) for row in streams]
+    values = [_array(v, np.uint32, -1, -1) for v in values]
+    if len(rows) != len(values):
+        raise ValueError("streams and values differ in number")
+    if any(v.shape != (len(positions), row.elements) for v, row in zip(values, rows)):
+        raise ValueError("a stream's values have the wrong shape")
+    table, counts = (StreamHeader * len(rows))(*rows), {"triangle_count": len(triangles)}
+    given: dict[str, Any] = {}
+    if meshlets is not None:
+        names = ("order", "disk_begin", "meshlet_begin", "group_begin")
+        given = {name: _array(part, np.uint32, -1) for name, part in zip(names, meshlets)}
+        if len(given["order"]) != len(triangles):
+            raise ValueError("the meshlets do not hold each triangle once")
+        counts |= {f"{name}_count": len(given[name]) for name in names[1:]}
+    given |= {"triangles": triangles, "streams": table, "values": _pointers(values)}
+    mesh = _Mesh(stream_count=len(rows), **vertices, **counts, **given)
+    weights = {"paper": 0, "choe": 1}
+    options = _options(
+        max_triangles,
+        max_vertices,
+        effort,
+        threads=threads,
+        lambda_=lambda_,
+        fill=fill,
+        weight_of_choe=_number_of(weight, weights, "weight is 'paper' or 'choe'"),
+        separate_seams=not share_seams,
+        page_bytes=page_bytes,
+    )
+    raised: list[BaseException] = []
+
+    def call(_: object, fraction: float) -> int:
+        try:
+            progress(fraction)  # type: ignore[misc]
+        except BaseException as error:
+            raised.append(error)
+        return len(raised)
+
+    if progress is not None:
+        options.progress = _PROGRESS(call)
+    statistics, result = _Statistics(), _Result()
+    try:
+        _c.encode(mesh, options, statistics, result.out)
+    except _Cancelled:
+        raise raised[0] from None
+    view = result.array(0, np.uint8).tobytes()
+    made = {"histogram": tuple(statistics.histogram), "iterations": statistics.iterations}
+    return view, {**_View(view).description(statistics), "generation": made}
+
+
+# --- levels of detail ---
+
+
+def _groups(triangles: UInt32s, begin: UInt32s) -> _Groups:
+    triangles, begin = _array(triangles, np.uint32, -1, 3), _array(begin, np.uint32, -1)
+    counts = {"triangle_count": len(triangles), "begin_count": len(begin)}
+    return _Groups(triangles=triangles, begin=begin, **counts)
+
+
+def generate_in_groups(
+    triangles: UInt32s,
+    triangle_begin: UInt32s,
+    position_ids: UInt32s,
+    positions: Floats,
+    max_triangles: int = 64,
+    lambda_: float = 0.0,
+    effort: str = "normal",
+    threads: int = 0,
+) -> tuple[UInt32s, UInt32s, UInt32s, UInt32s]:
+    """Makes meshlets that never cross groups. Group g: triangles triangle_begin[g] ..
+    triangle_begin[g + 1]. Other arguments as in encode. Returns (uint32[T], numbers of the
+    triangles in order, disk begins, meshlet begins, group begins), the begins as encode takes
+    them. Raises ValueError."""
+    mesh = _Mesh(**_vertices(position_ids, positions))
+    options = _options(max_triangles, MESHLET_VERTICES, effort, lambda_=lambda_, threads=threads)
+    result = _Result()
+    _c.generate(mesh, _groups(triangles, triangle_begin), options, result.out)
+    return result.array(0), result.array(1), result.array(2), result.array(3)
+
+
+class ReplacementErrors(_Object):
+    """Level 0, to measure what replaces parts of it. Keeps its arrays."""
+
+    def __init__(
+        self,
+        shapes: Sequence[Floats],
+        triangles: UInt32s,
+        begin: UInt32s,
+        vertex_share: float,
+        threads: int = 0,
+    ) -> None:
+        """shapes: float32[V, 3] each: positions at rest, and with each morph target. triangles,
+        begin: level 0 in groups. vertex_share: the share of its area that its vertices stand for.
+        Raises ValueError."""
+        super().__init__()
+        self._shapes = [_array(shape, np.float32, -1, 3) for shape in shapes]
+        self._threads, vertices = threads, {len(shape) for shape in self._shapes}
+        if len(vertices) > 1:
+            raise ValueError("shapes differ in length")
+        level_0 = _groups(triangles, begin), vertex_share, threads
+        _c.open_surface(_pointers(self._shapes), len(shapes), sum(vertices), *level_0, self.out)
+
+    def measure(
+        self,
+        before: UInt32s,
+        before_begin: UInt32s,
+        after: UInt32s,
+        after_begin: UInt32s,
+        chosen: UInt32s,
+        carried: UInt32s,
+        carried_begin: UInt32s,
+        areas: Floats,
+    ) -> tuple[Floats, UInt32s, UInt32s, UInt32s, Floats]:
+        """Measures chosen groups of triangles that others replace. before, after: uint32[T, 3]
+        with begins, of whole levels. carried: vertices of level 0 that are gone, in the chosen
+        groups; areas: float32, of level 0 that each one stands for. Returns (float32: the
+        distance between each chosen replacement and level 0 that 99.9 % of either surface keeps,
+        vertices to carry on, for each the triangle of its group's `after` that is nearest, their
+        begins, their areas). Raises ValueError."""
+        chosen, carried = _array(chosen, np.uint32, -1), _array(carried, np.uint32, -1)
+        carried_begin, areas = _array(carried_begin, np.uint32, -1), _array(areas, np.float32, -1)
+        if len(carried_begin) != len(chosen) + 1:
+            raise ValueError("begins do not rise from 0 to the number of vertices")
+        if len(areas) != len(carried):
+            raise ValueError("areas differ in length")
+        vertices = _Carried(vertices=carried, begin=carried_begin, areas=areas, count=len(carried))
+        groups, result = (_groups(before, before_begin), _groups(after, after_begin)), _Result()
+        wanted = chosen.ctypes, len(chosen), vertices
+        _c.measure(self, *groups, *wanted, self._threads, result.out)
+        found, areas = result.array(0, np.float32), result.array(4, np.float32)
+        return found, result.array(1), result.array(2), result.array(3), areas
+
+
+def surface_distances(
+    points: Floats, positions: Floats, triangles: UInt32s, threads: int = 0
+) -> tuple[Floats, UInt32s]:
+    """Returns float32[N]: the distance of each point (float32[N, 3]) to the nearest triangle, and
+    uint32[N]: that triangle. Raises ValueError."""
+    points, positions = _array(points, np.float32, -1, 3), _array(positions, np.float32, -1, 3)
+    surface = _groups(triangles, np.array([0, len(triangles)], np.uint32))
+    there = positions.ctypes, len(positions), threads
+    found, nearest = np.empty(len(points), np.float32), np.empty(len(points), np.uint32)
+    _c.get_distances(points.ctypes, len(points), surface, *there, found.ctypes, nearest.ctypes)
+    return found, nearest
+
+
+def hilbert_order(points: Floats) -> UInt32s:
+    """Returns uint32[N]: the numbers of points (finite float32[N, 3]) along a Hilbert curve."""
+    points = _array(points, np.float32, -1, 3)
+    order = np.empty(len(points), np.uint32)
+    _c.sort_points(points.ctypes, len(points), order.ctypes)
+    return order

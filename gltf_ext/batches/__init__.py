@@ -1,0 +1,1 @@
+"""Many models at once: a task a file, on Dask distributed."""

@@ -1,0 +1,50 @@
+"""EXT_meshlet_transport: buffer views that are packed for download."""
+
+from __future__ import annotations
+
+import dataclasses
+
+from gltf_ext import _codec
+from gltf_ext.errors import MeshletError
+from gltf_ext.gltf.document import DAMAGED, Document, NewBytes, item, new_bytes
+
+TRANSPORT = "EXT_meshlet_transport"
+
+
+def unpack_views(document: Document) -> bool:
+    """Replaces packed views of a file by their resident bytes; from then on nothing of the
+    extension is left. Returns whether there were any. Raises MeshletError."""
+    packed = [
+        i for i, view in enumerate(document.bufferViews) if TRANSPORT in (view.extensions or ())
+    ]
+    for index in packed:
+        view = document.bufferViews[index]
+        extension = view.extensions.pop(TRANSPORT)
+        data = bytes(document.bytes_of_view(index))
+        try:
+            size = _codec.unpacked_bytes(data)
+            if not isinstance(extension, dict) or extension.get("byteLength") != size:
+                raise ValueError(f"its {TRANSPORT} object does not say that it has {size} bytes")
+            resident = _codec.unpack(data)
+        except ValueError as error:
+            raise MeshletError(f"bufferView {index}: {error}", DAMAGED) from None
+        view.new_bytes = NewBytes(memoryview(resident), False)
+        view.byteLength = size
+    document.forget_extension(TRANSPORT)
+    return bool(packed)
+
+
+def pack_views(document: Document, views: set[int], threads: int = 0) -> None:
+    """Has these views, which hold blobs, written packed if that is shorter. Raises MeshletError,
+    ValueError for malformed blobs."""
+    for index in sorted(views):
+        resident = document.bytes_of_view(index)
+        packed = _codec.pack(bytes(resident), threads)
+        if len(packed) >= len(resident):
+            continue
+        view = item(document.bufferViews, index, "bufferView")
+        new = new_bytes(view) or NewBytes(resident, False)
+        view.new_bytes = dataclasses.replace(new, packed=packed)
+        view.byteLength = len(packed)
+        view.extensions = {**(view.extensions or {}), TRANSPORT: {"byteLength": len(resident)}}
+        document.use_extension(TRANSPORT, required=True)

@@ -1,0 +1,138 @@
+"""Cuts space into chunks: a k-d tree over positions on the grid."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gltf_ext.out_of_core.records import RecordFormat
+from gltf_ext.work_files import WorkFile, hashes
+
+SAMPLES = 1 << 18  # of triangles, to place the planes
+
+
+@dataclass
+class Cells:
+    """A k-d tree. Leaves are numbered so that neighbours are close.
+
+    Attributes:
+        first, count: numbers of the leaves below.
+        axis, split: points with less than `split` on the axis are in `low`, the others in `high`;
+            all unused in a leaf.
+    """
+
+    first: int
+    count: int
+    axis: int = 0
+    split: int = 0
+    low: Cells | None = None
+    high: Cells | None = None
+
+    @classmethod
+    def over(cls, points: np.ndarray, count: int, level: int, first: int = 0) -> Cells:
+        """A tree with `count` leaves of about equally many of the points, int[N, 3].
+
+        level: of detail. Planes of two levels in a row differ: shared borders are locked, and those
+        of one level are to be inside of the next one's chunks.
+        """
+        if count == 1 or not len(points):
+            return cls(first, count)
+        axis = int(np.argmax(np.ptp(points, axis=0)))
+        below = max(count // (3 if level % 2 else 2), 1)
+        place = len(points) * below // count
+        split = int(np.partition(points[:, axis], place)[place])
+        is_low = points[:, axis] < split
+        return cls(
+            first,
+            count,
+            axis,
+            split,
+            cls.over(points[is_low], below, level, first),
+            cls.over(points[~is_low], count - below, level, first + below),
+        )
+
+    def of(self, points: np.ndarray) -> np.ndarray:
+        """int32[N]: the leaf of each point, int[N, 3]."""
+        result = np.full(len(points), self.first, np.int32)
+        self._fill(points, np.arange(len(points)), result)
+        return result
+
+    def _fill(self, points: np.ndarray, rows: np.ndarray, result: np.ndarray) -> None:
+        if self.low is None or self.high is None:
+            result[rows] = self.first
+            return
+        is_high = points[rows, self.axis] >= self.split
+        self.low._fill(points, rows[~is_high], result)
+        self.high._fill(points, rows[is_high], result)
+
+
+def leaves(triangles: int, limit: int, level: int) -> int:
+    """The number of chunks of at most about `limit` triangles."""
+    count = -(-triangles // limit)
+    return 3 if count == 2 and level % 2 else count
+
+
+class SharedPositions:
+    """Positions that triangles of several chunks may have: those of corners outside of the cell
+    of their triangle's chunk."""
+
+    def __init__(self) -> None:
+        self._found = [np.empty(0, np.uint64)]
+
+    def add(self, cells: Cells, chunk: np.ndarray, corners: np.ndarray) -> None:
+        """chunk: int32[T]; corners: int[T, 3, 3]: positions."""
+        points = corners.reshape(-1, 3)
+        is_outside = cells.of(points) != np.repeat(chunk, 3)
+        if is_outside.any():
+            self._found.append(np.unique(hashes(points[is_outside])))
+
+    @property
+    def keys(self) -> np.ndarray:
+        """uint64: their hashes, in ascending order."""
+        if len(self._found) > 1:
+            self._found = [np.unique(np.concatenate(self._found))]
+        return self._found[0]
+
+
+def are_among(keys: np.ndarray, positions: np.ndarray) -> np.ndarray:
+    """bool[N]: whether several chunks may have a position, int[N, 3]. keys: of SharedPositions."""
+    if not len(keys):
+        return np.zeros(len(positions), bool)
+    own = hashes(positions)
+    result: np.ndarray = keys[np.minimum(np.searchsorted(keys, own), len(keys) - 1)] == own
+    return result
+
+
+class Corners:
+    """Triangles in work files, by chunk.
+
+    Attributes:
+        cells: the chunks; counts: int64: number of triangles of each.
+        shared: positions that several chunks have.
+    """
+
+    def __init__(self, cells: Cells, form: RecordFormat, folder: str) -> None:
+        self.cells, self.shared = cells, SharedPositions()
+        self.counts = np.zeros(cells.count, np.int64)
+        self._form = form
+        self._files = [WorkFile(folder) for _ in range(cells.count)]
+
+    def add(self, corners: np.ndarray) -> None:
+        """Sorts triangles, fine[T, 3], into the files of their chunks."""
+        positions = corners["0"].astype(np.int32)
+        chunk = self.cells.of(positions.sum(axis=1) // 3)
+        if self.cells.count > 1:
+            self.shared.add(self.cells, chunk, positions)
+        order = np.argsort(chunk, kind="stable")
+        counts = np.bincount(chunk, minlength=self.cells.count)
+        for number, rows in enumerate(np.split(order, np.cumsum(counts)[:-1])):
+            if len(rows):
+                self._files[number].append(corners[rows])
+        self.counts += counts
+
+    def take(self, chunk: int) -> np.ndarray:
+        """fine[T, 3]: the triangles of a chunk, whose file is given back."""
+        rows = self._files[chunk].rows(self._form.fine, 0, 3 * int(self.counts[chunk]))
+        self._files[chunk].close()
+        return rows.reshape(-1, 3)

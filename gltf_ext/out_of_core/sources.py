@@ -1,0 +1,317 @@
+"""Large primitives, read from their files in blocks."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+import pygltflib
+
+from gltf_ext.compression.extension import is_compressed
+from gltf_ext.compression.options import Options
+from gltf_ext.compression.primitives import Box, place, triangle_primitives
+from gltf_ext.errors import MeshletError
+from gltf_ext.gltf.accessors import Format, accessor_format, bounds
+from gltf_ext.gltf.container import CHUNK_HEADER, GLB_HEADER
+from gltf_ext.gltf.document import DAMAGED, Document, item
+from gltf_ext.gltf.draco import DRACO
+from gltf_ext.progress import Advance
+
+BLOCK = 1 << 17  # rows that are read at a time
+# Bytes of memory for each triangle of a chunk, without and with levels of detail, and for all else.
+CHUNK_BYTES, LOD_BYTES, BASE_BYTES = 220, 440, 80 << 20
+VERTEX_SHARE = 0.3  # of the memory, for vertices while triangles are read
+SMALLEST_CHUNK = 1 << 16  # triangles; smaller ones are mostly borders
+
+
+@dataclass
+class FileArray:
+    """The elements of an accessor in a file that stays closed until they are read.
+
+    Attributes:
+        path, offset, stride: of the first element, in bytes.
+        count: number of elements; form: their type.
+        stamp: of the file when it was found.
+    """
+
+    path: Path
+    offset: int
+    stride: int
+    count: int
+    form: Format
+    stamp: tuple[int, int]
+
+    def rows(self, first: int, last: int) -> np.ndarray:
+        """[last - first, components] elements. Raises MeshletError, OSError."""
+        dtype, components = self.form
+        size = dtype.itemsize * components
+        length = self.stride * (last - first - 1) + size
+        with open(self.path, "rb") as file:
+            data = os.pread(file.fileno(), length, self.offset + self.stride * first)
+        check_unchanged(self.path, self.stamp if len(data) == length else None)
+        strides = (self.stride, dtype.itemsize)
+        values: np.ndarray = np.ndarray((last - first, components), dtype, data, 0, strides)
+        return values
+
+
+class Rows(Protocol):
+    """Elements of `form` that are read in blocks."""
+
+    @property
+    def count(self) -> int: ...
+
+    @property
+    def form(self) -> Format: ...
+
+    def rows(self, first: int, last: int) -> np.ndarray:
+        """[last - first, components] elements. Raises MeshletError, OSError."""
+        ...
+
+
+@dataclass
+class LargePrimitive:
+    """A list of triangles that is not in memory.
+
+    Attributes:
+        mesh, primitive: its place in the document.
+        attributes: name -> elements.
+        indices: the attributes that have the same numbers at corners, and these numbers; None for
+            0, 1, 2 ...
+        room: bytes of memory that vertices may take at a time.
+        bounds: name -> [2, components]: smallest and largest values at corners, once read.
+    """
+
+    mesh: int
+    primitive: int
+    attributes: dict[str, Rows]
+    indices: list[tuple[tuple[str, ...], Rows | None]]
+    room: int
+    bounds: dict[str, np.ndarray] = field(default_factory=dict)
+
+    @property
+    def where(self) -> str:
+        """Its place, for errors."""
+        return place(self.mesh, self.primitive)
+
+    def read_bounds(self, advance: Advance | None) -> None:
+        """Sets `bounds`. Reads everything. Raises MeshletError for NaN and infinity, OSError."""
+        for vertices in self.used_vertices(advance):
+            for name, values in vertices.items():
+                rows = [*self.bounds.get(name, ()), *self._bounds(name, values)]
+                self.bounds[name] = np.stack(bounds(np.array(rows)))
+
+    def used_vertices(self, advance: Advance | None = None) -> Iterator[dict[str, np.ndarray]]:
+        """Attributes that have numbers in common, [n, components], for some vertices of triangles
+        at a time. Raises MeshletError, OSError."""
+        whole = sum(self.attributes[names[0]].count for names, _ in self.indices)
+        done = 0
+        for names, numbers in self.indices:
+            for low, high in blocks(self.attributes[names[0]].count, self.room):
+                is_used = self._are_used(names, numbers, low, high)
+                for first, last in blocks(high - low):
+                    here = is_used[first:last]
+                    if here.any():
+                        values = self.vertices(names, low + first, low + last)
+                        yield {name: rows[here] for name, rows in values.items()}
+                    done += last - first
+                    if advance:
+                        advance(done / whole)
+
+    def _are_used(
+        self, names: tuple[str, ...], numbers: Rows | None, low: int, high: int
+    ) -> np.ndarray:
+        """bool[high - low]: whether triangles have these rows of the attributes."""
+        is_used = np.full(high - low, numbers is None)
+        for first, last in blocks(self.triangle_count if numbers else 0):
+            rows = self.corners(names, numbers, first, last).reshape(-1)
+            is_used[rows[(rows >= low) & (rows < high)] - low] = True
+        return is_used
+
+    def _bounds(self, name: str, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        is_lossless = name.startswith("_")
+        if values.dtype.kind == "f" and not is_lossless and not np.isfinite(values).all():
+            raise MeshletError(
+                f"{name} of {self.where} has a NaN or infinite value", "repair the model first"
+            )
+        low, high = bounds(values)
+        is_weight = name.startswith("WEIGHTS_") and values.dtype.kind == "f"
+        if is_weight and (low.min() < 0.0 or high.max() > 1.0):
+            raise MeshletError(f"{name} of {self.where} is not in [0, 1]", "repair the model")
+        return low, high
+
+    @property
+    def box(self) -> Box | None:
+        """The bounds of its positions; None for integers."""
+        low, high = self.bounds["POSITION"]
+        return (low, high) if low.dtype.kind == "f" else None
+
+    @property
+    def triangle_count(self) -> int:
+        names, numbers = self.indices[0]
+        return (numbers or self.attributes[names[0]]).count // 3
+
+    def vertices(self, names: tuple[str, ...], first: int, last: int) -> dict[str, np.ndarray]:
+        """Name -> [last - first, components]. Raises MeshletError, OSError."""
+        return {name: self.attributes[name].rows(first, last) for name in names}
+
+    def corners(
+        self, names: tuple[str, ...], numbers: Rows | None, first: int, last: int
+    ) -> np.ndarray:
+        """int64[last - first, 3]: rows of the attributes at the corners of triangles, from one of
+        `indices`. Raises MeshletError, OSError."""
+        if numbers is None:
+            return np.arange(3 * first, 3 * last).reshape(-1, 3)
+        rows = numbers.rows(3 * first, 3 * last).astype(np.int64).reshape(-1, 3)
+        count = self.attributes[names[0]].count
+        if len(rows) and not 0 <= rows.min() <= rows.max() < count:
+            raise MeshletError(
+                f"indices of {self.where} reach {rows.max()}, but it has {count} vertices",
+                "export the model again",
+            )
+        return rows
+
+
+def blocks(count: int, size: int = BLOCK) -> Iterator[tuple[int, int]]:
+    """(first, last) of blocks of rows."""
+    for first in range(0, count, size):
+        yield first, min(first + size, count)
+
+
+def stamp_of(path: Path) -> tuple[int, int]:
+    """Size and time of the last change of a file."""
+    status = os.stat(path)
+    return status.st_size, status.st_mtime_ns
+
+
+def check_unchanged(path: Path, stamp: tuple[int, int] | None) -> None:
+    """Raises MeshletError for a file that has another stamp by now."""
+    if stamp_of(path) != stamp:
+        raise MeshletError("changed while it was read", "run the command again", str(path))
+
+
+def large_primitives(
+    document: Document, path: Path, options: Options
+) -> dict[tuple[int, int], LargePrimitive]:
+    """The primitives that do not fit memory, by (mesh, primitive): all but the smallest.
+
+    path: the document's file. Raises MeshletError for one that has to be read as a whole.
+    """
+    limit = chunk_size(options)
+    sizes = sorted(
+        (_triangles(document, primitive), m, p) for m, p, primitive in triangle_primitives(document)
+    )
+    sums = np.cumsum([size for size, _, _ in sizes])
+    return {
+        (m, p): _large_primitive(document, path, m, p, options)
+        for (_, m, p), total in zip(sizes, sums)
+        if total > limit
+    }
+
+
+def _triangles(document: Document, primitive: pygltflib.Primitive) -> int:
+    """About the number of triangles of a primitive."""
+    index = primitive.indices
+    if index is None:
+        index = primitive.attributes.get("POSITION")
+    return (item(document.accessors, index, "accessor").count or 0) // 3
+
+
+def _large_primitive(
+    document: Document, path: Path, mesh: int, index: int, options: Options
+) -> LargePrimitive:
+    primitive = document.meshes[mesh].primitives[index]
+    where, reason = place(mesh, index), ""
+    if is_compressed(primitive) or DRACO in (primitive.extensions or {}):
+        reason = "is compressed"
+    elif primitive.targets:
+        reason = "has morph targets"
+    elif primitive.mode != pygltflib.TRIANGLES:
+        reason = "is a strip or a fan"
+    if reason:
+        raise _too_large(f"{where} {reason}")
+    files = _Files(document, path)
+    attributes: dict[str, Rows] = {
+        name: files.array(accessor, f"{name} of {where}")
+        for name, accessor in primitive.attributes.items()
+    }
+    if "POSITION" not in attributes:
+        raise MeshletError(f"{where} has no POSITION", "export the model again")
+    if len({array.count for array in attributes.values()}) > 1:
+        raise MeshletError(f"{where} has attributes of unequal counts", "export the model again")
+    widths = {"POSITION": 3, "NORMAL": 3, "TANGENT": 4}
+    for name, array in attributes.items():
+        if array.form[1] != widths.get(name, array.form[1]):
+            raise MeshletError(f"{name} of {where} has {array.form[1]} components", DAMAGED)
+    indices = None
+    if primitive.indices is not None:
+        indices = files.array(primitive.indices, f"indices of {where}")
+        if indices.form[0].kind != "u" or indices.form[1] != 1:
+            raise MeshletError(f"indices of {where} are not unsigned integers", DAMAGED)
+    return LargePrimitive(mesh, index, attributes, [(tuple(attributes), indices)], room(options))
+
+
+def _too_large(problem: str) -> MeshletError:
+    return MeshletError(
+        f"{problem}, so it cannot be read in chunks",
+        "allow more memory",
+        options=("max_memory",),
+    )
+
+
+def room(options: Options) -> int:
+    """The bytes of memory that vertices may take at a time."""
+    return int(VERTEX_SHARE * options.memory)
+
+
+def chunk_size(options: Options) -> int:
+    """The number of triangles of a chunk. Raises MeshletError for too little memory."""
+    each = LOD_BYTES if options.lod else CHUNK_BYTES
+    count = (options.memory - BASE_BYTES) // each
+    if count < SMALLEST_CHUNK:
+        least = BASE_BYTES + SMALLEST_CHUNK * each
+        raise MeshletError(
+            f"max_memory is {options.max_memory}",
+            f"use at least {-(-least >> 20)}M",
+            options=("max_memory",),
+        )
+    return count
+
+
+class _Files:
+    """Finds accessors in the files of a document."""
+
+    def __init__(self, document: Document, path: Path) -> None:
+        self._document, self._path = document, path
+
+    def array(self, index: int, name: str) -> FileArray:
+        """Raises MeshletError."""
+        document = self._document
+        accessor = item(document.accessors, index, f"the accessor of {name},")
+        form = accessor_format(accessor, name)
+        if accessor.sparse is not None or accessor.bufferView is None or not accessor.count:
+            raise _too_large(f"{name} is sparse or empty")
+        view = item(document.bufferViews, accessor.bufferView, "bufferView")
+        length = len(document.bytes_of_view(accessor.bufferView))
+        size, offset = form[0].itemsize * form[1], accessor.byteOffset or 0
+        stride = view.byteStride or size
+        if offset < 0 or stride < size or offset + stride * (accessor.count - 1) + size > length:
+            raise MeshletError(f"{name} reaches beyond bufferView {accessor.bufferView}", DAMAGED)
+        file, start = self._file_of(view.buffer, name)
+        start += (view.byteOffset or 0) + offset
+        return FileArray(file, start, stride, accessor.count, form, stamp_of(file))
+
+    def _file_of(self, buffer: int, name: str) -> tuple[Path, int]:
+        """(file, byte of it at which the buffer begins)."""
+        uri = self._document.buffers[buffer].uri
+        if uri is None:
+            with open(self._path, "rb") as file:
+                file.seek(GLB_HEADER.size)
+                json_length, _ = CHUNK_HEADER.unpack(file.read(CHUNK_HEADER.size))
+            return self._path, GLB_HEADER.size + 2 * CHUNK_HEADER.size + json_length
+        if uri.startswith("data:"):
+            raise _too_large(f"{name} is in a data: uri")
+        return self._document.path_of(uri), 0

@@ -1,0 +1,196 @@
+"""Tasks on the workers of Dask distributed: files of a batch, chunks of a large model."""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import os
+import time
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from typing import TYPE_CHECKING, Any
+
+from gltf_ext.errors import MeshletError
+
+if TYPE_CHECKING:
+    from distributed import Client, Future
+
+CONNECT = 10  # seconds for the scheduler to answer
+NO_WORKERS = 120  # seconds without any worker before giving up
+MEMORY = "memory"  # the name of the workers' resource, in bytes
+GONE = "the scheduler is gone"
+RUN_AGAIN = "run again"
+
+
+def require_dask() -> None:
+    """Raises MeshletError unless Dask is installed."""
+    try:
+        import distributed  # noqa: F401  whether it is there
+    except ImportError:
+        raise MeshletError("this needs Dask", "pip install 'gltf-meshlet[batch]'") from None
+
+
+def silence() -> None:
+    """Keeps Dask's own messages off the terminal: errors of this module say what failed."""
+    for logger in ("distributed", "distributed.client"):
+        logging.getLogger(logger).setLevel(logging.CRITICAL)
+
+
+@contextlib.contextmanager
+def connected(address: str) -> Iterator[Client]:
+    """A client of a running scheduler. Raises MeshletError."""
+    require_dask()
+    silence()
+    from distributed import Client
+
+    try:
+        client = Client(address, timeout=CONNECT)
+    except (OSError, ValueError, TimeoutError):
+        problem = "no scheduler answers at this address"
+        raise MeshletError(problem, "start one: dask scheduler", address) from None
+    with client:
+        yield client
+
+
+class Here:
+    """Runs functions in this process.
+
+    Attributes:
+        threads: that each may use.
+    """
+
+    def __init__(self, threads: int) -> None:
+        self.threads = threads
+
+    def map(
+        self, function: Callable[..., Any], tasks: Iterable[tuple[Any, ...]], memory: int
+    ) -> Iterator[Any]:
+        """As Workers.map."""
+        return (function(*task) for task in tasks)
+
+
+class Workers:
+    """Runs functions on the workers of a scheduler.
+
+    Attributes:
+        threads: that each may use.
+        again: what errors say to do when scheduler or workers are lost.
+    """
+
+    def __init__(self, client: Client, threads: int = 1, again: str = RUN_AGAIN) -> None:
+        self.threads, self.again = threads, again
+        self._client = client
+        self._last_seen = time.monotonic()
+
+    def free(self) -> tuple[int, int]:
+        """(threads of all workers, bytes of memory that they declare, 0 for none)."""
+        workers = self._workers()
+        return sum(w["nthreads"] for w in workers), sum(_memory_of(w) for w in workers)
+
+    def _workers(self) -> list[dict[str, Any]]:
+        info = self._client.scheduler_info(n_workers=-1)
+        if "workers" not in info:  # the connection has ended
+            raise MeshletError(GONE, self.again)
+        workers = list(info["workers"].values())
+        if workers:
+            self._last_seen = time.monotonic()
+        return workers
+
+    def submit(
+        self, function: Callable[..., Any], *arguments: Any, memory: int, retries: int = 0
+    ) -> Future:
+        """Starts a task. memory: bytes that it takes; it waits for a worker that declares as many,
+        or all that any has."""
+        import dask
+
+        most = max(map(_memory_of, self._workers()), default=0)
+        with dask.config.set({"distributed.admin.large-graph-warning-threshold": "1 TiB"}):
+            return self._client.submit(
+                function,
+                *arguments,
+                pure=False,
+                retries=retries,
+                resources={MEMORY: min(memory, most)} if most else None,
+            )
+
+    def wait(self, tasks: Iterable[Future]) -> list[Future]:
+        """Those that have ended, after at most a few seconds. Raises MeshletError."""
+        from concurrent.futures import CancelledError
+
+        from distributed import TimeoutError, wait
+
+        try:
+            return list(wait(list(tasks), 5, "FIRST_COMPLETED").done)
+        except TimeoutError:
+            self._check_workers()
+            return []
+        except CancelledError:
+            raise MeshletError(GONE, self.again) from None
+
+    def outcome(self, task: Future) -> tuple[Any, BaseException | None]:
+        """(result, error) of a task, which is forgotten. Raises MeshletError."""
+        from concurrent.futures import CancelledError
+
+        from distributed import TimeoutError
+
+        while True:
+            try:
+                error = task.exception(NO_WORKERS)
+                result = None if error else task.result(NO_WORKERS)
+                task.release()  # it would run again if its worker died
+                return result, error
+            except TimeoutError:  # its worker died, and it runs again
+                self._check_workers()
+            except (OSError, CancelledError):  # not of the task: it could not be fetched
+                raise MeshletError(GONE, self.again) from None
+
+    def _check_workers(self) -> None:
+        self._workers()
+        if time.monotonic() - self._last_seen > NO_WORKERS:
+            problem = f"the scheduler has had no workers for {NO_WORKERS} seconds"
+            raise MeshletError(problem, self.again)
+
+    def map(
+        self, function: Callable[..., Any], tasks: Iterable[tuple[Any, ...]], memory: int
+    ) -> Iterator[Any]:
+        """Results in the order of the tasks, which are taken while threads are free. A task whose
+        worker dies runs on another. Raises MeshletError, also for what a task raises."""
+        flight: deque[Future] = deque()
+        for task in tasks:
+            while len(flight) > self.free()[0]:
+                yield self._result(flight.popleft())
+            flight.append(self.submit(function, *task, memory=memory))
+        while flight:
+            yield self._result(flight.popleft())
+
+    def _result(self, task: Future) -> Any:
+        from distributed import KilledWorker
+
+        result, error = self.outcome(task)
+        if isinstance(error, KilledWorker):
+            raise MeshletError("a task killed its workers", "give them more memory")
+        if error is not None and not isinstance(error, MeshletError):
+            raise MeshletError(f"a worker failed: {type(error).__name__}: {error}", self.again)
+        if error is not None:
+            raise error
+        return result
+
+
+Runner = Here | Workers
+
+
+@contextlib.contextmanager
+def runner(address: str | None, threads: int) -> Iterator[Runner]:
+    """Runs functions on the workers of a scheduler, in this process without an address.
+
+    threads: that each may use; 0 for all processors here, one there. Raises MeshletError.
+    """
+    if address is None:
+        yield Here(threads or os.cpu_count() or 1)
+    else:
+        with connected(address) as client:
+            yield Workers(client, threads or 1)
+
+
+def _memory_of(worker: dict[str, Any]) -> int:
+    return int(worker["resources"].get(MEMORY, 0))
