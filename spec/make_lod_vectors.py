@@ -668,6 +668,19 @@ def other_views_of_one_level_0(document: dict[str, Any]) -> None:
     document["meshes"][0]["primitives"] = [first, second]
 
 
+def levels_of_another_level_0(document: dict[str, Any]) -> None:
+    (first,) = primitives_of(document)
+    second = json.loads(json.dumps(first))
+    document["bufferViews"].append(dict(document["bufferViews"][2]))
+    second["extensions"][EDGEBREAKER]["bufferView"] = 3
+    accessors = document["accessors"]
+    count = len(accessors)
+    accessors += json.loads(json.dumps(accessors))
+    second["indices"] += count
+    second["attributes"] = {name: n + count for name, n in second["attributes"].items()}
+    document["meshes"][0]["primitives"] = [first, second]
+
+
 def not_compressed(document: dict[str, Any]) -> None:
     """Adds a triangle with levels, but no other extension."""
     (first,) = primitives_of(document)
@@ -688,11 +701,14 @@ MALFORMED_DOCUMENTS: dict[str, Change] = {
     "version_missing": object_with(version=None),
     "version_text": object_with(version="1"),
     "no_pages": object_with(pages=None),
+    "pages_not_an_object": object_with(pages=[]),
     "no_coarse_pages": object_with(coarsePageCount=0),
     "no_pages_of_level_0": object_with(coarsePageCount=5),
     "other_page_count": object_with(pageCount=6),
     "no_runs": object_with(runCount=0),
     "one_group": object_with(groupCount=1),
+    "root_pages": object_with(rootPageCount=2),
+    "root_pages_zero": object_with(rootPageCount=0),
     "view_missing": object_with(bufferView=9),
     "view_offset": view_with(1, byteOffset=2),
     "view_stride": view_with(0, byteStride=16),
@@ -703,6 +719,7 @@ MALFORMED_DOCUMENTS: dict[str, Change] = {
         byteLength=d["bufferViews"][1]["byteLength"] + 4
     ),
     "shared_level_0_with_other_levels": other_views_of_one_level_0,
+    "shared_levels_of_another_level_0": levels_of_another_level_0,
 }
 
 
@@ -803,6 +820,7 @@ VALIDATORS_ONLY = (
     "not_compressed",
     "view_of_an_accessor",
     "shared_level_0_with_other_levels",
+    "shared_levels_of_another_level_0",
     *(f"replacement_{name}" for name in (
         "of_another_region",
         "moves_its_border",

@@ -295,6 +295,8 @@ def read_primitive(
         count = extension.get(name)
         _require(_is_integer(count) and count >= least, f"{name} is missing or less than {least}")
     tables = read(_view(document, buffer, extension), *(extension[n] for n in LEAST_COUNTS))
+    roots = extension.get("rootPageCount", tables.root_pages)
+    _require(roots == tables.root_pages, "rootPageCount is another one than that of the groups")
     coarse = _view(document, buffer, extension.get("pages"))
     level_0 = _view(document, buffer, extensions[EDGEBREAKER])
     split = tables.coarse_pages

@@ -1,0 +1,148 @@
+"""Writes spec/transport_vectors: conformance vectors of EXT_meshlet_transport.
+
+    python -m spec.make_transport_vectors
+
+valid_NAME.bin are packed views, valid_NAME.resident their resident bytes. malformed_NAME.bin break
+a rule each; malformed.json has the reasons that the reference unpacker gives.
+"""
+
+from __future__ import annotations
+
+import json
+import struct
+from pathlib import Path
+
+import numpy as np
+
+from gltf_ext import _codec
+from spec import make_vectors, reference_transport
+from spec.blob_writer import AFFINE, GEO, GRID, INTEGER, OCT
+from spec.make_vectors import encode, position_stream, stream
+
+FOLDER = Path(__file__).parent / "transport_vectors"
+TABLE_BYTES = 12  # of a packed view with one page
+
+
+def separate_quads() -> bytes:
+    """Boxes whose sides share positions, but no vertices: matches, copies and repeats."""
+    corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
+    sides = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+    positions, normals, triangles = [], [], []
+    for box in range(12):
+        place = np.array([box % 4 * 700 + 37, box // 4 * 900, box * box * 17])
+        for side, quad in enumerate(sides):
+            first = len(positions)
+            positions += [corners[i] * (200 + 13 * box) + place for i in quad]
+            normals += [[127 + 20 * side, side * 91 % 255]] * 4
+            triangles += [[first, first + 1, first + 2], [first, first + 2, first + 3]]
+    streams = [position_stream(13), stream(OCT, 2, 8, GEO), stream(GRID, 2, 10, AFFINE)]
+    texcoords = [[0, 0], [1023, 0], [1023, 1023], [0, 1023]] * (len(positions) // 4)
+    return encode(triangles, positions, streams, [normals, texcoords])
+
+
+def large_numbers() -> bytes:
+    """Positions of 22 bits and integers of 32, both noisy: large residuals."""
+    noise = np.random.default_rng(31).integers(0, 5000, (80, 4))
+    positions = make_vectors.grid_positions(9, 7, 400_000) + noise[:, :3]
+    integers = np.arange(80)[:, None] * 50_000_000 + noise * [1, 20, 400, 8000]
+    streams = [position_stream(22), stream(INTEGER, 4, 32), stream(GRID, 2, 24, AFFINE)]
+    return encode(
+        make_vectors.grid_triangles(9, 7), positions, streams, [integers, positions[:, :2] * 4]
+    )
+
+
+VALID = {
+    "quad": make_vectors.quad,
+    "pages": make_vectors.encoded_pages,
+    "raw_pages": make_vectors.minus_zeros,
+    "seam_within_a_meshlet": make_vectors.seam_within_a_meshlet,
+    "seams_between_meshlets": make_vectors.seams_between_meshlets,
+    "normals_and_texcoords": make_vectors.normals_and_texcoords,
+    "separate_quads": separate_quads,
+    "large_numbers": large_numbers,
+    **{
+        name: make_vectors.VALID[name][0]
+        for name in ("every_kind", "every_predictor", "several_disks", "several_groups")
+    },
+}
+
+
+def malformed() -> dict[str, bytes]:
+    """Name -> packed view that breaks a rule. All but the first ones change one page."""
+    good = _codec.pack(make_vectors.several_disks())
+    page = good[TABLE_BYTES:]
+    resident = struct.unpack_from("<I", good, 4)[0]
+    words = struct.unpack_from("<I", page, 8)[0]
+    end = 20 + 4 * words  # of the words
+
+    def view(page: bytes, size: int = resident, version: int = 1, pages: int = 1) -> bytes:
+        return struct.pack("<3I", version | pages << 8, size, len(page)) + page
+
+    def with_word(i: int, value: int) -> bytes:
+        return view(page[: 4 * i] + struct.pack("<I", value) + page[4 * i + 4 :])
+
+    return {
+        "empty": b"",
+        "no_pages": struct.pack("<I", 1),
+        "version": view(page, version=2),
+        "table_beyond_the_end": view(page, pages=1000),
+        "page_beyond_the_end": good[:-1],
+        "longer_than_its_pages": good + bytes(4),
+        "no_resident_bytes": view(page, 0),
+        "resident_bytes_huge": view(page, 4096 + 256 * len(page) + 4),
+        "resident_bytes_too_many": view(page, resident + 4),
+        "resident_bytes_too_few": view(page, resident - 4),
+        "raw_page_cut": struct.pack("<3I", 1 | 1 << 8, 96, 0) + bytes(92),
+        "page_without_header": view(page[:16]),
+        "words_beyond_the_page": with_word(2, len(page)),
+        "no_meshlets": with_word(1, 0),
+        "triangles_below_meshlets": with_word(0, 0),
+        "triangles_above_meshlets": with_word(0, 1000),
+        "another_triangle_count": with_word(0, struct.unpack_from("<I", page)[0] - 1),
+        "words_missing": view(
+            page[:8] + struct.pack("<I", words - 1) + page[12 : end - 4] + page[end:]
+        ),
+        "words_left": view(
+            page[:8] + struct.pack("<I", words + 1) + page[12:end] + bytes(4) + page[end:]
+        ),
+        "bits_missing": view(page[:-1]),
+        "bits_left": view(page + bytes(1)),
+        "last_bits_not_zero": view(page[:-1] + bytes([page[-1] | 128])),
+        "state": with_word(3, struct.unpack_from("<I", page, 12)[0] ^ 1 << 20),
+    }
+
+
+def refusal(packed: bytes) -> str:
+    """The reference unpacker's reason."""
+    try:
+        reference_transport.unpack_view(packed)
+    except ValueError as error:
+        return str(error)
+    raise AssertionError("the reference unpacker accepts a view that should be malformed")
+
+
+def files() -> dict[str, bytes]:
+    """File name -> contents."""
+    result = {}
+    for name, make in VALID.items():
+        view = make()
+        result[f"valid_{name}.resident"] = view
+        result[f"valid_{name}.bin"] = _codec.pack(view)
+    reasons = {}
+    for name, packed in malformed().items():
+        result[f"malformed_{name}.bin"] = packed
+        reasons[f"malformed_{name}.bin"] = refusal(packed)
+    result["malformed.json"] = (json.dumps(reasons, indent=1) + "\n").encode()
+    return result
+
+
+def main() -> None:
+    FOLDER.mkdir(exist_ok=True)
+    for old in FOLDER.iterdir():
+        old.unlink()
+    for name, data in files().items():
+        (FOLDER / name).write_bytes(data)
+
+
+if __name__ == "__main__":
+    main()
