@@ -4,19 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any
 
 import numpy as np
 
 from gltf_ext.gltf import camera as gltf_camera
 from gltf_ext.gltf.camera import DEFAULT_VIEW
-
-
-class Shown(Protocol):
-    """A scene with points of its surface, float64[n, 3]."""
-
-    @property
-    def view_points(self) -> np.ndarray: ...
 
 
 @dataclass(frozen=True)
@@ -30,7 +23,7 @@ class Camera(gltf_camera.Camera):
 
     @staticmethod
     def fit(
-        scene: Shown,
+        scene: Any,
         width: int,
         height: int,
         view: Sequence[float] = DEFAULT_VIEW,
@@ -39,7 +32,7 @@ class Camera(gltf_camera.Camera):
     ) -> Camera:
         """The default view: the whole scene from the front, a little above and to the right.
 
-        view: direction from the scene towards the camera.
+        scene: has view_points, float64[n, 3]; view: direction from it towards the camera.
         """
         points = scene.view_points
         return Camera.fit_points(points, width, height, view, orthographic=orthographic)
@@ -49,6 +42,12 @@ class Camera(gltf_camera.Camera):
         """The position and 1, or of an orthographic camera the direction towards it and 0."""
         x, y, z = self.to_world[:3, 3] if self.yfov is not None else self.to_world[:3, 2]
         return float(x), float(y), float(z), 1.0 if self.yfov is not None else 0.0
+
+    def pixels_per_unit(self, width: int, height: int) -> float:
+        """Pixels of one unit at distance one; of an orthographic camera, at any distance."""
+        if self.yfov is None:
+            return width / (2 * self.xmag)
+        return float(height / (2 * np.tan(self.yfov / 2)))
 
     def world_to_clip(self, width: int, height: int) -> np.ndarray:
         """float64[4, 4] for Vulkan: y down, depth 0 (near) to 1 (far)."""

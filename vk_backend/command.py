@@ -9,30 +9,31 @@ import statistics
 import sys
 from collections.abc import Callable
 from contextlib import ExitStack
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from PIL import Image
 
 from gltf_ext.errors import MeshletError
 from gltf_ext.files import write_files
+from gltf_ext.lod.detail import missing_levels
 from gltf_ext.progress import progress_bar
 
 from . import vk
 from .background import before_sky
 from .camera import Camera
 from .errors import VulkanError
-from .raster import PATHS
-from .renderer import Renderer
-from .ring import RING
+from .renderer import PATHS, Picture, Renderer
 from .scene import Scene, load_scene
+
+if TYPE_CHECKING:
+    from .raytrace import TracedPicture
 
 GIF_MILLISECONDS = 50  # per picture of an animation
 
-# A camera -> (uint8[height, width, 4], milliseconds on the GPU).
-Draw = Callable[[Camera], tuple[np.ndarray, float]]
+Draw = Callable[[Camera], "Picture | TracedPicture"]
 
 
 def main(options: argparse.Namespace) -> int:
@@ -53,22 +54,32 @@ def main(options: argparse.Namespace) -> int:
 def _render(options: argparse.Namespace) -> int:
     output = Path(options.output)
     _check_output(output, options.frames)
-    scene = load_scene(options.input)
-    for warning in scene.warnings:
+    scene = load_scene(options.input, levels=options.lod_error > 0)
+    missing = missing_levels(scene.document) if scene.has_levels else []
+    for warning in scene.warnings + missing:
         print(f"gltf-meshlet: warning: {warning}", file=sys.stderr)
     cameras = _turn(scene, _camera(scene, options), options.frames)
-    pictures, times = [], []
+    pictures: list[np.ndarray] = []
+    times: list[float] = []
+    drawn: list[Picture] = []  # of paths other than rt
     with ExitStack() as stack:
         renderer = stack.enter_context(
-            Renderer(options.device, options.validate, ring=options.ring or RING)
+            Renderer(options.device, options.validate, ring=options.ring, pool=options.pool)
         )
         path = options.path or _default_path(renderer)
+        if path == "rt" and scene.has_levels:
+            from .cut_scene import cut_scene
+
+            size = options.width, options.height
+            scene = cut_scene(scene, cameras[0], *size, options.lod_error)
         draw, resident = _drawing(renderer, scene, path, options)
         advance = stack.enter_context(progress_bar(output.name, True))
         for number, camera in enumerate(cameras, start=1):
-            color, milliseconds = draw(camera)
-            pictures.append(before_sky(color, camera))
-            times.append(milliseconds)
+            picture = draw(camera)
+            pictures.append(before_sky(picture.color, camera))
+            times.append(picture.milliseconds)
+            if isinstance(picture, Picture):
+                drawn.append(picture)
             if advance:
                 advance(number / len(cameras))
         report = {
@@ -80,16 +91,28 @@ def _render(options: argparse.Namespace) -> int:
             "height": options.height,
             "frames": options.frames,
             "milliseconds": statistics.median(times),
+            "steps": _median_steps(drawn),
             "triangles": scene.triangles,
             "compressed_bytes": scene.compressed_bytes,
             "resident_bytes": resident(),
         }
+        kept = [asdict(picture.pool) for picture in drawn if picture.pool]
+        if kept:
+            report["levels" if scene.has_levels else "pool"] = kept
+        warnings = [f"{e}; a coarser level is shown" for e in renderer.refused_pages]
         said = list(dict.fromkeys(renderer.device.messages))
     write_files(_files(output, pictures))
+    for warning in warnings:
+        print(f"gltf-meshlet: warning: {warning}", file=sys.stderr)
     for message in said:
         print(f"gltf-meshlet: validation: {' '.join(message.split())}", file=sys.stderr)
     print(json.dumps(report, indent=2) if options.json else _line(report))
     return 0
+
+
+def _median_steps(pictures: list[Picture]) -> dict[str, float]:
+    steps = pictures[0].steps if pictures else {}
+    return {s: statistics.median(p.steps[s] for p in pictures) for s in steps}
 
 
 def _check_output(output: Path, frames: int) -> None:
@@ -132,7 +155,7 @@ def _default_path(renderer: Renderer) -> str:
     path = renderer.default_path
     if path == "vertex":
         print(
-            f"gltf-meshlet: {renderer.device.name} has no mesh shaders; "
+            f"gltf-meshlet: {renderer.device.name} has neither 64-bit atomics nor mesh shaders; "
             "the model is decompressed and drawn by path vertex",
             file=sys.stderr,
         )
@@ -145,9 +168,17 @@ def _drawing(
     """(function that draws with a path, function that returns its bytes of device memory)"""
     if path in PATHS:
 
-        def draw(camera: Camera) -> tuple[np.ndarray, float]:
-            picture = renderer.render(scene, camera, path, options.width, options.height, ids=False)
-            return picture.color, picture.milliseconds
+        def draw(camera: Camera) -> Picture:
+            return renderer.render(
+                scene,
+                camera,
+                path,
+                options.width,
+                options.height,
+                ids=False,
+                steps=options.json,
+                lod_error=options.lod_error,
+            )
 
         return draw, lambda: renderer.resident_bytes
     from .raytrace import RayTracer
@@ -160,9 +191,8 @@ def _drawing(
         bounces=options.bounces,
     )
 
-    def trace(camera: Camera) -> tuple[np.ndarray, float]:
-        picture = tracer.render(camera, options.width, options.height)
-        return picture.color, picture.milliseconds
+    def trace(camera: Camera) -> TracedPicture:
+        return tracer.render(camera, options.width, options.height)
 
     return trace, lambda: sum(tracer.resident_bytes().values())
 
@@ -198,9 +228,15 @@ def _animation(pictures: list[np.ndarray]) -> bytes:
 
 def _line(report: dict[str, Any]) -> str:
     frames = f"{report['frames']} frames, " if report["frames"] > 1 else ""
+    if "levels" in report:
+        last = report["levels"][-1]
+        levels = f"{last['triangles']:,} drawn at {last['allowed_pixels']:.3g} pixels of error, "
+    else:
+        levels = ""
     return (
         f"{report['output']}: {report['width']} x {report['height']}, {frames}"
         f"path {report['path']} on {report['device']}, {report['milliseconds']:.2f} ms a frame; "
-        f"{report['triangles']:,} triangles, {report['compressed_bytes'] / 1e6:.2f} MB compressed, "
+        f"{report['triangles']:,} triangles, {levels}"
+        f"{report['compressed_bytes'] / 1e6:.2f} MB compressed, "
         f"{report['resident_bytes'] / 1e6:.2f} MB on the device"
     )

@@ -38,10 +38,7 @@ CAPABILITIES: dict[str, tuple[tuple[str, ...], dict[str, tuple[str, ...]]]] = {
         },
     ),
     "geometry": ((), {}),
-    "statistics": (
-        ("VK_KHR_pipeline_executable_properties",),
-        {"VkPhysicalDevicePipelineExecutablePropertiesFeaturesKHR": ("pipelineExecutableInfo",)},
-    ),
+    "atomics64": ((), {"VkPhysicalDeviceVulkan12Features": ("shaderBufferInt64Atomics",)}),
 }
 # Vulkan 1.2 and 1.3 features that every path uses.
 NEEDED = {
@@ -55,7 +52,14 @@ NEEDED = {
     "VkPhysicalDeviceVulkan13Features": ("dynamicRendering", "synchronization2", "maintenance4"),
 }
 # Vulkan 1.0 features that are enabled if the device has them.
-OPTIONAL = ("geometryShader", "fragmentStoresAndAtomics", "vertexPipelineStoresAndAtomics")
+OPTIONAL = (
+    "geometryShader",
+    "fragmentStoresAndAtomics",
+    "vertexPipelineStoresAndAtomics",
+    "shaderInt64",
+)
+# Capability -> the Vulkan 1.0 feature that it needs.
+CORE = {"geometry": "geometryShader", "atomics64": "shaderInt64"}
 
 
 @dataclass(frozen=True)
@@ -164,7 +168,6 @@ class Device:
         self.graphics = self._queue(graphics)
         self.compute = self._queue(compute) if compute != graphics else self.graphics
         self.limits = self._limits()
-        self.pipeline_flags = 0  # of pipelines made from now on; see pipeline_statistics.py
 
     @property
     def handle(self) -> Any:
@@ -407,8 +410,9 @@ class Device:
         extensions, structures = CAPABILITIES[capability]
         if any(e not in self.extensions for e in extensions):
             return False
-        if capability == "geometry":
-            return bool(vk.vkGetPhysicalDeviceFeatures(self.physical).geometryShader)
+        core = vk.vkGetPhysicalDeviceFeatures(self.physical)
+        if capability in CORE and not getattr(core, CORE[capability]):
+            return False
         return all(all(self._features(s, m).values()) for s, m in structures.items())
 
     def _create_device(self) -> Any:
@@ -425,7 +429,8 @@ class Device:
         extensions: list[str] = []
         for capability in sorted(self.capabilities):
             extensions += CAPABILITIES[capability][0]
-            structures.update(CAPABILITIES[capability][1])
+            for structure, members in CAPABILITIES[capability][1].items():
+                structures[structure] = (*structures.get(structure, ()), *members)
         for structure, members in structures.items():
             chain = getattr(vk, structure)(pNext=chain, **dict.fromkeys(members, 1))
         there = vk.vkGetPhysicalDeviceFeatures(self.physical)

@@ -11,7 +11,6 @@ from .device import Queue, Submission
 from .pipelines import Timestamps
 from .raster import Drawing
 from .ring import COMPUTE_STAGE, MESH_STAGE, Ring
-from .targets import Targets
 
 ALL_STAGES = vk.VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT
 
@@ -21,12 +20,16 @@ class FrameCommands:
 
     If decoding overlaps drawing, each batch of path stream has commands for both queues: the
     compute queue fills one half of the ring while the graphics queue draws the other half.
-    stamps: two timestamps, for one picture at a time.
+    targets: of the class drawing.targets. steps: time the steps of the picture one by one. Each
+    timestamp takes about a microsecond.
     """
 
-    def __init__(self, drawing: Drawing, targets: Targets, stamps: Timestamps):
-        self._device, self._stamps = drawing.device, stamps
+    def __init__(self, drawing: Drawing, targets: Any, *, steps: bool = False):
+        self._device = drawing.device
         self._ring = drawing.ring if drawing.overlaps else None
+        self._steps = drawing.steps if steps else ("frame",)
+        self._stamps = Timestamps(drawing.device, 1 + len(self._steps))
+        self._marks = 0  # recorded so far
         # With two queues: the start, then the decoding and the drawing of each batch in turn.
         self._commands: list[tuple[Queue, Any]] = []
         if self._ring:
@@ -34,23 +37,34 @@ class FrameCommands:
         else:
             with self._recorded(self._device.graphics) as commands:
                 self._start(commands)
-                drawing.record(commands, targets)
-                self._stop(commands)
+                if steps:
+                    drawing.record(commands, targets, self._mark)
+                else:
+                    drawing.record(commands, targets)
+                    self._mark(commands)
 
     def run(self) -> float:
         """Draws the picture; milliseconds on the GPU, from the first to the last command."""
+        return sum(self.run_steps().values())
+
+    def run_steps(self) -> dict[str, float]:
+        """Draws the picture; step -> milliseconds on the GPU, of all batches together."""
         if self._ring:
             self._device.submit_all(overlapped(self._commands, self._ring))
         else:
             self._device.submit(self._commands[0][1])
-        return float(self._stamps.milliseconds()[0])
+        times = dict.fromkeys(self._steps, 0.0)
+        for step, milliseconds in zip(self._steps, self._stamps.milliseconds()):
+            times[step] += float(milliseconds)
+        return times
 
     def free(self) -> None:
-        """Frees the command buffers."""
+        """Frees the command buffers and the timestamps."""
+        self._stamps.free()
         for queue, commands in self._commands:
             vk.vkFreeCommandBuffers(self._device.handle, queue.pool, 1, [commands])
 
-    def _record_overlapped(self, drawing: Drawing, targets: Targets, batches: int) -> None:
+    def _record_overlapped(self, drawing: Drawing, targets: Any, batches: int) -> None:
         with self._recorded(self._device.graphics) as commands:
             self._start(commands)
         for number in range(batches):
@@ -59,7 +73,7 @@ class FrameCommands:
             with self._recorded(self._device.graphics) as commands:
                 drawing.record_drawing(commands, targets, number)
                 if number == batches - 1:
-                    self._stop(commands)
+                    self._mark(commands)
 
     @contextmanager
     def _recorded(self, queue: Queue) -> Iterator[Any]:
@@ -74,10 +88,11 @@ class FrameCommands:
 
     def _start(self, commands: Any) -> None:
         self._stamps.reset(commands)
-        self._stamps.mark(commands, 0)
+        self._mark(commands)
 
-    def _stop(self, commands: Any) -> None:
-        self._stamps.mark(commands, 1)
+    def _mark(self, commands: Any) -> None:
+        self._stamps.mark(commands, self._marks)
+        self._marks += 1
 
 
 def overlapped(commands: list[tuple[Queue, Any]], ring: Ring) -> list[Submission]:

@@ -30,7 +30,7 @@ def graphics_pipeline(
     ids, too.
     """
     return device.once(
-        (modules, *constants.items(), textures, ids, device.pipeline_flags),
+        (modules, *constants.items(), textures, ids),
         lambda: _make_pipeline(device, modules, constants, textures, ids),
     )
 
@@ -38,6 +38,7 @@ def graphics_pipeline(
 def _make_pipeline(
     device: Device, modules: Modules, constants: dict[str, int], textures: int, ids: bool
 ) -> Any:
+    constants = {**constants, "IDS": int(ids)}
     stages = [stage(device, name, bit, constants) for name, bit in modules]
     formats = [COLOR_FORMAT] + ([IDS_FORMAT] if ids else [])
     kinds = {bit for _, bit in modules}
@@ -55,7 +56,6 @@ def _make_pipeline(
         vk.VK_DYNAMIC_STATE_CULL_MODE, vk.VK_DYNAMIC_STATE_FRONT_FACE,
     ]  # fmt: skip
     info = vk.VkGraphicsPipelineCreateInfo(
-        flags=device.pipeline_flags,
         pNext=vk.VkPipelineRenderingCreateInfo(
             viewMask=0,
             colorAttachmentCount=len(formats),

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import io
-import warnings
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,7 +10,7 @@ import pygltflib
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf import materials as gltf_materials
 from gltf_ext.gltf.document import Document
-from gltf_ext.gltf.images import FORMATS, image_bytes
+from gltf_ext.gltf.images import read_image
 from gltf_ext.gltf.materials import DEFAULT_CUTOFF, TextureUse, read_material
 
 from .constants import CONSTANTS
@@ -117,7 +115,7 @@ class Materials:
         if number not in self._images:
             self._images[number] = None
             try:
-                self._images[number] = _decoded(image_bytes(self._document, number))
+                self._images[number] = read_image(self._document, number)
             except MeshletError as error:
                 self.warnings.append(f"image {number} is left out: {error.message}")
         return self._images[number]
@@ -140,19 +138,3 @@ def _flags(source: gltf_materials.Material) -> int:
         "MATERIAL_UNLIT": source.unlit,
     }
     return sum(CONSTANTS[name] for name, on in flags.items() if on)
-
-
-def _decoded(data: bytes) -> np.ndarray:
-    """uint8[height, width, 4] of an encoded image. Raises MeshletError."""
-    from PIL import Image
-
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            with Image.open(io.BytesIO(data), formats=FORMATS) as opened:
-                if opened.mode.startswith("I;16"):
-                    high = (np.asarray(opened) >> 8).astype(np.uint8)
-                    return np.asarray(Image.fromarray(high).convert("RGBA"))
-                return np.asarray(opened.convert("RGBA"))
-    except Exception:  # Pillow's readers raise anything
-        raise MeshletError("it cannot be read") from None

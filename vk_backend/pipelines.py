@@ -10,6 +10,7 @@ import numpy as np
 
 from . import vk
 from .device import Device, Resource
+from .memory import Buffer
 from .reflection import specialization_ids, split_name
 
 PUSH_BYTES = 128  # of push constants: the minimum that Vulkan guarantees
@@ -79,6 +80,11 @@ def push_record(dtype: np.dtype, **fields: Any) -> np.ndarray:
     return record
 
 
+def addresses(dtype: np.dtype, buffers: Mapping[str, Buffer]) -> dict[str, int]:
+    """The addresses of the buffers that have the name of a field."""
+    return {name: b.address for name, b in buffers.items() if name in (dtype.names or ())}
+
+
 def push(commands: Any, layout: Any, data: np.ndarray) -> None:
     """Sets the push constants to the array's bytes."""
     raw = np.ascontiguousarray(data).tobytes()
@@ -88,22 +94,25 @@ def push(commands: Any, layout: Any, data: np.ndarray) -> None:
 
 
 class ComputePipeline:
-    """A compute shader with its specialisation constants."""
+    """A compute shader with its specialisation constants.
+
+    layout: of the pipeline; by default push constants alone.
+    """
 
     @classmethod
-    def of(cls, device: Device, name: str, constants: Mapping[str, int]) -> ComputePipeline:
-        """The device's pipeline of a module and constants; made on first use."""
-        key = (name, device.pipeline_flags, *sorted(constants.items()))
-        pipeline: ComputePipeline = device.once(key, lambda: cls(device, name, constants))
+    def of(
+        cls, device: Device, name: str, constants: Mapping[str, int], layout: Any = None
+    ) -> ComputePipeline:
+        """The device's pipeline of a module, constants and layout; made on first use."""
+        key = (name, layout, *sorted(constants.items()))
+        pipeline: ComputePipeline = device.once(key, lambda: cls(device, name, constants, layout))
         return pipeline
 
-    def __init__(self, device: Device, name: str, constants: Mapping[str, int]):
-        self.device, self.layout = device, pipeline_layout(device)
+    def __init__(self, device: Device, name: str, constants: Mapping[str, int], layout: Any = None):
+        self.device, self.layout = device, layout or pipeline_layout(device)
         # A variable keeps the stage alive during the call.
         shader = stage(device, name, vk.VK_SHADER_STAGE_COMPUTE_BIT, constants)
-        info = vk.VkComputePipelineCreateInfo(
-            flags=device.pipeline_flags, stage=shader, layout=self.layout
-        )
+        info = vk.VkComputePipelineCreateInfo(stage=shader, layout=self.layout)
         self.handle = vk.vkCreateComputePipelines(device.handle, None, 1, [info], None)[0]
         device.at_close(lambda: vk.vkDestroyPipeline(device.handle, self.handle, None))
 
@@ -112,6 +121,14 @@ class ComputePipeline:
         vk.vkCmdBindPipeline(commands, vk.VK_PIPELINE_BIND_POINT_COMPUTE, self.handle)
         push(commands, self.layout, data)
         vk.vkCmdDispatch(commands, workgroups, rows, 1)
+
+    def dispatch_indirect(
+        self, commands: Any, arguments: Buffer, offset: int, data: np.ndarray
+    ) -> None:
+        """The same; the device takes the workgroups from three words of a buffer."""
+        vk.vkCmdBindPipeline(commands, vk.VK_PIPELINE_BIND_POINT_COMPUTE, self.handle)
+        push(commands, self.layout, data)
+        vk.vkCmdDispatchIndirect(commands, arguments.handle, offset)
 
 
 class Timestamps(Resource):

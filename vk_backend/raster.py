@@ -1,9 +1,10 @@
-"""The raster paths: their shaders, buffers and draws."""
+"""The raster paths with a graphics pipeline: their shaders, buffers and draws."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import astuple, dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from .decoded import HAS_COLOR, HAS_NORMAL, HAS_TEXCOORD
 from .device import Device
 from .graphics_pipeline import FRAGMENT, GEOMETRY, MESH, VERTEX, Modules, graphics_pipeline
 from .memory import Buffer
-from .pipelines import MAX_WORKGROUPS, ComputePipeline, push, push_record
+from .pipelines import MAX_WORKGROUPS, ComputePipeline, addresses, push, push_record
 from .raster_layout import BOUNDS_PUSH, RASTER_PUSH
 from .ring import RING, Ring
 from .scene import Scene
@@ -22,8 +23,8 @@ from .scene_buffers import FRAME, SceneBuffers, require_room
 from .targets import Targets
 from .textures import TextureArray, array_size, textures_layout
 
-# Variants of surface.frag and geometry.geom with the attributes that they pass on. A scene uses the
-# first variant that has all of its attributes.
+# Variants of surface.frag, and some of geometry.geom, with the attributes that they pass on. A
+# scene uses the first variant that has all of its attributes.
 VARIANTS = (
     ("position", 0),
     ("normal", HAS_NORMAL),
@@ -37,51 +38,47 @@ MATRIX_BYTES = 64
 class Path:
     """How meshlets become triangles on the device.
 
-    needs: of SceneBuffers; stages: modules before the fragment shader, and fragment: the fragment
-    shader, with {ids} and {attributes} for Drawing to fill in; capability: of device.CAPABILITIES,
-    or None; workgroup: meshlets of a workgroup or point; teams: the field of device.Limits with the
-    shared memory in which a team decodes a meshlet; ring: meshlets are decoded into a ring first.
+    needs: of SceneBuffers; stages: modules before the fragment shader, with {attributes}, and
+    fragment: the fragment shader, with {ids} and {attributes} for Drawing to fill in; drawing: the
+    subclass of Drawing; capability: of device.CAPABILITIES, or None; workgroup: meshlets of a
+    workgroup or point; teams: the field of device.Limits with the shared memory in which a team
+    decodes a meshlet; ring: slots of the ring that meshlets are decoded into first, at most; 0:
+    none; bulk: many meshlets are decoded in bulk passes; variants: names of VARIANTS.
     """
 
     name: str
     needs: frozenset[str]
     stages: Modules
+    drawing: type[Drawing]
     capability: str | None = None
     workgroup: int = 1
     teams: str | None = None
-    ring: bool = False
+    ring: int = 0
+    bulk: bool = False
     fragment: str = "surface_{attributes}{ids}.frag"
+    variants: tuple[str, ...] = tuple(name for name, _ in VARIANTS)
 
 
 BLOBS = frozenset({"blobs", "bounds"})
-_PATHS = (
-    Path(
-        "stream",
-        BLOBS,
-        (("stream{ids}.mesh", MESH),),
-        "mesh",
-        teams="compute_shared_bytes",
-        ring=True,
-    ),
-    Path("mesh", BLOBS, (("mesh{ids}.mesh", MESH),), "mesh", teams="mesh_shared_bytes"),
-    Path(
-        "geometry",
-        BLOBS,
-        (("geometry.vert", VERTEX), ("geometry_{attributes}.geom", GEOMETRY)),
-        "geometry",
-    ),
-    Path("vertex", frozenset({"vertices", "indices"}), (("vertex.vert", VERTEX),)),
-)
-PATHS = {path.name: path for path in _PATHS}
+
+# Called with the commands after each step of a picture is recorded: for timing.
+Mark = Callable[[Any], None]
+
+
+def no_mark(commands: Any) -> None:
+    """A Mark that records nothing."""
 
 
 class Drawing:
     """A scene ready to be drawn by one path.
 
-    ids: draw ids, too. For path stream, ring: slots, at most; overlap: decode on another queue,
-    half a ring ahead (None: if the scene is large enough).
+    ids: draw ids, too. ring: slots of a path with a ring, at most (None: the path's). overlap: path
+    stream decodes on another queue, half a ring ahead (None: if the scene is large enough).
+    targets: the class that a picture is drawn into.
     Raises VulkanError if the device lacks a capability or the memory that the path needs.
     """
+
+    targets: ClassVar[Any] = Targets
 
     def __init__(
         self,
@@ -91,7 +88,7 @@ class Drawing:
         *,
         culling: bool = True,
         ids: bool = True,
-        ring: int = RING,
+        ring: int | None = None,
         overlap: bool | None = None,
     ):
         self.device, self.scene, self.path, self.ids = device, scene, path, ids
@@ -100,13 +97,10 @@ class Drawing:
         if path.teams:
             shared = getattr(device.limits, path.teams)
             require_room(device, scene, path.name, shared, "choose --path geometry or vertex")
-        textures = array_size(scene.textures)
-        self._layout = textures_layout(device, textures)
+        self._own: dict[str, Buffer] = {}  # of the path, besides those of scene, frame and ring
+        self._layout = textures_layout(device, array_size(scene.textures))
         self._textures = TextureArray(device, scene.textures)
-        # Made even without culling, so that measured memory is the same.
-        self.buffers = SceneBuffers(device, scene, path.needs)
-        if "bounds" in path.needs:
-            fill_bounds(self.buffers)
+        self.buffers = self._make_buffers()
         self._frame = Buffer(device, MATRIX_BYTES * len(scene.instances) + FRAME.itemsize)
         constants = {
             "MAX_STREAMS": scene.max_streams,
@@ -114,14 +108,35 @@ class Drawing:
             "ATTRIBUTES": scene.attributes,
             "CULLING": int(culling),
         }
-        self.ring = Ring(device, scene, ring, overlap, constants) if path.ring else None
-        self.pipeline = graphics_pipeline(
-            device,
-            self._modules(),
-            self.ring.constants if self.ring else constants,
-            textures,
-            ids,
+        slots = self._default_slots if ring is None else ring
+        self.ring = self._make_ring(slots, overlap, constants) if path.ring else None
+        self._make_pipelines(self.ring.constants if self.ring else constants)
+
+    @property
+    def _default_slots(self) -> int:
+        return self.path.ring
+
+    def _make_buffers(self) -> SceneBuffers:
+        # With bounds even without culling, so that measured memory is the same.
+        buffers = SceneBuffers(self.device, self.scene, self.path.needs)
+        if "bounds" in self.path.needs:
+            fill_bounds(buffers)
+        return buffers
+
+    def _make_ring(self, slots: int, overlap: bool | None, constants: dict[str, int]) -> Ring:
+        return Ring(self.device, self.scene, slots, overlap, constants, bulk=self.path.bulk)
+
+    def _make_pipelines(self, constants: dict[str, int]) -> None:
+        """Makes everything that draws. constants: specialisation constants by name."""
+        textures = array_size(self.scene.textures)
+        self._pipeline = graphics_pipeline(
+            self.device, self._modules(), constants, textures, self.ids
         )
+
+    @property
+    def steps(self) -> tuple[str, ...]:
+        """The steps of a picture, in the order of the calls of record's `mark`."""
+        return ("draw",)
 
     @property
     def resident_bytes(self) -> int:
@@ -130,6 +145,7 @@ class Drawing:
             self.buffers.resident_bytes
             + self._frame.allocated
             + (self.ring.resident_bytes if self.ring else 0)
+            + sum(buffer.allocated for buffer in self._own.values())
         )
 
     def look(self, camera: Camera, width: int, height: int) -> None:
@@ -138,24 +154,27 @@ class Drawing:
         frame = self.buffers.frame_record(camera, width, height, self._frame.address)
         self._frame.write(matrices.tobytes() + frame.tobytes())
 
-    def record(self, commands: Any, targets: Targets) -> None:
-        """Records the whole picture, for a single queue."""
+    def record(self, commands: Any, targets: Any, mark: Mark = no_mark) -> None:
+        """Records the whole picture, for a single queue. targets: of the class self.targets."""
         if self.ring:
             for number in range(len(self.ring.batches)):
                 self.ring.wait_for_drawing(commands)
                 self.record_decoding(commands, number)
                 self.record_drawing(commands, targets, number)
-            return
-        self._begin(commands, targets)
-        for number in range(len(self.scene.instances)):
-            self._draw(commands, number)
-        vk.vkCmdEndRendering(commands)
+        else:
+            self._begin(commands, targets)
+            for number in range(len(self.scene.instances)):
+                self._draw(commands, number)
+            vk.vkCmdEndRendering(commands)
+        mark(commands)
 
     def free(self) -> None:
         """Frees the memory; a second call does nothing."""
         self.buffers.free()
         self._frame.free()
         self._textures.free()
+        for buffer in self._own.values():
+            buffer.free()
         if self.ring:
             self.ring.free()
 
@@ -186,7 +205,7 @@ class Drawing:
     def _begin(self, commands: Any, targets: Targets, *, resumed: bool = False) -> None:
         """Records the start of rendering and all state that does not depend on the instance."""
         targets.begin(commands, resumed=resumed)
-        vk.vkCmdBindPipeline(commands, vk.VK_PIPELINE_BIND_POINT_GRAPHICS, self.pipeline)
+        vk.vkCmdBindPipeline(commands, vk.VK_PIPELINE_BIND_POINT_GRAPHICS, self._pipeline)
         vk.vkCmdBindDescriptorSets(
             commands,
             vk.VK_PIPELINE_BIND_POINT_GRAPHICS,
@@ -205,11 +224,15 @@ class Drawing:
 
     def _modules(self) -> Modules:
         """The stages of the pipeline."""
-        chosen = next(name for name, fits in VARIANTS if not self.scene.attributes & ~fits)
+        chosen = next(
+            name
+            for name, fits in VARIANTS
+            if name in self.path.variants and not self.scene.attributes & ~fits
+        )
         ids = "_ids" if self.ids else ""
         per_primitive = "_mesh" if self.ids and self.path.capability == "mesh" else ""
         fragment = self.path.fragment.format(attributes=chosen, ids=per_primitive + ids)
-        stages = [(name.format(attributes=chosen, ids=ids), bit) for name, bit in self.path.stages]
+        stages = [(name.format(attributes=chosen), bit) for name, bit in self.path.stages]
         return (*stages, (fragment, FRAGMENT))
 
     def _set_sides(self, commands: Any, number: int) -> None:
@@ -256,21 +279,64 @@ class Drawing:
     @property
     def _addresses(self) -> dict[str, int]:
         """Addresses in RASTER_PUSH besides the frame."""
-        return self.ring.addresses if self.ring else {}
+        return {**(self.ring.addresses if self.ring else {}), **addresses(RASTER_PUSH, self._own)}
 
     def _push_constants(self, **fields: Any) -> np.ndarray:
         """RASTER_PUSH[()] with all addresses and the given fields; all others are 0."""
-        frame = self._frame.address + MATRIX_BYTES * len(self.scene.instances)
-        return push_record(RASTER_PUSH, frame=frame, **self._addresses, **fields)
+        return push_record(RASTER_PUSH, frame=self._frame_address, **self._addresses, **fields)
+
+    @property
+    def _frame_address(self) -> int:
+        return self._frame.address + MATRIX_BYTES * len(self.scene.instances)
+
+    def finish(self, wait: bool) -> bool:
+        """Call after a frame has run. Returns whether another frame would be the same.
+
+        wait: for data that the frame lacked.
+        """
+        return True
 
 
 def fill_bounds(buffers: SceneBuffers) -> None:
     """Computes the culling bounds of all meshlets on the device, from the blobs."""
     device, scene = buffers.device, buffers.scene
-    pipeline = ComputePipeline.of(device, "bounds.comp", {"MAX_STREAMS": scene.max_streams})
+    pipeline = bounds_pipeline(device, scene)
     with device.commands() as commands:
         for number, primitive in enumerate(scene.primitives):
-            data = push_record(BOUNDS_PUSH, primitives=buffers.primitives_address, primitive=number)
-            workgroups = -(-primitive.meshlets // CONSTANTS["BOUNDS_THREADS"])
-            pipeline.dispatch(commands, workgroups, data)
+            table = {"primitives": buffers.primitives_address, "primitive": number}
+            record_bounds(commands, pipeline, primitive.meshlets, **table)
         device.full_barrier(commands)
+
+
+def bounds_pipeline(device: Device, scene: Scene) -> ComputePipeline:
+    return ComputePipeline.of(device, "bounds.comp", {"MAX_STREAMS": scene.max_streams})
+
+
+def record_bounds(commands: Any, pipeline: ComputePipeline, meshlets: int, **fields: int) -> None:
+    """Records the bounds of so many meshlets. fields: of BOUNDS_PUSH."""
+    data = push_record(BOUNDS_PUSH, meshlets=meshlets, **fields)
+    workgroups = min(-(-meshlets // CONSTANTS["BOUNDS_THREADS"]), MAX_WORKGROUPS)
+    pipeline.dispatch(commands, workgroups, data)
+
+
+GRAPHICS_PATHS = (
+    Path(
+        "stream",
+        BLOBS,
+        (("stream.mesh", MESH),),
+        Drawing,
+        "mesh",
+        teams="compute_shared_bytes",
+        ring=RING,
+    ),
+    Path("mesh", BLOBS, (("mesh.mesh", MESH),), Drawing, "mesh", teams="mesh_shared_bytes"),
+    Path(
+        "geometry",
+        BLOBS,
+        (("geometry.vert", VERTEX), ("geometry_{attributes}.geom", GEOMETRY)),
+        Drawing,
+        "geometry",
+        variants=("normal", "color"),
+    ),
+    Path("vertex", frozenset({"vertices", "indices"}), (("vertex.vert", VERTEX),), Drawing),
+)

@@ -7,4 +7,6 @@ from .reflection import structure
 RASTER_PUSH = structure("RasterPush")  # push constants of all raster paths
 BOUNDS_PUSH = structure("BoundsPush")  # of bounds.comp
 SEGMENT = structure("Segment")  # of shaders/raster/stream_push.glsl
-CONNECTED = structure("Connected")  # of shaders/decoders/decode_buffers.glsl
+# Of shaders/decoders/decode_buffers.glsl.
+CONNECTED = structure("Connected")
+PLACES = structure("Places")

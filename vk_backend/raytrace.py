@@ -15,7 +15,7 @@ from .constants import CONSTANTS
 from .device import Device
 from .errors import VulkanError
 from .memory import Buffer
-from .pipelines import MAX_WORKGROUPS, ComputePipeline, Timestamps, push, push_record
+from .pipelines import MAX_WORKGROUPS, ComputePipeline, Timestamps, addresses, push, push_record
 from .raytrace_geometry import Geometry
 from .raytrace_pipeline import RayPipeline
 from .reflection import structure
@@ -119,7 +119,7 @@ class RayTracer:
         start = Camera.fit_box(scene.low, scene.high, 1, 1)
         frame.write(self.buffers.frame_record(start, 1, 1, 0).tobytes())
         constants = {**self._constants(), **layout.constants}
-        self.geometry = self._make_geometry(frame.address, constants)
+        self.geometry = self._make_geometry(self.buffers.primitives_address, constants)
         self._own = {
             "frame": frame,
             "sources": self.geometry.sources,
@@ -212,11 +212,6 @@ class RayTracer:
         for buffer in (*self._own.values(), *self._picture.values(), self._rays.table):
             buffer.free()
 
-    @property
-    def pipelines(self) -> list[Any]:
-        """The VkPipelines that trace rays, for pipeline_statistics."""
-        return [self._rays.handle]
-
     # --- setup ---
 
     def _count_slots(self, cache: float, cache_bytes: int | None) -> int:
@@ -243,12 +238,12 @@ class RayTracer:
             "SWEEPS": int(self.sweeps),
         }
 
-    def _make_geometry(self, frame: int, constants: dict[str, int]) -> Geometry:
-        """frame: address of a Frame."""
+    def _make_geometry(self, primitives: int, constants: dict[str, int]) -> Geometry:
+        """primitives: address of their table."""
         return Geometry(
             self.device,
             self.scene,
-            frame=frame,
+            primitives=primitives,
             constants=constants,
             part_meshlets=self.slots if self.sweeps else self.meshlets,
         )
@@ -372,10 +367,10 @@ class RayTracer:
 
     def _pushed(self, dtype: np.dtype, **fields: int) -> np.ndarray:
         """Push constants: the given fields, and the addresses of all buffers that it has."""
-        found = {name: b.address for name, b in {**self._own, **self._picture}.items()}
-        names = dtype.names or ()
-        return push_record(dtype, **{n: v for n, v in {**found, **fields}.items() if n in names})
+        found = addresses(dtype, {**self._own, **self._picture})
+        own = {name: value for name, value in fields.items() if name in (dtype.names or ())}
+        return push_record(dtype, **{**found, **own})
 
     def _ids(self, hits: np.ndarray) -> np.ndarray:
         """uint32[..., 2] instance and meshlet * 64 + triangle, from the shaders' hits."""
-        return hits
+        return hits if self.sweeps else self.scene.drawn_ids(hits)

@@ -16,14 +16,13 @@ from .constants import CONSTANTS
 from .device import Device
 from .errors import VulkanError
 from .memory import Buffer
-from .pipelines import MAX_WORKGROUPS, ComputePipeline, push_record
+from .pipelines import ComputePipeline
+from .raster import record_bounds
 from .reflection import structure
 from .scene import Instance, Scene
 
 PLACED, SOURCE = structure("Placed"), structure("Source")  # of shaders/raytrace/rt_common.glsl
-BOXES_PUSH = structure("BoxesPush")  # of boxes.comp
 MESHLET_TRIANGLES = CONSTANTS["MESHLET_TRIANGLES"]
-BOXES_THREADS = CONSTANTS["BOXES_THREADS"]
 INSTANCE_MASKED = CONSTANTS["INSTANCE_MASKED"]
 VISIBLE = 0xFF000000  # visibility mask of an instance, in the upper 8 bits of its custom index
 
@@ -60,8 +59,8 @@ def spatial_order(centers: np.ndarray, size: int) -> np.ndarray:
 class Geometry:
     """A scene's acceleration structures and the tables of their contents.
 
-    part_meshlets: meshlets of a part; a single part keeps the file's order. frame: address of a
-    Frame. constants: specialisation constants of boxes.comp.
+    part_meshlets: meshlets of a part; a single part keeps the file's order. primitives: address of
+    the table of primitives. constants: specialisation constants of bounds.comp.
     sources, placed: buffers of shaders/raytrace/rt_common.glsl. tops: a top level for each part.
     corners: if there are parts, float64[n, 4], homogeneous points of the world around the scene.
     any_masked: whether a material may be transparent.
@@ -72,7 +71,7 @@ class Geometry:
         device: Device,
         scene: Scene,
         *,
-        frame: int,
+        primitives: int,
         constants: dict[str, int],
         part_meshlets: int,
     ):
@@ -81,10 +80,10 @@ class Geometry:
         counts = [p.meshlets for p in scene.primitives]
         rows = np.zeros(sum(counts), SOURCE)
         rows["primitive"] = np.repeat(np.arange(len(counts)), counts)
-        rows["meshlet"] = np.concatenate([np.arange(count) for count in counts])
+        rows["meshlet"] = np.concatenate([p.drawn for p in scene.primitives])
         self.sources = Buffer(device, rows.nbytes).write(rows)
         self.parts = -(-len(rows) // part_meshlets)
-        pieces, shapes = self._shapes(rows, frame, part_meshlets)
+        pieces, shapes = self._shapes(rows, primitives, part_meshlets)
         self.bottom = Structures(device, BOTTOM, shapes)
         self._place(pieces)
         for buffer in self._inputs:
@@ -110,10 +109,10 @@ class Geometry:
         return not self._constants["POSITION_FLOATS"]
 
     def _shapes(
-        self, rows: np.ndarray, frame: int, part_meshlets: int
+        self, rows: np.ndarray, primitives: int, part_meshlets: int
     ) -> tuple[list[Piece], Sequence[Shape]]:
         """The pieces of all parts, and the shapes that the bottom levels are built over."""
-        boxes = self._make_boxes(frame, len(rows))
+        boxes = self._make_boxes(primitives, len(rows))
         if self.parts > 1:
             rows = self._sort(rows, boxes, part_meshlets)
         pieces = pieces_of(rows, part_meshlets)
@@ -122,21 +121,21 @@ class Geometry:
             Boxes(boxes.address + p.first * size, p.count * size // BOX_BYTES) for p in pieces
         ]
 
-    def _make_boxes(self, frame: int, meshlets: int) -> Buffer:
+    def _make_boxes(self, primitives: int, meshlets: int) -> Buffer:
         """The boxes of all meshlets."""
         size = MESHLET_TRIANGLES // self._constants["BOX_TRIANGLES"] * BOX_BYTES
         boxes = Buffer(self._device, meshlets * size, INPUT)
         self._inputs.append(boxes)
-        data = push_record(
-            BOXES_PUSH,
-            frame=frame,
-            sources=self.sources.address,
-            boxes=boxes.address,
-            meshlets=meshlets,
-        )
-        pipeline = ComputePipeline.of(self._device, "boxes.comp", self._constants)
+        pipeline = ComputePipeline.of(self._device, "bounds.comp", self._constants)
         with self._device.commands() as commands:
-            pipeline.dispatch(commands, min(-(-meshlets // BOXES_THREADS), MAX_WORKGROUPS), data)
+            record_bounds(
+                commands,
+                pipeline,
+                meshlets,
+                primitives=primitives,
+                sources=self.sources.address,
+                boxes=boxes.address,
+            )
         return boxes
 
     def _sort(self, rows: np.ndarray, buffer: Buffer, size: int) -> np.ndarray:
@@ -181,7 +180,7 @@ class Geometry:
         # By part, then instance.
         placed = sorted((p.part, i, n) for n, p in enumerate(pieces) for i in numbers[p.primitive])
         triangles = MESHLET_TRIANGLES * np.array(
-            [self._scene.primitives[i.primitive].meshlets for i in instances]
+            [1 + int(self._scene.primitives[i.primitive].drawn.max()) for i in instances]
         )
         if triangles.sum() >= 1 << 32 or len(placed) > CONSTANTS["PLACED_INDEX"]:
             raise VulkanError(

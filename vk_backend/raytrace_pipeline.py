@@ -39,7 +39,7 @@ class RayPipeline:
     ):
         self._device = device
         groups = ({"generalShader": "rt_camera.rgen"}, {"generalShader": "rt_miss.rmiss"}, hit)
-        key = (*hit.values(), textures, device.pipeline_flags, *sorted(constants.items()))
+        key = (*hit.values(), textures, *sorted(constants.items()))
         self.handle = device.once(key, lambda: _make(device, groups, constants, layout))
         self.table, self.regions = self._binding_table()
 
@@ -85,7 +85,6 @@ def _make(
     ]
     info = vk.VkRayTracingPipelineCreateInfoKHR(
         sType=vk.VK_STRUCTURE_TYPE_RAY_TRACING_PIPELINE_CREATE_INFO_KHR,
-        flags=device.pipeline_flags,
         stageCount=len(stages),
         pStages=stages,
         groupCount=len(described),

@@ -3,19 +3,24 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+
+from gltf_ext.errors import MeshletError
 
 from . import vk
 from .camera import Camera
 from .device import Device
 from .errors import VulkanError
 from .frame_commands import FrameCommands
-from .pipelines import Timestamps
-from .raster import PATHS, Drawing
-from .ring import RING
+from .levels import LevelsDrawing, LevelStatistics
+from .pooled import PooledDrawing, PoolStatistics
+from .raster import GRAPHICS_PATHS, Drawing
 from .scene import Scene
-from .targets import Targets
+from .visibility import VISIBILITY
+
+PATHS = {path.name: path for path in (VISIBILITY, *GRAPHICS_PATHS)}
 
 
 @dataclass(frozen=True)
@@ -27,13 +32,23 @@ class Picture:
     to world units.
     ids: uint32[height, width, 2], instance and meshlet * 64 + triangle, 0xFFFFFFFF if no surface
     covers the pixel; None if they were not requested.
-    milliseconds: on the GPU, without copies to the host.
+    milliseconds: on the GPU, without copies to the host. steps: those of each step; empty if they
+    were not requested. pool: of a picture from a pool; of a scene that was loaded with levels
+    LevelStatistics. With levels, milliseconds and steps are those of the last frame, and meshlets
+    are numbered through all pages of a primitive.
     """
 
     color: np.ndarray
     depth: np.ndarray
     ids: np.ndarray | None
     milliseconds: float
+    steps: dict[str, float]
+    pool: PoolStatistics | None = None
+
+    @property
+    def levels(self) -> LevelStatistics | None:
+        """Of a scene that was loaded with levels."""
+        return self.pool if isinstance(self.pool, LevelStatistics) else None
 
     @property
     def covered(self) -> np.ndarray:
@@ -45,8 +60,12 @@ class Renderer:
     """Renders scenes on one device. Use it in a `with` block, or call close.
 
     select: a device's number or part of its name; by default the first GPU. validation: enables the
-    validation layer, see `device.messages`. For path stream, ring: slots, at most; overlap: decode
-    on another queue, half a ring ahead (None: if the scene is large enough).
+    validation layer, see `device.messages`. ring: decoded meshlets that paths stream and visibility
+    keep, at most (None: the path's default). overlap: path stream decodes on another queue, half a
+    ring ahead (None: if the scene is large enough). pool: bytes for the compressed pages of a scene
+    that was loaded with levels (None: 256 MiB, or what its coarsest pages need), or for the decoded
+    meshlets that path visibility keeps from picture to picture (None, 0: it keeps none). occlusion:
+    with either of them, skip what is hidden behind other surfaces.
     Raises VulkanError if there is no such device or driver.
     """
 
@@ -54,29 +73,36 @@ class Renderer:
         self,
         select: str | int | None = None,
         validation: bool = False,
-        ring: int = RING,
+        ring: int | None = None,
         overlap: bool | None = None,
+        pool: int | None = None,
+        occlusion: bool = True,
     ):
-        self.ring, self.overlap = ring, overlap
+        self.ring, self.overlap, self.pool, self.occlusion = ring, overlap, pool, occlusion
         self.device = Device(select, validation=validation)
         self._limit = vk.vkGetPhysicalDeviceProperties(
             self.device.physical
         ).limits.maxImageDimension2D
-        self._stamps = Timestamps(self.device, 2)
         self._scene: Scene | None = None
         self._drawings: dict[tuple[object, ...], Drawing] = {}  # of this scene
         self.drawing: Drawing | None = None  # the last one used
-        self._targets: Targets | None = None
+        self._targets: Any = None
 
     @property
     def default_path(self) -> str:
-        """ "stream" if the device has mesh shaders, else "vertex"."""
-        return "stream" if "mesh" in self.device.capabilities else "vertex"
+        """The first that the device can draw: visibility, stream or vertex."""
+        has = self.device.capabilities
+        return "visibility" if "atomics64" in has else "stream" if "mesh" in has else "vertex"
 
     @property
     def resident_bytes(self) -> int:
         """Allocated bytes of all buffers of the last picture's scene and path, without images."""
         return self.drawing.resident_bytes if self.drawing else 0
+
+    @property
+    def refused_pages(self) -> list[MeshletError]:
+        """What was wrong with the malformed pages of the last picture's scene."""
+        return self.drawing.refused if isinstance(self.drawing, LevelsDrawing) else []
 
     def render(
         self,
@@ -87,11 +113,17 @@ class Renderer:
         height: int = 720,
         culling: bool = True,
         ids: bool = True,
+        steps: bool = False,
+        lod_error: float = 1.0,
+        wait: bool = True,
     ) -> Picture:
         """Renders a picture. Buffers stay on the device until another scene is rendered.
 
-        path: a key of raster.PATHS; by default `default_path`. width, height: pixels. culling: skip
-        meshlets that cannot be visible. ids: return the ids of each pixel.
+        path: a key of PATHS; by default `default_path`. width, height: pixels. culling: skip
+        meshlets that cannot be visible. ids: return the ids of each pixel. steps: time each step.
+        lod_error: pixels, for a scene that was loaded with levels. wait: draw frames until all
+        pages that the picture needs are there; otherwise draw one frame with those that are, and
+        read others for later ones.
         Raises VulkanError if the device cannot render this path or size.
         """
         path = path or self.default_path
@@ -103,11 +135,16 @@ class Renderer:
                 f"at most {self._limit} each",
             )
         drawing = self.drawing = self._drawing(scene, path, culling, ids)
+        if isinstance(drawing, LevelsDrawing):
+            drawing.least_pixels = lod_error
         drawing.look(camera, width, height)
-        targets = self._fitting_targets(width, height, ids)
-        frame = FrameCommands(drawing, targets, self._stamps)
-        milliseconds = frame.run()
-        frame.free()
+        targets = self._fitting_targets(drawing.targets, width, height, ids)
+        finished = False
+        while not finished:
+            frame = FrameCommands(drawing, targets, steps=steps)
+            times = frame.run_steps()
+            frame.free()
+            finished = drawing.finish(wait) or not wait
         color = targets.color.read(np.uint8, 4)
         depth = targets.depth.read(np.float32, 1)[..., 0]
         found = None
@@ -116,7 +153,8 @@ class Renderer:
             # Path vertex numbers triangles through all meshlets of a primitive.
             found = scene.meshlet_ids(found) if drawing.buffers.index_buffer else found
             found = scene.whole_ids(found)
-        return Picture(color, depth, found, milliseconds)
+        pool = drawing.statistics if isinstance(drawing, PooledDrawing) else None
+        return Picture(color, depth, found, sum(times.values()), times if steps else {}, pool)
 
     def _drawing(self, scene: Scene, path: str, culling: bool, ids: bool) -> Drawing:
         """The drawing of a path, which is kept until another scene is rendered."""
@@ -124,26 +162,29 @@ class Renderer:
             for drawing in self._drawings.values():
                 drawing.free()
             self._drawings, self.drawing, self._scene = {}, None, scene
-        key = (path, culling, ids, self.ring, self.overlap)
+        if scene.has_levels and path != VISIBILITY.name:
+            raise VulkanError(f"path {path} has no levels of detail", "choose path visibility")
+        key = (path, culling, ids, self.ring, self.overlap, self.pool, self.occlusion)
         if key not in self._drawings:
-            self._drawings[key] = Drawing(
-                self.device,
-                scene,
-                PATHS[path],
-                culling=culling,
-                ids=ids,
-                ring=self.ring,
-                overlap=self.overlap,
+            kind = PATHS[path].drawing
+            if path == VISIBILITY.name and (self.pool or scene.has_levels):
+                kind = LevelsDrawing if scene.has_levels else PooledDrawing
+            own: dict[str, Any] = {"ring": self.ring, "overlap": self.overlap}
+            if issubclass(kind, PooledDrawing):
+                own |= {"pool": self.pool, "occlusion": self.occlusion}
+            self._drawings[key] = kind(
+                self.device, scene, PATHS[path], culling=culling, ids=ids, **own
             )
         return self._drawings[key]
 
-    def _fitting_targets(self, width: int, height: int, ids: bool) -> Targets:
-        last = self._targets
-        if last and (last.width, last.height, last.ids is not None) == (width, height, ids):
+    def _fitting_targets(self, kind: Any, width: int, height: int, ids: bool) -> Any:
+        """Targets of a class, which are kept until others are needed."""
+        last, wanted = self._targets, (kind, width, height, ids)
+        if last and (type(last), last.width, last.height, last.ids is not None) == wanted:
             return last
         if last:
             last.free()
-        self._targets = Targets(self.device, width, height, ids)
+        self._targets = kind(self.device, width, height, ids)
         return self._targets
 
     def close(self) -> None:

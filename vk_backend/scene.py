@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -38,6 +38,8 @@ from gltf_ext.gltf.scene import (
     read_scene,
     value_format,
 )
+from gltf_ext.lod.reading import LodPrimitive, read_lod
+from gltf_ext.ranges import begins
 
 from .camera import Camera
 from .constants import CONSTANTS
@@ -114,7 +116,9 @@ class Primitive:
 
     stream_end: shading needs only streams before this one; attributes: by role, see ROLES;
     low, high: float64[3], the bounding box of the whole primitive's positions; first_meshlet:
-    number of meshlets in the pages before this one.
+    number of meshlets in the pages before this one. source: the primitive of the file if the scene
+    was loaded with levels; then blob is empty and meshlets is 0. chosen: int64[meshlets], those of
+    the blob that are drawn; None: all. Only ray tracing draws some.
     """
 
     where: str
@@ -128,11 +132,18 @@ class Primitive:
     low: np.ndarray
     high: np.ndarray
     first_meshlet: int = 0
+    source: LodPrimitive | Compressed | None = None
+    chosen: np.ndarray | None = None
+
+    @property
+    def drawn(self) -> np.ndarray:
+        """int64[meshlets]: numbers in the blob."""
+        return np.arange(self.meshlets) if self.chosen is None else self.chosen
 
     @property
     def elements(self) -> int:
         """Elements of the streams that shading needs."""
-        return sum(s.components for s in self.streams[: self.stream_end])
+        return sum(s.elements for s in self.streams[: self.stream_end])
 
     @property
     def position_bits(self) -> int:
@@ -206,7 +217,7 @@ class Scene:
         Instances and meshlets are numbered as if each primitive were one blob. Pixels without a
         surface keep their id.
         """
-        if not any(instance.page for instance in self.instances):
+        if not any(primitive.first_meshlet for primitive in self.primitives):
             return ids
         numbers = np.cumsum([instance.page == 0 for instance in self.instances]) - 1
         first = np.array([self.primitives[i.primitive].first_meshlet for i in self.instances])
@@ -215,6 +226,23 @@ class Scene:
         result: np.ndarray = ids.copy()
         result[drawn, 0] = numbers[own[:, 0]]
         result[drawn, 1] = own[:, 1] + first[own[:, 0]] * CONSTANTS["MESHLET_TRIANGLES"]
+        return result
+
+    def drawn_ids(self, ids: np.ndarray) -> np.ndarray:
+        """uint32[..., 2] ids (instance, meshlet * 64 + triangle) of (instance, the same by rank).
+
+        The latter count the drawn meshlets of a primitive.
+        """
+        if all(primitive.chosen is None for primitive in self.primitives):
+            return ids
+        begin = begins(np.array([p.meshlets for p in self.primitives]))
+        of_instance = begin[[i.primitive for i in self.instances]]
+        numbers = np.concatenate([p.drawn for p in self.primitives])
+        drawn = ids[..., 0] < len(self.instances)
+        place, triangle = np.divmod(ids[drawn, 1], CONSTANTS["MESHLET_TRIANGLES"])
+        result: np.ndarray = ids.copy()
+        meshlet = numbers[of_instance[ids[drawn, 0]] + place]
+        result[drawn, 1] = meshlet * CONSTANTS["MESHLET_TRIANGLES"] + triangle
         return result
 
     def meshlet_ids(self, ids: np.ndarray) -> np.ndarray:
@@ -231,8 +259,25 @@ class Scene:
 
     @property
     def compressed_bytes(self) -> int:
-        """Of all different blobs."""
-        return sum(len(blob) for blob in {p.blob for p in self.primitives})
+        """Of all different blobs, coarse pages included if the scene was loaded with levels."""
+        if not self.has_levels:
+            return sum(len(blob) for blob in {p.blob for p in self.primitives})
+        return sum(
+            len(source.coarse) + len(source.compressed.blob)
+            if isinstance(source, LodPrimitive)
+            else len(source.blob)
+            for source in self.sources
+        )
+
+    @property
+    def has_levels(self) -> bool:
+        """Whether it was loaded with levels."""
+        return self.primitives[0].source is not None
+
+    @property
+    def sources(self) -> list[LodPrimitive | Compressed]:
+        """The file's primitives, if the scene was loaded with levels."""
+        return [p.source for p in self.primitives if p.source is not None]
 
     @property
     def triangles(self) -> int:
@@ -265,13 +310,14 @@ class Scene:
         return max(p.elements for p in self.primitives)
 
 
-def load_scene(path: str | os.PathLike[str]) -> Scene:
+def load_scene(path: str | os.PathLike[str], *, levels: bool = False) -> Scene:
     """The default scene of a file.
 
+    levels: load levels of detail, too, and no pages; `Renderer` then draws what a camera needs.
     Raises OSError, and MeshletError for files that are not valid or hold nothing compressed.
     """
     try:
-        return _Loader(os.fspath(path), open_model(path)).result()
+        return _Loader(os.fspath(path), open_model(path), levels).result()
     except MeshletError as error:
         error.path = error.path or os.fspath(path)
         raise
@@ -280,8 +326,8 @@ def load_scene(path: str | os.PathLike[str]) -> Scene:
 class _Loader:
     """Adds the compressed primitives of a glTF scene to a Scene."""
 
-    def __init__(self, path: str, document: Document):
-        self._path, self._document = path, document
+    def __init__(self, path: str, document: Document, levels: bool):
+        self._path, self._document, self._levels = path, document, levels
         self._materials = Materials(document)
         self._indices: dict[tuple[int, int], range] = {}
         self._primitives: list[Primitive] = []
@@ -350,23 +396,30 @@ class _Loader:
             attribute = self._attribute(compressed, role, name)
             if attribute is not None:
                 attributes[role] = attribute
-        low, high = self._box(compressed, attributes["POSITION"])
+        whole = Primitive(
+            compressed.where,
+            b"",
+            compressed.streams,
+            compressed.triangle_count,
+            compressed.vertex_count,
+            0,
+            1 + max(a.index for a in attributes.values()),
+            attributes,
+            *self._box(compressed, attributes["POSITION"]),
+        )
+        if self._levels:
+            return [replace(whole, source=read_lod(self._document, compressed) or compressed)]
         pages: list[Primitive] = []
         first_meshlet = 0
         for blob in compressed.blobs:
             decoder = _codec.Decoder(blob)
-            page = Primitive(
-                compressed.where,
-                blob,
-                compressed.streams,
-                decoder.triangle_count,
-                decoder.vertex_count,
-                decoder.meshlet_count,
-                1 + max(a.index for a in attributes.values()),
-                attributes,
-                low,
-                high,
-                first_meshlet,
+            page = replace(
+                whole,
+                blob=blob,
+                triangles=decoder.triangle_count,
+                vertices=decoder.vertex_count,
+                meshlets=decoder.meshlet_count,
+                first_meshlet=first_meshlet,
             )
             pages.append(page)
             first_meshlet += page.meshlets
@@ -384,7 +437,7 @@ class _Loader:
                 f"{name} of {compressed.where} has an unusual form and is left out"
             )
             return None
-        element = sum(s.components for s in compressed.streams[:first])
+        element = sum(s.elements for s in compressed.streams[:first])
         primitive = self._document.meshes[compressed.mesh].primitives[compressed.primitive]
         return Attribute(stream, first, element, value_format(self._document, primitive, name))
 

@@ -32,13 +32,16 @@ class SceneBuffers:
     """A scene's buffers for one path.
 
     needs: "blobs", the compressed bytes; "bounds", room for the culling bounds; "vertices",
-    uncompressed; "indices".
+    uncompressed; "indices". rows: the table of primitives, if it is elsewhere.
     """
 
-    def __init__(self, device: Device, scene: Scene, needs: frozenset[str]):
-        self.device, self.scene = device, scene
+    def __init__(
+        self, device: Device, scene: Scene, needs: frozenset[str], rows: Buffer | None = None
+    ):
+        self.device, self.scene, self._rows = device, scene, rows
         self._buffers: list[Buffer] = []
-        self.primitives = np.array([_primitive_record(p) for p in scene.primitives], PRIMITIVE)
+        self.primitives = np.array([primitive_record(p) for p in scene.primitives], PRIMITIVE)
+        self._matrices = np.array([i.matrix for i in scene.instances])
         self.blobs: Any = None
         self.index_buffer: Any = None
         if "blobs" in needs:
@@ -91,6 +94,7 @@ class SceneBuffers:
         self._buffers.append(self.bounds)
         for row, first in zip(self.primitives, np.cumsum(sizes) - sizes):
             row["bounds"] = self.bounds.address + int(first)
+            row["first_meshlet"] = first // CONSTANTS["BOUNDS_BYTES"]
 
     def _upload_vertices(self) -> None:
         arrays = [p.decoded().vertices(self.scene.attributes) for p in self.scene.primitives]
@@ -104,9 +108,7 @@ class SceneBuffers:
 
     def _upload_tables(self) -> None:
         """Primitives, instances and materials, in this order in one buffer."""
-        instances = np.array(
-            [_instance_record(i, n) for n, i in enumerate(self.scene.instances)], INSTANCE
-        )
+        instances = np.array([_instance_record(i) for i in self.scene.instances], INSTANCE)
         materials = np.array(
             [push_record(MATERIAL, **vars(m)) for m in self.scene.materials], MATERIAL
         )
@@ -114,6 +116,8 @@ class SceneBuffers:
         self.primitives_address = self._new(b"".join(tables)).address
         self.instances_address = self.primitives_address + len(tables[0])
         self.materials_address = self.instances_address + len(tables[1])
+        if self._rows:
+            self.primitives_address = self._rows.address
 
     def frame_record(
         self, camera: Camera, width: int, height: int, object_to_clip: int
@@ -135,11 +139,12 @@ class SceneBuffers:
 
     def object_to_clip_matrices(self, camera: Camera, width: int, height: int) -> np.ndarray:
         """float32[instances, 4, 4], column by column."""
-        world_to_clip = camera.world_to_clip(width, height)
-        return np.array([(world_to_clip @ i.matrix).T for i in self.scene.instances], np.float32)
+        matrices = camera.world_to_clip(width, height) @ self._matrices
+        return np.ascontiguousarray(matrices.transpose(0, 2, 1), np.float32)
 
 
-def _primitive_record(p: Primitive) -> np.ndarray:
+def primitive_record(p: Primitive) -> np.ndarray:
+    """PRIMITIVE[()] without addresses."""
     row = push_record(PRIMITIVE, meshlets=p.meshlets, stream_end=p.stream_end)
     row["box_low"][:3], row["box_size"][:3] = p.low, p.high - p.low
     for role in SHADED:
@@ -150,7 +155,7 @@ def _primitive_record(p: Primitive) -> np.ndarray:
 
 
 def _attribute_record(a: Attribute) -> np.ndarray:
-    kind_bits = a.stream.kind | a.stream.bits << 8 | a.stream.components << 16
+    kind_bits = a.stream.kind | a.stream.bits << 8 | a.stream.elements << 16
     if a.rounded:
         kind_bits |= CONSTANTS["ATTRIBUTE_ROUND"]
     row = push_record(
@@ -160,7 +165,7 @@ def _attribute_record(a: Attribute) -> np.ndarray:
     return row
 
 
-def _instance_record(instance: Instance, number: int) -> np.ndarray:
+def _instance_record(instance: Instance) -> np.ndarray:
     return push_record(
         INSTANCE,
         object_to_world=instance.matrix.T,
@@ -168,7 +173,7 @@ def _instance_record(instance: Instance, number: int) -> np.ndarray:
         world_to_object=np.linalg.pinv(instance.matrix).T,
         primitive=instance.primitive,
         material=instance.material,
-        id=number,
+        scale=np.linalg.norm(instance.matrix[:3, :3], 2),
         flags=CONSTANTS["INSTANCE_MIRRORED"] if instance.mirrored else 0,
     )
 

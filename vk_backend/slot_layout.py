@@ -51,7 +51,7 @@ def _attribute_words(primitive: Primitive) -> int:
     streams = [
         primitive.attributes[role].stream for role in SHADED[1:] if role in primitive.attributes
     ]
-    return sum(packed_field(stream.components, stream.bits)[1] for stream in streams)
+    return sum(packed_field(stream.elements, stream.bits)[1] for stream in streams)
 
 
 def packed_field(elements: int, bits: int) -> tuple[int, int]:

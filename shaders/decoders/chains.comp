@@ -1,6 +1,6 @@
 // The fourth pass, after corners.comp: the values of the chains between corners, without those of
 // seams. A thread takes every 8th chain, and the streams of its workgroup (see next_stream).
-// variants: bench:chains.comp=
+// variants: chains_bulk.comp=STREAM bench:chains.comp=
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_buffer_reference : require

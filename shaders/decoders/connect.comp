@@ -1,6 +1,6 @@
 // The first pass: connectivity by the serial decoder, one thread per meshlet. Writes the triangles
 // to the result buffer, and masks for values.comp and the passes of passes.glsl.
-// variants: connect_stream.comp=STREAM bench:connect.comp=
+// variants: connect_stream.comp=STREAM connect_bulk.comp=STREAM,BULK bench:connect.comp=
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_buffer_reference : require
@@ -10,10 +10,12 @@
 layout(local_size_x = WORKGROUP) in;
 #ifdef STREAM
 #include "raster/stream_push.glsl"
-#define SPREAD 1u
+#define THREAD_NUMBER (job_workgroup() * WORKGROUP + gl_LocalInvocationIndex)
+layout(constant_id = 21) const uint SPREAD = 1u;  // as in decode_push.glsl
 #else
 #include "decoders/decode_push.glsl"
 #define SPREAD push.spread
+#define THREAD_NUMBER gl_GlobalInvocationID.x
 #endif
 // Apices in shared memory: arrays of a thread live in slow memory. Four to a word: the less shared
 // memory a workgroup takes, the more workgroups run at once.
@@ -48,7 +50,8 @@ bool connect(uint m) {
   return error == ERROR_NONE;
 }
 
-#ifndef STREAM
+#if !defined(STREAM) || defined(BULK)
+#define KEEPS_HEADERS
 // Keeps the header for the passes after this one. Other meshlets look it up even if this one is
 // malformed in another way.
 void keep_header(HEADER_IN h) {
@@ -65,22 +68,28 @@ void keep_header(HEADER_IN h) {
   places.lengths = header_sound ? h.lengths : NO_PLACE;
   places.entries = h.entries;
   places.codes = h.codes;
-  PLACES(job_place) = places;
+  PLACES(job_meshlet) = places;
 }
 #endif
 
 void main() {
-  uint i = FIRST_MESHLET + gl_GlobalInvocationID.x / SPREAD;
+  uint i = FIRST_MESHLET + THREAD_NUMBER / SPREAD;
   if (i >= push.meshlets || gl_LocalInvocationIndex % SPREAD != 0u) return;
   open_job(i);
-  if (!job_wanted()) {
-    SET_SUMMARY(job_place, 0u);
+  bool wanted = job_present && job_wanted();
+#ifdef BULK
+  bool needed = job_present;  // other meshlets look up its header
+#else
+  bool needed = wanted;
+#endif
+  if (!needed) {
+    SET_SUMMARY(job_place, UNWANTED);
     return;
   }
   open_blob(job_blob(), job_blob_words());
   connected_triangles = job_triangles();
   connect(job_meshlet);
-#ifndef STREAM
+#ifdef KEEPS_HEADERS
   keep_header(opened);
 #endif
   CONNECTED(job_place).boundary = boundary;
@@ -88,5 +97,6 @@ void main() {
   CONNECTED(job_place).closing = symbol_c;
   CONNECTED(job_place).ends = symbol_e;
   CONNECTED(job_place).splits = symbol_s;
-  SET_SUMMARY(job_place, error == ERROR_NONE ? triangle_count | vertex_count << 8 : error << 16);
+  uint summary = error == ERROR_NONE ? triangle_count | vertex_count << 8 : error << 16;
+  SET_SUMMARY(job_place, wanted ? summary : UNWANTED);
 }

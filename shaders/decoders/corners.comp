@@ -1,6 +1,6 @@
 // The third pass, after lengths.comp: the values of corners. A thread takes every 8th corner, and
 // the stream of its workgroup.
-// variants: bench:corners.comp=
+// variants: corners_bulk.comp=STREAM bench:corners.comp=
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_buffer_reference : require
@@ -57,7 +57,7 @@ void read_corner(HEADER_IN own, uint j, uint s, uint id) {
 
 void main() {
   if (THREAD == 0u) shared_hops = MAX_HOPS;
-  if (!open_pass(8u)) return;  // contains barriers
+  if (!open_pass(8u) || gl_WorkGroupID.y >= stream_end) return;  // contains barriers
   Header h = open_header();
   uint corners = h.references == 0u ? mask_count(the_starts) : h.references;
   for (uint j = first_item; j < corners && error == ERROR_NONE; j += 8u) {

@@ -38,6 +38,7 @@ struct Places {
 #define COUNT_SLOT_WIDTH 24, 3
 #define count_field(places, field) bitfieldExtract((places).counts, field)
 #define NO_PLACE 0xFFFFFFFFu
+#define UNWANTED 0x80000000u
 
 // --- access ---
 
@@ -53,6 +54,11 @@ layout(buffer_reference, std430, buffer_reference_align = 8) buffer PlacesOfMesh
   Places of[];
 };
 
+// The place of the results of another meshlet of the job's blob.
+#ifndef PLACE_OF
+#define PLACE_OF(m) (m)
+#endif
+
 // Word or pair of words i from an address on.
 #define ADDRESS uvec2
 #define TRIANGLE_AT(address, i) Integers(address).at[i]
@@ -60,13 +66,13 @@ layout(buffer_reference, std430, buffer_reference_align = 8) buffer PlacesOfMesh
 #define VALUE_PAIR_AT(address, i) Pairs(address).at[i]
 #define SET_VALUE_PAIR_AT(address, i, pair) Pairs(address).at[i] = pair
 
-// triangles | vertices << 8 | error << 16. Both counts are 0 if the meshlet is malformed or not
-// wanted. Threads combine errors by OR: the result need not be one of the ERROR_ constants.
+// triangles | vertices << 8 | error << 16. Both counts are 0 if the meshlet is malformed or
+// UNWANTED. Threads combine errors by OR: the result need not be one of the ERROR_ constants.
 #define SUMMARY(i) Summaries(push.summaries).of[i]
 #define SET_SUMMARY(i, summary) SUMMARY(i) = summary
 #define ADD_ERROR(i, code) atomicOr(SUMMARY(i), (code) << 16)
 #define CONNECTED(i) Connectivity(push.connectivity).of[i]
-#define PLACES(i) PlacesOfMeshlets(push.places).of[i]
+#define PLACES(m) PlacesOfMeshlets(push.places).of[PLACE_OF(m)]
 #endif
 
 #endif

@@ -33,6 +33,7 @@ void open_job(uint i) {
   job_place = i;
 }
 
+#define job_present true
 bool job_wanted() { return true; }
 uint job_streams() { return push.streams; }
 #ifdef WGSL

@@ -41,7 +41,7 @@ void main() {
   uint triangles = live ? min(summary & 127u, 64u) : 0u;
   mask64 wanted = mask_none();
   if (live)
-    wanted = mask_below((summary >> 8) & 127u) & ~(the_boundary & ~PLACES(job_place).waiting);
+    wanted = mask_below((summary >> 8) & 127u) & ~(the_boundary & ~PLACES(job_meshlet).waiting);
   for (uint i = first_item; i < 192u; i += 32u) ATOMIC_STORE(shared_normals[member][i], 0u);
   barrier();
   for (uint t = first_item; t < triangles; t += 32u)

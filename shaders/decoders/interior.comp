@@ -1,6 +1,6 @@
 // The last pass, after chains.comp: the vertices inside the boundary of a meshlet, and its seams. A
 // workgroup decodes a meshlet as the team decoder does.
-// variants: bench:interior.comp=
+// variants: interior_bulk.comp=STREAM bench:interior.comp=
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_buffer_reference : require
@@ -8,7 +8,11 @@
 
 layout(local_size_x = 32) in;
 #define WORKGROUP 32u
+#ifdef STREAM
+#include "raster/stream_push.glsl"
+#else
 #include "decoders/decode_push.glsl"
+#endif
 #include "decoders/serial_prologue.glsl"
 #define OWN_GRID_POSITION
 #include "decode/serial_decoder.glsl"
@@ -80,7 +84,7 @@ void store_values(mask64 known) {
 void main() {
   open_job(FIRST_MESHLET + gl_WorkGroupID.x);
   uint summary = SUMMARY(job_place);
-  Places places = PLACES(job_place);
+  Places places = PLACES(job_meshlet);
   uint live = summary >> 16 == ERROR_NONE && places.interior != NO_PLACE ? 1u : 0u;
   uint state = UNIFORM(live | count_field(places, COUNT_FLAGS) << 1);
   if ((state & 1u) == 0u) return;

@@ -1,6 +1,6 @@
 // The second pass, after connect.comp: the places of references along the boundary, and those of
 // sections in the meshlets' data.
-// variants: bench:lengths.comp=
+// variants: lengths_bulk.comp=STREAM bench:lengths.comp=
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_buffer_reference : require
@@ -68,7 +68,7 @@ void place_sections(HEADER_IN h, bool live) {
   uint count = mask_count(the_starts);
   uint low = 0u;
   uint ones = 0u;
-  PLACES(job_place).anchors = p;
+  PLACES(job_meshlet).anchors = p;
   for (uint s = 0u; s < stream_total; s++) {
     count = anchors_of(h, s, count);
     p = after_anchors(p, s, count, further_widths(p, s, count));
@@ -79,11 +79,11 @@ void place_sections(HEADER_IN h, bool live) {
     if (code != CODE_FIXED) ones += total * n;
     code_at(codes, s, false);
   }
-  PLACES(job_place).chains = p;
-  PLACES(job_place).quotients = error == ERROR_NONE ? p + low : NO_PLACE;
-  PLACES(job_place).waiting = live ? waiting_vertices(h) : mask_none();
+  PLACES(job_meshlet).chains = p;
+  PLACES(job_meshlet).quotients = error == ERROR_NONE ? p + low : NO_PLACE;
+  PLACES(job_meshlet).waiting = live ? waiting_vertices(h) : mask_none();
   uint interior = after_ones(p + low, ones);
-  PLACES(job_place).interior = error == ERROR_NONE ? interior : NO_PLACE;
+  PLACES(job_meshlet).interior = error == ERROR_NONE ? interior : NO_PLACE;
 }
 
 void main() {

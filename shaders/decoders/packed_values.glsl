@@ -1,13 +1,14 @@
 // The pass decoder's layout of values: per stream 64 vertices of one or more words. A vertex's
 // elements lie side by side in up to 64 bits (a position's elements take 21 bits each); if they do
-// not fit, each has a word. vk_backend/gpu_decoder.py unpacks them. Include after sections.glsl
-// and decode_push.glsl.
+// not fit, each has a word. With STREAM these are the words of a slot; bench/gpu_decoder.py unpacks
+// the others. Include after sections.glsl and decode_push.glsl or stream_push.glsl.
 
 shared uint shared_places[MAX_STREAMS];  // see place_field
 
 #define PLACE_BASE 0, 16    // word of the first vertex
-#define PLACE_STRIDE 16, 6  // words per vertex
+#define PLACE_STRIDE 16, 6  // words from one vertex to the next
 #define PLACE_FIELD 22, 6   // bits per element
+#define PLACE_WORDS 28, 2   // words of the elements: 1, 2, or 3 for more
 #define place_field(s, field) bitfieldExtract(shared_places[s], field)
 
 uint field_of(uint s) {
@@ -18,17 +19,37 @@ uint field_of(uint s) {
 
 uint words_of(uint s) { return (field_of(s) * stream_field(s, STREAM_ELEMENTS) + 31u) >> 5; }
 
+// x: word of the first vertex of stream s, y: words from one vertex to the next.
+#ifdef STREAM
+// In a slot, see slots.glsl. The host makes sure that each stream is one of these attributes.
+uvec2 value_place(uint s) {
+  Primitive p = job_primitive();
+  if (s == 0u) return uvec2(SLOT_POSITIONS, 2u);
+  uint element = stream_field(s, STREAM_ELEMENT);
+  uint bits = element == p.normal.element     ? NORMAL_PLACE
+              : element == p.texcoord.element ? texcoord_place(p.normal)
+                                              : color_place(p.normal, p.texcoord);
+  return uvec2(slot_attributes() + (bits >> 5), ATTRIBUTE_WORDS);
+}
+#else
+uvec2 value_place(uint s) {
+  uint words = 0u;
+  for (uint before = 0u; before < s; before++) words += words_of(before);
+  return uvec2(64u * words, words_of(s));
+}
+#endif
+
 // Call with all threads after share_streams. Contains a barrier.
 void share_value_places() {
   for (uint s = THREAD; s < stream_total; s += WORKGROUP) {
-    uint words = 0u;
-    for (uint before = 0u; before < s; before++) words += words_of(before);
-    shared_places[s] = ((64u * words) & 0xFFFFu) | words_of(s) << 16 | field_of(s) << 22;
+    uvec2 place = value_place(s);
+    shared_places[s] = (place.x & 0xFFFFu) | (place.y & 63u) << 16 | field_of(s) << 22 |
+                       min(words_of(s), 3u) << 28;
   }
   barrier();
 }
 
-bool is_packed(uint s) { return place_field(s, PLACE_STRIDE) <= 2u; }
+bool is_packed(uint s) { return place_field(s, PLACE_WORDS) <= 2u; }
 
 uint get_field(uvec2 fields, uint at, uint bits) {
   uint value =
@@ -49,13 +70,13 @@ uint word_of(uint s, uint id) {
 // The elements of a vertex of a packed stream.
 uvec2 vertex_at(uint s, uint id) {
   uint word = word_of(s, id);
-  if (place_field(s, PLACE_STRIDE) == 1u) return uvec2(VALUE_AT(the_values, word), 0u);
+  if (place_field(s, PLACE_WORDS) == 1u) return uvec2(VALUE_AT(the_values, word), 0u);
   return VALUE_PAIR_AT(the_values, word >> 1);
 }
 
 void put_vertex(uint s, uint id, uvec2 fields) {
   uint word = word_of(s, id);
-  if (place_field(s, PLACE_STRIDE) == 1u)
+  if (place_field(s, PLACE_WORDS) == 1u)
     VALUE_AT(the_values, word) = fields.x;
   else
     SET_VALUE_PAIR_AT(the_values, word >> 1, fields);

@@ -17,7 +17,11 @@
 #include "decode/serial_decoder.glsl"
 #include "decoders/serial_epilogue.glsl"
 #include "decoders/sections.glsl"
+#ifdef STREAM
+#include "raster/stream_push.glsl"
+#else
 #include "decoders/decode_push.glsl"
+#endif
 #include "decoders/packed_values.glsl"
 
 layout(local_size_x = WORKGROUP) in;
@@ -51,7 +55,7 @@ bool open_pass(uint threads) {
   symbol_s = connected.splits;
   error = ERROR_NONE;
   uint summary = SUMMARY(job_place);
-  present = number < push.meshlets;
+  present = number < push.meshlets && job_present;
   return present && summary >> 16 == ERROR_NONE;
 }
 

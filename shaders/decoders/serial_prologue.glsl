@@ -11,7 +11,7 @@ layout(constant_id = 0) const uint MAX_STREAMS = 8u;
 layout(constant_id = 1) const uint MAX_ELEMENTS = 20u;
 #endif
 
-#ifndef WGSL
+#ifndef BLOB_WORD  // the includer may have words and their number elsewhere
 layout(buffer_reference, std430, buffer_reference_align = 4) readonly buffer Words { uint at[]; };
 
 Words blob_words;

@@ -130,7 +130,7 @@ void read_all_traversed(uint s, mask64 waiting) {
 void main() {
   if (!open_pass(1u)) return;
   Header h = open_header();
-  Places places = PLACES(job_place);
+  Places places = PLACES(job_meshlet);
   if (places.interior == NO_PLACE) return;
   uint traversed = mask_count(symbol_c) + mask_count(places.waiting);
   for (uint s = first_stream(); s < stream_end && error == ERROR_NONE; s = next_stream(s)) {

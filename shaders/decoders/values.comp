@@ -44,7 +44,12 @@ void put_values() {
 }
 
 void main() {
+#ifdef STREAM
+  open_job(job_workgroup());
+  if (!job_present) return;
+#else
   open_job(gl_WorkGroupID.x);
+#endif
 #ifndef PARALLEL
   if ((SUMMARY(job_place) & 255u) == 0u) return;  // malformed or not wanted
 #endif

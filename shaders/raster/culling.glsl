@@ -5,19 +5,6 @@
 #include "scene/bounds.glsl"
 #include "raster/raster.glsl"
 
-// Whether the sphere is outside a frustum plane. plane: sum or difference of two rows of the matrix
-// to clip space.
-bool beyond(vec4 plane, Bounds b) {
-  return dot(plane.xyz, b.center) + plane.w < -b.radius * length(plane.xyz) * 1.0001;
-}
-
-bool outside_view(Bounds b, mat4 to_clip) {
-  mat4 rows = transpose(to_clip);
-  return beyond(rows[3] + rows[0], b) || beyond(rows[3] - rows[0], b) ||
-         beyond(rows[3] + rows[1], b) || beyond(rows[3] - rows[1], b) || beyond(rows[2], b) ||
-         beyond(rows[3] - rows[2], b);
-}
-
 // Whether all triangles face away. eye: Frame.eye in object coordinates. The test may run in object
 // space because an affine transform keeps the sides of a plane.
 bool faces_away(Bounds b, vec4 eye) {
@@ -25,16 +12,21 @@ bool faces_away(Bounds b, vec4 eye) {
   return dot(toward, b.axis) > b.sine * length(toward) * 1.0001 + (eye.w > 0.0 ? b.radius : 0.0);
 }
 
+// Of meshlet m of the current primitive.
+Bounds meshlet_bounds(uint m) {
+  Primitive primitive = Primitives(the_frame().primitives).at[the_primitive()];
+  return bounds_of(SceneWords(primitive.bounds).at[m], primitive.box_low.xyz,
+                   primitive.box_size.xyz);
+}
+
 // Whether meshlet m of the current instance may be visible.
 bool meshlet_visible(uint m) {
   if (!CULLING) return true;
   Frame frame = the_frame();
   Instance instance = Instances(frame.instances).at[INSTANCE];
-  Primitive primitive = Primitives(frame.primitives).at[instance.primitive];
-  Bounds b =
-      bounds_of(SceneWords(primitive.bounds).at[m], primitive.box_low.xyz, primitive.box_size.xyz);
+  Bounds b = meshlet_bounds(m);
   if (b.radius < 0.0) return true;
-  if (outside_view(b, object_to_clip())) return false;
+  if (outside_view(b.center, b.radius, object_to_clip())) return false;
   if ((Materials(frame.materials).at[instance.material].flags & MATERIAL_DOUBLE_SIDED) != 0u)
     return true;
   vec4 eye = instance.world_to_object * frame.eye;

@@ -7,9 +7,7 @@
 // Every device allows 1024 output scalars per invocation. 192 corners of a position and an id
 // fit. With more attributes, INVOCATIONS share the triangles, and each decodes the whole
 // meshlet.
-// variants: geometry_position.geom=INVOCATIONS=1,VARYINGS=0
 // variants: geometry_normal.geom=INVOCATIONS=2,VARYINGS=1
-// variants: geometry_texcoord.geom=INVOCATIONS=2,VARYINGS=3
 // variants: geometry_color.geom=INVOCATIONS=3,VARYINGS=7
 #version 460
 #extension GL_GOOGLE_include_directive : require

@@ -1,32 +1,26 @@
 // Outputs of the mesh stages besides positions; surface.frag reads them. With IDS also a number per
 // triangle: the built-in gl_PrimitiveID would do, but Mesa's software renderer passes a wrong one.
-// Include after raster.glsl.
+// It is always written: Mesa's software renderer draws wrong pictures if it is not. Include after
+// raster.glsl.
 layout(location = 0) out vec3 out_normal[];
 layout(location = 1) out vec2 out_texcoord[];
 layout(location = 2) out vec4 out_color[];
-#ifdef IDS
 layout(location = 3) perprimitiveEXT out uint out_id[];  // meshlet * MESHLET_TRIANGLES + triangle
-#endif
+layout(constant_id = 22) const bool IDS = false;         // surface.frag reads out_id
 
 // Writes the attributes of vertex v that any primitive of the scene has. normal: in world space.
 void put_attributes(uint v, vec3 normal, vec2 texcoord, vec4 color) {
-#ifdef IDS
-  bool all = true;  // Mesa's software renderer loses out_id if an earlier output is not written
-#else
-  bool all = false;
-#endif
-  if (all || (ATTRIBUTES & HAS_NORMAL) != 0u) out_normal[v] = normal;
-  if (all || (ATTRIBUTES & HAS_TEXCOORD) != 0u) out_texcoord[v] = texcoord;
-  if (all || (ATTRIBUTES & HAS_COLOR) != 0u) out_color[v] = color;
+  // With IDS all: Mesa's software renderer loses out_id if an earlier output is not written.
+  if (IDS || (ATTRIBUTES & HAS_NORMAL) != 0u) out_normal[v] = normal;
+  if (IDS || (ATTRIBUTES & HAS_TEXCOORD) != 0u) out_texcoord[v] = texcoord;
+  if (IDS || (ATTRIBUTES & HAS_COLOR) != 0u) out_color[v] = color;
 }
 
 // Writes triangle t of meshlet m, packed a | b << 8 | v << 16.
 void put_triangle(uint t, uint m, uint packed, uint vertices) {
   gl_PrimitiveTriangleIndicesEXT[t] =
       min(uvec3(packed, packed >> 8, packed >> 16) & 63u, uvec3(vertices - 1u));
-#ifdef IDS
   out_id[t] = m * MESHLET_TRIANGLES + t;
-#endif
 }
 
 #ifdef DECODED_VERTEX_GLSL

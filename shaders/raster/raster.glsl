@@ -13,15 +13,25 @@ layout(constant_id = 3) const bool CULLING = true;  // skip meshlets that cannot
 layout(push_constant) uniform RasterPush {
   uvec2 frame;
   uint instance;
-  uint first;  // meshlet of the draw's first workgroup or point
-  // Only path `stream` (vk_backend/ring.py):
+  uint first;  // meshlet of the draw's first workgroup or point; with a pool, number of the pass
+  // Only paths `stream` and `visibility` (vk_backend/ring.py):
   uint meshlets;       // to decode
   uint first_slot;     // of the first of them, or of the first workgroup that draws
   uvec2 slots;         // the ring
   uvec2 summaries;     // per slot: see decode_buffers.glsl
   uvec2 connectivity;  // per slot
+  uvec2 places;        // per slot, for bulk passes
   uvec2 segments;      // of the batch, see stream_push.glsl
   uint segment_count;
+  // Only path `visibility` (vk_backend/visibility.py), see visibility.glsl:
+  uint batch;      // BATCH_
+  uvec2 pixels;    // the visibility buffer
+  uvec2 pieces;    // of large triangles
+  uvec2 overflow;  // per slot: triangles whose pieces did not fit
+  uvec2 color;     // results
+  uvec2 depth;
+  uvec2 ids;   // may be 0
+  uvec2 jobs;  // with a pool: see levels/jobs.glsl; else 0
 }
 push;
 
@@ -30,9 +40,14 @@ push;
 #define INSTANCE push.instance
 #endif
 
+// The primitive of the current meshlet.
+#ifndef PRIMITIVE
+#define PRIMITIVE Instances(the_frame().instances).at[INSTANCE].primitive
+#endif
+
 Frame the_frame() { return Frame(push.frame); }
 Instance the_instance() { return Instances(the_frame().instances).at[INSTANCE]; }
-uint the_primitive() { return Instances(the_frame().instances).at[INSTANCE].primitive; }
+uint the_primitive() { return PRIMITIVE; }
 mat4 object_to_clip() { return Matrices(the_frame().object_to_clip).at[INSTANCE]; }
 
 // Transforms a normal to world space; the fragment shader normalises it. Zero means no normal.

@@ -1,5 +1,4 @@
-// Fragment stage of all raster paths: shades the surface with a light over the viewer's shoulder
-// and ambient light.
+// Fragment stage of the raster paths with a graphics pipeline: shades the surface.
 //
 // Inputs: the attributes in VARYINGS (bits HAS_); with MESH_IDS a number per triangle from a
 //   mesh stage (mesh_output.glsl), else gl_PrimitiveID.
@@ -20,7 +19,6 @@
 #endif
 
 #include "raster/raster.glsl"
-#include "scene/default_light.glsl"
 
 #if (VARYINGS & 1) != 0
 layout(location = 0) in vec3 in_normal;
@@ -51,48 +49,10 @@ layout(location = 3) perprimitiveEXT flat in uint in_id;
 #define TEXCOORD ((ATTRIBUTES & HAS_TEXCOORD) != 0u ? in_texcoord : vec2(0.0))
 #define COLOR ((ATTRIBUTES & HAS_COLOR) != 0u ? in_color : vec4(1.0))
 #define SAMPLE(number, uv) texture(textures[number], uv)
-#include "scene/material.glsl"
-
-vec3 world_position() {
-  Frame frame = the_frame();
-  vec2 ndc = 2.0 * gl_FragCoord.xy / vec2(frame.width, frame.height) - 1.0;
-  vec4 world = frame.clip_to_world * vec4(ndc, gl_FragCoord.z, 1.0);
-  return world.xyz / world.w;
-}
-
-// Threshold of 4 x 4 ordered dithering at this pixel, in (0, 1). Blended surfaces cover a share of
-// the pixels equal to their alpha, so that the order of drawing does not matter.
-float dither() {
-  uvec2 p = uvec2(gl_FragCoord.xy) & 3u;
-  uint x = p.x ^ p.y, y = p.y;
-  uint rank = ((x & 1u) << 3) | ((y & 1u) << 2) | (x & 2u) | ((y & 2u) >> 1);
-  return (float(rank) + 0.5) / 16.0;
-}
-
-// Returns the normal, or the triangle's own if there is none, flipped to face the viewer.
-vec3 shading_normal(vec3 position, vec3 view) {
-  vec3 face = cross(dFdx(position), dFdy(position));
-  vec3 normal =
-      (ATTRIBUTES & HAS_NORMAL) != 0u && dot(in_normal, in_normal) > 0.0 ? in_normal : face;
-  normal = normalize(normal);
-  return dot(normal, view) < 0.0 ? -normal : normal;
-}
-
-vec3 lit(Material material, vec3 base) {
-  Frame frame = the_frame();
-  vec3 position = world_position();
-  vec3 view = normalize(frame.eye.w > 0.0 ? frame.eye.xyz - position : frame.eye.xyz);
-  vec3 normal = shading_normal(position, view);
-  vec3 light = frame.light_direction.xyz;
-  float toward = max(dot(normal, light), 0.0);
-  float roughness = clamp(material.roughness, 0.2, 1.0);
-  float gloss = 2.0 / pow(roughness, 4.0);
-  // A rough metal spreads its light as a diffuse surface does, which `base` below stands for.
-  vec3 mirror = mix(vec3(0.04), base, material.metallic * (1.0 - pow(roughness, 4.0)));
-  float highlight =
-      toward * pow(max(dot(normal, normalize(light + view)), 0.0), gloss) * min(gloss / 8.0, 4.0);
-  return base * (sky_light(normal) + KEY * toward) + mirror * KEY * highlight + emission(material);
-}
+#define NORMAL in_normal
+#define POINT gl_FragCoord
+#define FACE_NORMAL(position) cross(dFdx(position), dFdy(position))
+#include "raster/shading.glsl"
 
 void main() {
 #ifdef IDS
@@ -100,8 +60,7 @@ void main() {
 #endif
   Material material = Materials(the_frame().materials).at[the_instance().material];
   vec4 base = base_color(material);
-  vec3 color = (material.flags & MATERIAL_UNLIT) != 0u ? base.rgb : lit(material, base.rgb);
-  if ((material.flags & MATERIAL_MASK) != 0u && base.a < material.alpha_cutoff) discard;
-  if ((material.flags & MATERIAL_BLEND) != 0u && base.a < dither()) discard;
+  vec3 color = shaded(material, base.rgb);
+  if (cut_out(material, base.a)) discard;
   out_color = vec4(color, 1.0);
 }

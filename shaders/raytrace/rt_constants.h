@@ -14,7 +14,6 @@
 
 // --- geometry ---
 
-#define BOXES_THREADS 32u          // of a workgroup of boxes.comp, one meshlet each
 #define PLACED_INDEX 0x7FFFFFu     // bits of an instance's custom index: struct Placed
 #define INSTANCE_MASKED 0x800000u  // bit of it: the instance may be transparent in places
 

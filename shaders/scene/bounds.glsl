@@ -36,6 +36,21 @@ Bounds bounds_of(uint word, vec3 box_low, vec3 box_size) {
   return b;
 }
 
+// Whether a sphere is outside a frustum plane. plane: sum or difference of two rows of the matrix
+// to clip space.
+bool beyond(vec4 plane, vec3 center, float radius) {
+  return dot(plane.xyz, center) + plane.w < -radius * length(plane.xyz) * 1.0001;
+}
+
+bool outside_view(vec3 center, float radius, mat4 to_clip) {
+  mat4 rows = transpose(to_clip);
+  for (uint axis = 0u; axis < 3u; axis++) {
+    vec4 low = axis == 2u ? rows[2] : rows[3] + rows[axis];  // depth begins at 0
+    if (beyond(low, center, radius) || beyond(rows[3] - rows[axis], center, radius)) return true;
+  }
+  return false;
+}
+
 // Bits 0 .. 14: the cell that holds `center`.
 uint center_word(vec3 center, vec3 box_low, vec3 box_size) {
   uvec3 cell = uvec3(clamp((center - box_low) / max(box_size, vec3(1e-30)) * 32.0, 0.0, 31.0));

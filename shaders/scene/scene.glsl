@@ -22,9 +22,10 @@ struct Primitive {
   uvec2 blob;
   uint blob_words;
   uint meshlets;
-  uint stream_end;  // decode streams [0, stream_end) and skip the rest: shading does not need it
-  uvec2 bounds;     // a word per meshlet, see bounds.glsl
-  vec4 box_low;     // box of the positions; a loose box only makes culling less effective
+  uint stream_end;     // decode streams [0, stream_end) and skip the rest: shading does not need it
+  uint first_meshlet;  // its number among those of all primitives, or of all resident pages
+  uvec2 bounds;        // a word per meshlet, see bounds.glsl
+  vec4 box_low;        // box of the positions; a loose box only makes culling less effective
   vec4 box_size;
   Attribute position;
   Attribute normal;
@@ -38,8 +39,8 @@ struct Instance {
   mat4 world_to_object;  // for normals: transpose(mat3(world_to_object)) * n
   uint primitive;
   uint material;
-  uint id;
-  uint flags;  // INSTANCE_
+  float scale;  // the largest of object_to_world
+  uint flags;   // INSTANCE_
 };
 
 struct Material {

@@ -1,6 +1,6 @@
-// First in every module that is translated to WGSL (web/build_wgsl.py), after the macros that stand
-// for specialisation constants: GLSL's functions that Slang does not translate, WGSL's atomics, and
-// bindings instead of buffer addresses. web/webgpu.js binds the buffers.
+// First in every module that is translated to WGSL (tools/build_wgsl.py), after the macros that
+// stand for specialisation constants: GLSL's functions that Slang does not translate, WGSL's
+// atomics, and bindings instead of buffer addresses. web/webgpu.js binds the buffers.
 #define WGSL
 
 // build_wgsl.py's entry points set these: Slang would set its own in the first of a module only.

@@ -26,4 +26,31 @@
 #define BOUNDS_BYTES 4u     // per meshlet: the word of bounds.glsl
 #define BOUNDS_THREADS 32u  // of a workgroup of bounds.comp, one meshlet each
 
+// --- path visibility ---
+
+#define BATCH_FIRST 1u       // RasterPush.batch: the picture's first batch,
+#define BATCH_LAST 2u        //   its last batch
+#define PIECE_SIDE 64u       // pixels
+#define PIECE_BYTES 8u       // of a record in the list of pieces
+#define PIXEL_BYTES 8u       // of a pixel in the visibility buffer
+#define CLEAR_THREADS 256u   // of a workgroup of visibility_clear.comp, one pixel each
+#define RESOLVE_SIDE 8u      // pixels: side of a workgroup of visibility_resolve.comp
+#define MAX_SLOTS 67108862u  // of a batch: (slot + 1) * 64 + triangle fits in 32 bits
+
+// --- levels of detail: levels/levels.glsl ---
+
+#define CUT_THREADS 64u           // of a workgroup of cut.comp and touch.comp
+#define CUT_COLUMNS 32768u        // workgroups in a row
+#define NOT_RESIDENT 0xFFFFFFFFu  // Page.row
+#define UNDECODED 0x80000000u     // in Cut.decoded and Cut.owners
+
+// --- the pool of decoded clusters: levels/touch.comp ---
+
+#define STEP_TOUCH 0u
+#define STEP_PLACE 1u
+#define STEP_TEST 2u
+#define STEP_NEXT 3u
+#define PYRAMID_SIDE 64u     // pixels: side of a tile, see visibility/pyramid.comp
+#define PYRAMID_FLOATS 341u  // of a tile
+
 #endif

@@ -1,0 +1,18 @@
+// Path `visibility`, first: no surface anywhere, and no pieces. A thread per pixel.
+//
+// Outputs: the visibility buffer; the number of pieces; with a pool, the counters of the frame.
+// variants: visibility_clear.comp=
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_buffer_reference : require
+#extension GL_EXT_buffer_reference_uvec2 : require
+
+#include "visibility/counters.glsl"
+layout(local_size_x = CLEAR_THREADS) in;
+
+void main() {
+  uint i = gl_GlobalInvocationID.x;
+  if (i == 0u) begin_frame();
+  if (i < the_frame().width * the_frame().height)
+    Pixels(push.pixels).at[i] = pack64(uvec2(0u, floatBitsToUint(1.0)));
+}

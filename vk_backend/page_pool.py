@@ -1,0 +1,146 @@
+"""The pool of compressed pages in device memory: root pages, then slots of equal size.
+
+A resident page has a row in the table of primitives, through which the shaders find its blob, the
+bounds of its meshlets and how to dequantise it.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from gltf_ext.ranges import begins
+
+from . import vk
+from .constants import CONSTANTS
+from .device import Device
+from .errors import VulkanError
+from .hierarchies import PAGE_ROW, Hierarchies
+from .memory import Buffer
+from .raster import bounds_pipeline, record_bounds
+from .residency import Residency, Update
+from .scene import Scene
+from .scene_buffers import PRIMITIVE, primitive_record
+
+UPLOADS = 64  # pages of a frame, at most
+NOT_RESIDENT = CONSTANTS["NOT_RESIDENT"]
+UNDECODED = CONSTANTS["UNDECODED"]
+
+
+class PagePool:
+    """The pages of a scene that was loaded with levels.
+
+    size: bytes for compressed pages, rounded down to whole pages. Raises VulkanError if it does not
+    hold the root pages, MeshletError if one of these is malformed.
+    """
+
+    def __init__(self, device: Device, scene: Scene, hierarchies: Hierarchies, size: int):
+        self._device, self._scene, self._hierarchies = device, scene, hierarchies
+        h = hierarchies
+        roots, others = np.flatnonzero(h.is_root), ~h.is_root
+        root_bytes = int(h.sizes[roots].sum())
+        if size < root_bytes:
+            raise VulkanError(
+                f"a pool of {size} bytes does not hold the coarsest pages", f"use {root_bytes}"
+            )
+        self._slot_bytes = int(h.sizes[others].max(initial=4))
+        slots = min((size - root_bytes) // self._slot_bytes, int(np.count_nonzero(others)))
+        self.residency = Residency(h, slots, h.read)
+        self.is_resident = h.is_root.copy()
+        # The first byte, and the bounds of the first meshlet, of each row.
+        room = np.full(slots, self._slot_bytes), np.full(slots, h.clusters[others].max(initial=0))
+        self._blob_begin = begins(np.append(h.sizes[roots], room[0]))
+        self._bounds_begin = begins(np.append(h.clusters[roots], room[1]))
+        self._blobs = Buffer(device, int(self._blob_begin[-1]))
+        self._bounds = Buffer(device, CONSTANTS["BOUNDS_BYTES"] * int(self._bounds_begin[-1]))
+        self.rows = Buffer(device, PRIMITIVE.itemsize * (len(roots) + slots))
+        self._templates = [primitive_record(p) for p in scene.primitives]
+        self._boxes = h.boxes()
+        pages = h.pages
+        pages["row"][roots] = np.arange(len(roots))
+        self.pages = Buffer(device, pages.nbytes).write(pages)
+        # Of the slot of each meshlet: see shaders/levels/jobs.glsl. The drawing owns it.
+        self.decoded = Buffer(device, 4 * int(self._bounds_begin[-1]))
+        self.decoded.write(np.full(int(self._bounds_begin[-1]), UNDECODED, np.uint32))
+        self._staging = Buffer(
+            device, UPLOADS * (self._slot_bytes + PRIMITIVE.itemsize + 8), host=True
+        )
+        self._bounds_pipeline = bounds_pipeline(device, scene)
+        self._upload_roots(roots)
+
+    @property
+    def resident_bytes(self) -> int:
+        """Allocated bytes on the device; they stay the same."""
+        return sum(buffer.allocated for buffer in self._buffers)
+
+    @property
+    def _buffers(self) -> tuple[Buffer, ...]:
+        return self._blobs, self._bounds, self.rows, self.pages, self._staging
+
+    def _upload_roots(self, roots: np.ndarray) -> None:
+        blobs = [self._hierarchies.read(int(page)) for page in roots]
+        rows = [self._row(int(page), row, blobs[row]) for row, page in enumerate(roots)]
+        self._blobs.write(b"".join(blobs))
+        self.rows.write(np.array(rows, PRIMITIVE))
+        with self._device.commands() as commands:
+            self._device.full_barrier(commands)
+            for row, page in enumerate(roots):
+                self._record_bounds(commands, int(page), row)
+            self._device.full_barrier(commands)
+
+    def record(self, commands: Any, update: Update) -> None:
+        """Records the copies of pages that were read, at most UPLOADS, and their bounds."""
+        if not update.loads:
+            return
+        blobs, rows, places = [], [], []
+        row_at = UPLOADS * self._slot_bytes
+        place_at = row_at + UPLOADS * PRIMITIVE.itemsize
+        # Evicted first: a page may come back in the frame in which another took its slot.
+        changes = [(page, NOT_RESIDENT) for page in update.evicted]
+        changes += [(page, row) for page, row, _ in update.loads]
+        for i, (page, row, blob) in enumerate(update.loads):
+            at = i * self._slot_bytes
+            self._staging.write(blob, at)
+            blobs.append(_region(at, int(self._blob_begin[row]), len(blob)))
+            at = row_at + i * PRIMITIVE.itemsize
+            self._staging.write(self._row(page, row, blob).tobytes(), at)
+            rows.append(_region(at, row * PRIMITIVE.itemsize, PRIMITIVE.itemsize))
+            first, end = (4 * int(self._bounds_begin[r]) for r in (row, row + 1))
+            vk.vkCmdFillBuffer(commands, self.decoded.handle, first, end - first, UNDECODED)
+        for i, (page, row) in enumerate(changes):
+            self.is_resident[page] = row != NOT_RESIDENT
+            self._staging.write(np.uint32(row).tobytes(), place_at + 4 * i)
+            places.append(_region(place_at + 4 * i, page * PAGE_ROW.itemsize, 4))
+        for buffer, regions in ((self._blobs, blobs), (self.rows, rows), (self.pages, places)):
+            vk.vkCmdCopyBuffer(commands, self._staging.handle, buffer.handle, len(regions), regions)
+        self._device.full_barrier(commands)
+        for page, row, _ in update.loads:
+            self._record_bounds(commands, page, row)
+
+    def _record_bounds(self, commands: Any, page: int, row: int) -> None:
+        meshlets = int(self._hierarchies.clusters[page])
+        table = {"primitives": self.rows.address, "primitive": row}
+        record_bounds(commands, self._bounds_pipeline, meshlets, **table)
+
+    def _row(self, page: int, row: int, blob: bytes) -> np.ndarray:
+        """PRIMITIVE[()] of a page."""
+        h = self._hierarchies
+        record: np.ndarray = self._templates[h.owner(page)].copy()
+        record["blob"] = self._blobs.address + int(self._blob_begin[row])
+        record["blob_words"] = len(blob) // 4
+        record["meshlets"] = h.clusters[page]
+        first = record["first_meshlet"] = int(self._bounds_begin[row])
+        record["bounds"] = self._bounds.address + CONSTANTS["BOUNDS_BYTES"] * first
+        low, high = (box[page] for box in self._boxes)
+        record["box_low"][:3], record["box_size"][:3] = low, high - low
+        return record
+
+    def free(self) -> None:
+        """Frees the memory; a second call does nothing."""
+        for buffer in self._buffers:
+            buffer.free()
+
+
+def _region(source: int, target: int, size: int) -> Any:
+    return vk.VkBufferCopy(srcOffset=source, dstOffset=target, size=size)
