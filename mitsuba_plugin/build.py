@@ -95,7 +95,7 @@ def _sources() -> dict[str, Path]:
     for path in (codec / "CMakeLists.txt", *codec.glob("*/*")):
         if path.suffix in (".h", ".cpp", ".glsl", ".txt"):
             name = path.relative_to(codec).as_posix()
-            if not name.startswith(("python/", "fuzz/")):  # a wheel lacks these
+            if not name.startswith("c/"):  # a wheel lacks it
                 found[f"codec/{name}"] = path
     return found
 

@@ -10,7 +10,7 @@ import pygltflib
 
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.document import Document
-from gltf_ext.gltf.images import image_bytes
+from gltf_ext.gltf.images import read_image
 from gltf_ext.gltf.json_values import member, number, numbers
 from gltf_ext.gltf.materials import Material, TextureUse, read_material
 
@@ -92,7 +92,7 @@ class Materials:
         image, parameters = found
         if factor != WHITE:
             return _tinted(image, parameters, factor)
-        bitmap = mi.Bitmap(np.ascontiguousarray(image[..., :3]))
+        bitmap = mi.Bitmap(image[..., :3].copy())
         return {**parameters, "bitmap": bitmap, "raw": False}
 
     def _metallic_roughness(self, material: Material) -> dict[str, Any]:
@@ -127,7 +127,7 @@ class Materials:
         alpha: np.ndarray = np.array(material.base_color[3], np.float32)
         parameters: dict[str, Any] = {}
         found = self._image(material, material.base_texture)
-        if found is not None and found[0].shape[2] == 4:
+        if found is not None and (found[0][..., 3] != 255).any():
             image, parameters = found
             alpha = image[..., 3].astype(np.float32) / 255 * alpha
         if material.alpha_mode == pygltflib.MASK:
@@ -142,7 +142,7 @@ class Materials:
     def _image(
         self, material: Material, use: TextureUse | None
     ) -> tuple[np.ndarray, dict[str, Any]] | None:
-        """(uint8[height, width, 3 or 4], parameters of a `bitmap` texture) of a texture.
+        """(uint8[height, width, 4], parameters of a `bitmap` texture) of a texture.
 
         None, with a warning, if it cannot be used; None for no texture.
         """
@@ -161,14 +161,13 @@ class Materials:
         return None if image is None else (image, _bitmap_parameters(use))
 
     def _decoded(self, index: int) -> np.ndarray | None:
-        """uint8[height, width, 3 or 4], or None with a warning."""
+        """uint8[height, width, 4], or None with a warning."""
         if index not in self._images:
             self._images[index] = None
             try:
-                bitmap = mi.Bitmap(_stream(image_bytes(self._document, index)))
-                self._images[index] = _eight_bits(bitmap)
-            except (MeshletError, RuntimeError) as error:
-                self._warn(f"image {index} is left out: {str(error).splitlines()[-1][:120]}")
+                self._images[index] = read_image(self._document, index)
+            except MeshletError as error:
+                self._warn(f"image {index} is left out: {error.message}")
         return self._images[index]
 
     def _warn(self, text: str) -> None:
@@ -196,24 +195,6 @@ def _bitmap_parameters(use: TextureUse) -> dict[str, Any]:
         to_uv[:2, 2] = use.offset
         parameters["to_uv"] = mi.ScalarTransform3f(to_uv)
     return parameters
-
-
-def _stream(data: bytes) -> mi.MemoryStream:
-    stream = mi.MemoryStream()
-    stream.write(data)
-    stream.seek(0)
-    return stream
-
-
-def _eight_bits(bitmap: mi.Bitmap) -> np.ndarray:
-    """uint8[height, width, 3 or 4]"""
-    pixels = np.array(bitmap)
-    pixels = pixels[..., None] if pixels.ndim == 2 else pixels
-    if pixels.dtype == np.uint16:
-        pixels = (pixels >> 8).astype(np.uint8)
-    if pixels.shape[2] <= 2:  # grey, perhaps with alpha
-        pixels = np.concatenate([np.repeat(pixels[..., :1], 3, axis=2), pixels[..., 1:]], axis=2)
-    return np.ascontiguousarray(pixels)
 
 
 def _linear(srgb: np.ndarray) -> np.ndarray:

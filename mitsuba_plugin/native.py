@@ -29,6 +29,7 @@ class SelectionRow(ctypes.Structure):
         ("pixels_per_unit", ctypes.c_float),
         ("eye", ctypes.c_float * 3),
         ("has_eye", ctypes.c_uint32),
+        ("decoded", ctypes.c_uint32),
     ]
 
 
@@ -44,8 +45,8 @@ CACHE_FIGURES = (
 )
 SHAPE_FIGURES = (
     "triangles",
-    "vertices",
     "meshlets",
+    "vertices",
     "compressed_bytes",
     "table_bytes",
     "decoded_bytes",
@@ -79,6 +80,7 @@ def load() -> ctypes.CDLL:
         )
     library.meshlet_set_reader.argtypes = [READER]
     library.meshlet_fail.argtypes = [ctypes.c_void_p, ctypes.c_char_p]
+    library.meshlet_set_mesh.argtypes = [ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int]
     library.meshlet_add_blob.argtypes = [ctypes.c_void_p, ctypes.c_char_p, ctypes.c_uint64]
     library.meshlet_add_blob.restype = ctypes.c_uint32
     library.meshlet_add_primitive.argtypes = [
@@ -109,19 +111,15 @@ def _read(filename: bytes, selection: Any, request: int) -> None:
     try:
         row = selection.contents
         to_world = np.vstack([np.reshape(row.to_world, (3, 4)), [0.0, 0.0, 0.0, 1.0]])
-        blobs = reader.read_blobs(
-            filename.decode(),
-            None if row.mesh < 0 else row.mesh,
-            None if row.primitive < 0 else row.primitive,
-            _lod_view(row),
-            to_world,
-        )
+        mesh, primitive = (None if n < 0 else n for n in (row.mesh, row.primitive))
+        wanted = filename.decode(), mesh, primitive, _lod_view(row), to_world
+        if row.decoded:
+            path, has_normals = reader.write_ply(*wanted)
+            library.meshlet_set_mesh(request, path.encode(), has_normals)
+            return
+        blobs = reader.read_blobs(*wanted)
         numbers: dict[int, int] = {}
-        names = sorted({name for placed in blobs for name in placed.others})
-        widths = {
-            name: max(placed.others[name].components for placed in blobs if name in placed.others)
-            for name in names
-        }
+        widths = reader.widths_of([placed.others for placed in blobs])
         for placed in blobs:
             if id(placed.blob) not in numbers:
                 numbers[id(placed.blob)] = library.meshlet_add_blob(
@@ -130,7 +128,7 @@ def _read(filename: bytes, selection: Any, request: int) -> None:
             rows = [
                 _row(attribute) for attribute in (placed.position, placed.normal, placed.texcoord)
             ]
-            rows += [_row(placed.others.get(name), name, widths[name]) for name in names]
+            rows += [_row(placed.others.get(name), name, width) for name, width in widths.items()]
             matrix = (ctypes.c_float * 12)(*placed.matrix[:3].ravel())
             chosen = (ctypes.c_uint32 * len(placed.chosen))(*placed.chosen)
             library.meshlet_add_primitive(

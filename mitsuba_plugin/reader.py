@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import ctypes
-import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
+import tempfile
+import weakref
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 
-from gltf_ext.compression.extension import EXTENSION, read_compressed, require_compressed
+from gltf_ext.compression.extension import (
+    EXTENSION,
+    is_compressed,
+    read_compressed,
+    require_compressed,
+)
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.document import Document
 from gltf_ext.gltf.importers import open_model
@@ -21,15 +26,16 @@ from gltf_ext.lod.reading import LodPrimitive, read_lod
 
 from .lod import LodView
 
-MAX_NAME = 95  # bytes, of python_api.cpp's AttributeRow
+MAX_NAME = 95  # bytes, of primitive.h's Attribute
 MAX_COMPONENTS = 4  # of an attribute, see queries.h
 # Attributes with a place of their own in the shape, and those that Mitsuba has no use for.
 OWN_PLACE = ("POSITION", "NORMAL", "TEXCOORD_0", "TANGENT")
 UNUSED = ("JOINTS_", "WEIGHTS_")
+PLY_COLUMNS = {"POSITION": ["x", "y", "z"], "NORMAL": ["nx", "ny", "nz"], "TEXCOORD": ["u", "v"]}
 
 
 class Attribute(ctypes.Structure):
-    """An attribute in a blob: python_api.cpp's AttributeRow.
+    """An attribute in a blob: primitive.h's Attribute.
 
     stream: the first of its streams; stored: components in the blob; components: those used,
     after the first `skipped`. Integers are rounded to [lowest, highest]; then all values are
@@ -66,29 +72,8 @@ class PlacedBlob:
     chosen: list[int] = field(default_factory=list)
 
 
-_documents: dict[str, list[Document]] = {}  # those kept for a path; threads may load it together
-_lock = threading.Lock()
-
-
-@contextmanager
-def keeping(path: str, document: Document) -> Iterator[None]:
-    """Within this context the file at `path` is not read again: `document` is used instead."""
-    with _lock:
-        _documents.setdefault(path, []).append(document)
-    try:
-        yield
-    finally:
-        with _lock:
-            _documents[path].remove(document)
-            if not _documents[path]:
-                del _documents[path]
-
-
-def _open(path: str) -> Document:
-    with _lock:
-        if path in _documents:
-            return _documents[path][-1]
-    return open_model(path)
+# Documents that `load_scene` holds while it loads them: their shapes do not read the file again.
+held: weakref.WeakValueDictionary[str, Document] = weakref.WeakValueDictionary()
 
 
 def read_blobs(
@@ -105,13 +90,69 @@ def read_blobs(
     Raises MeshletError, OSError.
     """
     to_world = np.eye(4) if to_world is None else to_world
-    document = _open(path)
+    return [
+        blob
+        for source, matrix in _sources(path, mesh, primitive)
+        for blob in source.placed(matrix, lod, to_world @ matrix)
+    ]
+
+
+def write_ply(
+    path: str, mesh: int | None, primitive: int | None, lod: LodView | None, to_world: np.ndarray
+) -> tuple[str, bool]:
+    """(path of a new temporary .ply, whether it has normals): what `read_blobs` names, decoded.
+
+    In the world, with normals and texture coordinates if all primitives have them. Raises
+    MeshletError, OSError.
+    """
+    parts, others = [], []
+    for source, matrix in _sources(path, mesh, primitive):
+        parts.append(source.decoded(matrix, lod, to_world))
+        others.append(source.others)
+    columns = {name: axes for name, axes in PLY_COLUMNS.items() if all(name in p for _, p in parts)}
+    for name, width in widths_of(others).items():
+        columns[name] = [f"{name}_{c}" for c in range(width)]  # becomes a mesh attribute
+    if len(columns.get("vertex_color", ())) == 3:
+        columns["vertex_color"] = ["r", "g", "b"]
+    names = [axis for axes in columns.values() for axis in axes]
+    counts = np.array([len(part["POSITION"]) for _, part in parts])
+    vertices = np.zeros((counts.sum(), len(names)), "<f4")
+    faces = np.zeros(sum(len(own) for own, _ in parts), [("corners", "u1"), ("vertices", "<u4", 3)])
+    faces["corners"] = 3
+    faces["vertices"] = np.concatenate(
+        [own + begin for (own, _), begin in zip(parts, np.cumsum(counts) - counts)]
+    )
+    column = 0
+    for name, axes in columns.items():
+        end = column + len(axes)
+        of_parts = [
+            part[name]
+            if name in part and part[name].shape[1] == len(axes)
+            else np.zeros((len(part["POSITION"]), len(axes)), np.float32)
+            for _, part in parts
+        ]
+        vertices[:, column:end] = np.concatenate(of_parts)
+        column = end
+    header = ["ply", "format binary_little_endian 1.0", f"element vertex {len(vertices)}"]
+    header += [f"property float {name}" for name in names]
+    header += [f"element face {len(faces)}", "property list uchar int vertex_indices", "end_header"]
+    with tempfile.NamedTemporaryFile(prefix="meshlet-", suffix=".ply", delete=False) as file:
+        file.write("\n".join([*header, ""]).encode())
+        file.write(vertices.tobytes() + faces.tobytes())
+    return file.name, "NORMAL" in columns
+
+
+def _sources(path: str, mesh: int | None, primitive: int | None) -> list[tuple[Source, np.ndarray]]:
+    """Each compressed primitive that the parameters name, and its place: float64[4, 4]."""
+    document = held.get(path)
+    if document is None:
+        document = open_model(path)
     if mesh is None:
         if primitive is not None:
             raise MeshletError(
                 "primitive is given without mesh", "give both, or neither for the whole file"
             )
-        return _blobs_of_scene(document, lod, to_world)
+        return _sources_of_scene(document)
     if not 0 <= mesh < len(document.meshes):
         raise MeshletError(f"mesh {mesh} does not exist", f"there are {len(document.meshes)}")
     primitives = document.meshes[mesh].primitives
@@ -120,42 +161,38 @@ def read_blobs(
             f"mesh {mesh} primitive {primitive} does not exist", f"there are {len(primitives)}"
         )
     numbers = range(len(primitives)) if primitive is None else [primitive]
-    blobs = [
-        blob
-        for p in numbers
-        if is_compressed(document, mesh, p)
-        for blob in Source(document, mesh, p).placed(np.eye(4), lod, to_world)
+    sources = [
+        (Source(document, mesh, p), np.eye(4)) for p in numbers if is_compressed(primitives[p])
     ]
-    if not blobs:
+    if not sources:
         raise MeshletError(
             f"mesh {mesh} has no primitive with {EXTENSION} there",
             "compress it first: gltf-meshlet compress IN OUT.glb",
         )
-    return blobs
+    return sources
 
 
-def _blobs_of_scene(
-    document: Document, lod: LodView | None, to_world: np.ndarray
-) -> list[PlacedBlob]:
+def _sources_of_scene(document: Document) -> list[tuple[Source, np.ndarray]]:
     require_compressed(document)
     known: dict[tuple[int, int], Source] = {}
-    blobs: list[PlacedBlob] = []
+    sources = []
     for placed in read_scene(document).primitives:
         place = placed.mesh, placed.primitive
-        if is_compressed(document, *place):
+        if is_compressed(document.meshes[placed.mesh].primitives[placed.primitive]):
             if place not in known:
                 known[place] = Source(document, *place)
-            blobs += known[place].placed(placed.matrix, lod, to_world @ placed.matrix)
-    if not blobs:
+            sources.append((known[place], placed.matrix))
+    if not sources:
         raise MeshletError(
             "no node of its scene shows a compressed primitive", "give mesh and primitive"
         )
-    return blobs
+    return sources
 
 
-def is_compressed(document: Document, mesh: int, primitive: int) -> bool:
-    """Whether a primitive has the extension."""
-    return EXTENSION in (document.meshes[mesh].primitives[primitive].extensions or {})
+def widths_of(others: Sequence[dict[str, Attribute]]) -> dict[str, int]:
+    """Name -> components of the shape's attribute, from those of all its primitives."""
+    names = sorted({name for own in others for name in own})
+    return {name: max(own[name].components for own in others if name in own) for name in names}
 
 
 class Source:
@@ -165,18 +202,28 @@ class Source:
         self._compressed = read_compressed(document, mesh, primitive)
         self._document = document
         self._pages: dict[int, bytes] = {}
-        self._blobs = self._compressed.blobs
         source = document.meshes[mesh].primitives[primitive]
         texcoord = f"TEXCOORD_{read_material(document, source.material).texcoord}"
         own: dict[str, Attribute] = {}
-        others: dict[str, Attribute] = {}
+        self.others: dict[str, Attribute] = {}
+        self._formats: dict[str, tuple[str, ValueFormat]] = {}  # of own and others
         for name, (stream, _) in self._compressed.attributes.items():
             form = value_format(document, source, name)
             if name in ("POSITION", "NORMAL", texcoord):
-                own[name] = _attribute(name, stream, form, 0, form.components)
+                role = "TEXCOORD" if name == texcoord else name
+                own[role] = _attribute(name, stream, form, 0, form.components)
+                self._formats[role] = name, form
             if name not in OWN_PLACE and not name.startswith(UNUSED):
-                others.update(_as_mesh_attributes(name, stream, form))
-        self._attributes = (own["POSITION"], own.get("NORMAL"), own.get(texcoord), others)
+                more = _as_mesh_attributes(name, stream, form)
+                self.others.update(more)
+                self._formats.update(dict.fromkeys(more, (name, form)))
+        self._own = own
+        self._attributes = (own["POSITION"], own.get("NORMAL"), own.get("TEXCOORD"), self.others)
+
+    @cached_property
+    def _blobs(self) -> list[bytes]:
+        """All of level 0."""
+        return self._compressed.blobs
 
     @cached_property
     def levels(self) -> LodPrimitive | None:
@@ -200,12 +247,47 @@ class Source:
             for page in cut.pages.tolist()
         ]
 
+    def decoded(
+        self, matrix: np.ndarray, lod: LodView | None, to_world: np.ndarray
+    ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+        """(uint32[T, 3], role or Mitsuba's name -> float32[V, n]), as the shape decodes them.
+
+        matrix: float64[4, 4] to the shape; to_world: float64[4, 4] from there.
+        """
+        if lod is None or self.levels is None:
+            primitive = self._compressed.decode()
+        else:
+            primitive = self.levels.mesh(lod.cut(self.levels, to_world @ matrix))
+        place, to_shape = to_world[:3].astype(np.float32), matrix[:3].astype(np.float32)
+        combined = _turned(place, to_shape.T).T
+        combined[:, 3] += place[:, 3]
+        mirrored = np.linalg.det(combined[:, :3]) < 0
+        found = {}
+        for role, (name, form) in self._formats.items():
+            a = self._own.get(role) or self.others[role]
+            values = form.to_floats(primitive.attributes[name])
+            found[role] = values[:, a.skipped : a.skipped + a.components]
+        found["POSITION"] = _turned(combined, found["POSITION"]) + combined[:, 3]
+        if "NORMAL" in found:
+            cofactors = np.cross(combined[[1, 2, 0], :3], combined[[2, 0, 1], :3])
+            normals = _turned(-cofactors if mirrored else cofactors, found["NORMAL"])
+            x, y, z = normals.T
+            lengths = np.sqrt(x * x + y * y + z * z)[:, None]
+            found["NORMAL"] = np.divide(normals, lengths, normals, where=lengths > 0)
+        return primitive.indices[:, [0, 2, 1]] if mirrored else primitive.indices, found
+
     def _page(self, number: int) -> bytes:
         """The same object for each place, so that the shape keeps it once."""
         assert self.levels is not None
         if number not in self._pages:
             self._pages[number] = self.levels.page(number)
         return self._pages[number]
+
+
+def _turned(rows: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+    """float32[n, rows]: products of 3-element rows and vectors, rounded as in the native shape."""
+    x, y, z = vectors.T
+    return np.stack([row[0] * x + row[1] * y + row[2] * z for row in rows], axis=1)
 
 
 def _attribute(

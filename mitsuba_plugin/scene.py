@@ -6,20 +6,20 @@ import itertools
 import os
 import warnings
 from collections import Counter
-from collections.abc import Hashable, Iterator
+from collections.abc import Hashable
 from itertools import groupby
 from typing import Any
 
 import mitsuba as mi
 import numpy as np
 
-from gltf_ext.compression.extension import EXTENSION
+from gltf_ext.compression.extension import is_compressed
 from gltf_ext.compression.primitives import read_primitive
 from gltf_ext.compression.view_points import view_points
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.camera import Camera, unit
 from gltf_ext.gltf.default_light import KEY, sky_radiance
-from gltf_ext.gltf.document import Document, item
+from gltf_ext.gltf.document import Document
 from gltf_ext.gltf.importers import open_model
 from gltf_ext.gltf.materials import read_material
 from gltf_ext.gltf.scene import Light, PlacedPrimitive, read_scene
@@ -49,9 +49,9 @@ def load_scene(path: str | os.PathLike[str], **options: Any) -> mi.Scene:
     path = os.path.abspath(path)
     try:
         document = open_model(path)
-        with reader.keeping(path, document):
-            scene: mi.Scene = mi.load_dict(_Builder(path, document, **options).result())
-            return scene
+        reader.held[path] = document
+        scene: mi.Scene = mi.load_dict(_Builder(path, document, **options).result())
+        return scene
     except MeshletError as error:
         error.path = error.path or str(path)
         raise
@@ -137,7 +137,6 @@ class _Builder:
             self._scene["default_light"] = _sky(self._default_light)
             self._scene["default_key_light"] = _key_light(camera, self._default_light)
         self._scene["sensor"] = self._sensor(camera)
-        self._share_cache()
         levels = missing_levels(self._document) if self._lod else []
         for warning in [*self._source.warnings, *self._materials.warnings, *levels]:
             warnings.warn(f"{self._path}: {warning}", stacklevel=4)
@@ -176,7 +175,7 @@ class _Builder:
 
     def _levels(self, placed: PlacedPrimitive) -> LodPrimitive | None:
         place = placed.mesh, placed.primitive
-        if not reader.is_compressed(self._document, *place):
+        if not is_compressed(self._document.meshes[placed.mesh].primitives[placed.primitive]):
             return None
         if place not in self._sources:
             self._sources[place] = reader.Source(self._document, *place)
@@ -207,8 +206,12 @@ class _Builder:
         emission = self._materials.emission(placed.material)
         if emission:
             inside["emitter"] = emission
-        if not reader.is_compressed(self._document, placed.mesh, placed.primitive):
+        if not is_compressed(primitive):
             return self._plain_mesh(placed, matrix, inside)
+        limit = {}
+        if self._cache_bytes is not None:
+            limit["cache_bytes"] = self._cache_bytes
+            self._cache_bytes = 0  # the shapes share a cache, whose limit is the sum of theirs
         return {
             "type": PLUGIN,
             "filename": self._path,
@@ -218,6 +221,7 @@ class _Builder:
             "decoded": self._decoded,
             **_lod_parameters(lod),
             **self._cache,
+            **limit,
             **inside,
         }
 
@@ -236,46 +240,17 @@ class _Builder:
         properties = mi.Properties()
         for name, value in inside.items():
             properties[name] = mi.load_dict(value)
-        result = mi.Mesh(
-            f"{placed.mesh}_{placed.primitive}",
-            len(attributes["POSITION"]),
-            len(source.indices),
-            properties,
-            has_vertex_normals="NORMAL" in attributes,
-            has_vertex_texcoords=texcoords is not None,
-        )
         positions = attributes["POSITION"] @ matrix[:3, :3].T + matrix[:3, 3]
-        parameters = mi.traverse(result)
-        parameters["faces"] = source.indices.astype(np.uint32).ravel()
-        parameters["vertex_positions"] = _flat(positions)
-        if "NORMAL" in attributes:
-            normals = attributes["NORMAL"] @ np.linalg.inv(matrix[:3, :3])
-            lengths = np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
-            parameters["vertex_normals"] = _flat(normals / lengths)
-        if texcoords is not None:
-            parameters["vertex_texcoords"] = _flat(texcoords)
-        parameters.update()
+        normals = attributes.get("NORMAL")
+        if normals is not None:
+            normals = normals @ np.linalg.inv(matrix[:3, :3])
+            normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
+        name = f"{placed.mesh}_{placed.primitive}"
+        result = ordinary_mesh(name, source.indices, positions, normals, texcoords, properties)
         if "COLOR_0" in attributes:
             colors: Any = _flat(attributes["COLOR_0"][:, :3])  # the stub asks for a sequence
             result.add_attribute("vertex_color", 3, colors)
         return result
-
-    def _share_cache(self) -> None:
-        """Divides a limit in bytes among the shapes by their compressed sizes."""
-        if self._cache_bytes is None:
-            return
-        shapes = list(_compressed_shapes(self._scene))
-        sizes = [self._blob_bytes(shape) for shape in shapes]
-        left = self._cache_bytes
-        for shape, size in zip(shapes, sizes):
-            share = int(self._cache_bytes * size / max(sum(sizes), 1))
-            shape["cache_bytes"] = left if shape is shapes[-1] else share
-            left -= shape["cache_bytes"]
-
-    def _blob_bytes(self, shape: dict[str, Any]) -> int:
-        primitive = self._document.meshes[shape["mesh"]].primitives[shape["primitive"]]
-        view = primitive.extensions[EXTENSION].get("bufferView")
-        return item(self._document.bufferViews, view, "bufferView").byteLength or 0
 
     # --- cameras and lights ---
 
@@ -349,14 +324,32 @@ def _lod_parameters(lod: LodView | None) -> dict[str, Any]:
     return {"lod_error": lod.max_pixels, **scale, **eye}
 
 
+def ordinary_mesh(
+    name: str,
+    triangles: np.ndarray,
+    positions: np.ndarray,
+    normals: np.ndarray | None = None,
+    texcoords: np.ndarray | None = None,
+    properties: mi.Properties | None = None,
+) -> mi.Mesh:
+    """Mitsuba's own mesh of [n, components] arrays. properties: its BSDF and emitter."""
+    mesh = mi.Mesh(
+        name,
+        len(positions),
+        len(triangles),
+        mi.Properties() if properties is None else properties,
+        has_vertex_normals=normals is not None,
+        has_vertex_texcoords=texcoords is not None,
+    )
+    parameters = mi.traverse(mesh)
+    parameters["faces"] = triangles.astype(np.uint32).ravel()
+    arrays = {"positions": positions, "normals": normals, "texcoords": texcoords}
+    for role, values in arrays.items():
+        if values is not None:
+            parameters[f"vertex_{role}"] = _flat(values)
+    parameters.update()
+    return mesh
+
+
 def _flat(values: np.ndarray) -> np.ndarray:
     return np.ascontiguousarray(values, np.float32).ravel()
-
-
-def _compressed_shapes(entries: dict[str, Any]) -> Iterator[dict[str, Any]]:
-    """The dictionaries of compressed shapes, those in shape groups included."""
-    for value in entries.values():
-        if isinstance(value, dict) and value.get("type") == PLUGIN:
-            yield value
-        elif isinstance(value, dict) and value.get("type") == "shapegroup":
-            yield from _compressed_shapes(value)

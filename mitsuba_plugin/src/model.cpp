@@ -89,7 +89,7 @@ Model::Model(std::vector<Primitive> primitives, const Options& options)
   if (meshlets * kMeshletTriangles > std::numeric_limits<uint32_t>::max())
     throw std::runtime_error("there are too many meshlets");
   first_meshlet_.push_back(uint32_t(meshlets));
-  facts_.meshlets = uint32_t(meshlets);
+  facts_.meshlets = meshlets;
   measure();
   std::shared_ptr<Store> store = store_for(options);
   uint64_t limit = options.cache_bytes >= 0

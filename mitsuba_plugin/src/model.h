@@ -35,8 +35,8 @@ struct Options {
 };
 
 struct ModelFacts {
-  uint32_t triangles = 0, meshlets = 0;
-  uint32_t vertices = 0;          // of the blobs
+  uint64_t triangles = 0, meshlets = 0;
+  uint64_t vertices = 0;          // of the blobs
   uint64_t compressed_bytes = 0;  // of the blobs, each counted once
   uint64_t table_bytes = 0;       // boxes, areas, the cache's tables
   uint64_t decoded_bytes = 0;     // of all entries together

@@ -8,6 +8,7 @@
 
 #include "decode/decoder.h"
 #include "decode/dequantise.h"
+#include "format/malformed.h"
 
 namespace meshlet_shape {
 namespace {
@@ -84,7 +85,9 @@ DecodedMeshlet decode(const Blob& blob, uint32_t m, meshlet::StreamRange streams
     decoder->open(blob.checked());
     open = blob.id;
   }
-  return decoder->meshlet(m, streams);
+  DecodedMeshlet decoded;
+  meshlet::throw_if(decoder->meshlet(m, decoded, streams));
+  return decoded;
 }
 
 uint32_t corner_of(uint32_t packed, uint32_t k, bool flip) {
@@ -94,12 +97,13 @@ uint32_t corner_of(uint32_t packed, uint32_t k, bool flip) {
 uint32_t stream_end(const Attribute& a, const BlobHeader& header) {
   uint32_t s = a.stream;
   if (a.stored > kMaxStored || a.skipped > a.stored || a.components > a.stored - a.skipped)
-    throw std::runtime_error(a.name + " has too many components");
+    throw std::runtime_error(std::string(a.name) + " has too many components");
   for (uint32_t done = 0; done < a.stored; s++) {
     if (s >= header.streams.size())
-      throw std::runtime_error(a.name + " names a stream that does not exist");
+      throw std::runtime_error(std::string(a.name) + " names a stream that does not exist");
     done += value_count(header.streams[s]);
-    if (done > a.stored) throw std::runtime_error(a.name + " does not fit its streams");
+    if (done > a.stored)
+      throw std::runtime_error(std::string(a.name) + " does not fit its streams");
   }
   return s;
 }
@@ -119,14 +123,6 @@ uint32_t chosen_triangles(const Primitive& primitive) {
   return total;
 }
 
-// The bulk decoder writes floats, or the bits of integers.
-float as_number(float value, const Stream& s) {
-  if (s.kind != meshlet::kInteger) return value;
-  uint32_t integer;
-  std::memcpy(&integer, &value, 4);
-  return float(integer);
-}
-
 template <class Function>
 void for_each_vertex_attribute(const Primitive& primitive, Function&& f) {
   if (primitive.normal.exists()) f(primitive.normal);
@@ -141,39 +137,6 @@ Vec3 world_normal(const Affine& m, Vec3 n) {
   return norm > 0 ? Vec3{r.x / norm, r.y / norm, r.z / norm} : r;
 }
 
-// Removes the triangles of other meshlets, and vertices that no triangle uses.
-void keep_chosen(const Primitive& primitive, DecodedPrimitive& decoded) {
-  const std::vector<uint32_t> counts =
-      meshlet::meshlet_triangle_counts(primitive.blob->bytes.data(), primitive.blob->header());
-  std::vector<uint32_t> triangles, used, number(decoded.positions.size() / 3, ~0u);
-  auto corner = decoded.triangles.begin();
-  for (uint32_t m = 0, i = 0; i < primitive.chosen.size(); corner += 3 * long(counts[m]), m++) {
-    if (m != primitive.chosen[i]) continue;
-    for (auto c = corner; c != corner + 3 * long(counts[m]); c++) {
-      if (number[*c] == ~0u) {
-        number[*c] = uint32_t(used.size());
-        used.push_back(*c);
-      }
-      triangles.push_back(number[*c]);
-    }
-    i++;
-  }
-  auto compact = [&](std::vector<float>& values, size_t width) {
-    std::vector<float> kept;
-    for (uint32_t v : used)
-      if (!values.empty())
-        kept.insert(kept.end(), values.begin() + long(v * width),
-                    values.begin() + long((v + 1) * width));
-    values = std::move(kept);
-  };
-  decoded.triangles = std::move(triangles);
-  compact(decoded.positions, 3);
-  compact(decoded.normals, 3);
-  compact(decoded.texcoords, 2);
-  for (size_t i = 0; i < primitive.others.size(); i++)
-    compact(decoded.others[i], primitive.others[i].components);
-}
-
 std::atomic<uint64_t> g_next_blob{1};
 
 }  // namespace
@@ -183,13 +146,11 @@ Blob::Blob(const uint8_t* data, size_t size)
 
 const meshlet::Blob& Blob::checked() const {
   std::call_once(read_, [&] {
-    checked_ = {bytes.data(), bytes.size(), meshlet::read_blob_header(bytes.data(), bytes.size())};
+    meshlet::Blob blob{bytes.data(), bytes.size(), {}};
+    meshlet::throw_if(meshlet::read_blob_header(blob.data, blob.size, blob.header));
+    checked_ = std::move(blob);
   });
   return checked_;
-}
-
-Vec3 Affine::point(Vec3 p) const {
-  return {dot(load(m[0]), p) + m[0][3], dot(load(m[1]), p) + m[1][3], dot(load(m[2]), p) + m[2][3]};
 }
 
 float Affine::determinant() const {
@@ -289,51 +250,6 @@ Entry* decode_attributes(ThreadSlot& thread, const Primitive& primitive, uint32_
     });
   }
   return entry;
-}
-
-DecodedPrimitive decode_all(const Primitive& primitive) {
-  const BlobHeader& header = primitive.blob->header();
-  const size_t count = header.vertex_count;
-  const std::unique_ptr<meshlet::Decoder> decoder = meshlet::make_decoder();
-  decoder->open(primitive.blob->checked());
-  if (meshlet::needs_proof(decoded_bytes(header), primitive.blob->bytes.size()))
-    decoder->validate();
-  std::vector<std::vector<float>> streams;  // INTEGER streams as bits
-  std::vector<void*> pointers;
-  for (const Stream& s : header.streams)
-    pointers.push_back(streams.emplace_back(count * value_count(s)).data());
-  DecodedPrimitive out;
-  out.triangles.resize(3 * size_t(header.triangle_count));
-  decoder->decode({out.triangles.data(), nullptr, pointers.data()});
-  if (primitive.flip_winding)
-    for (size_t t = 0; t < out.triangles.size(); t += 3)
-      std::swap(out.triangles[t + 1], out.triangles[t + 2]);
-  auto gather = [&](const Attribute& a) {
-    std::vector<float> values(a.exists() ? count * a.components : 0);
-    for (uint32_t s = a.stream, done = 0; a.exists() && done < a.stored;
-         done += value_count(header.streams[s]), s++)
-      for (uint32_t c = 0, n = value_count(header.streams[s]); c < n; c++) {
-        uint32_t shown = done + c - a.skipped;  // wraps around for skipped numbers
-        for (size_t v = 0; shown < a.components && v < count; v++)
-          values[v * a.components + shown] =
-              clamped(a, as_number(streams[s][v * n + c], header.streams[s]));
-      }
-    return values;
-  };
-  out.positions = gather(primitive.position);
-  out.normals = gather(primitive.normal);
-  out.texcoords = gather(primitive.texcoord);
-  for (const Attribute& a : primitive.others) out.others.push_back(gather(a));
-  if (!primitive.chosen.empty()) keep_chosen(primitive, out);
-  const Affine normal_matrix = primitive.to_world.normal_matrix();
-  for (size_t v = 0; v < out.positions.size() / 3; v++) {
-    float* p = &out.positions[3 * v];
-    store(primitive.to_world.point(load(p)), p);
-    if (!primitive.normal.exists()) continue;
-    float* n = &out.normals[3 * v];
-    store(world_normal(normal_matrix, load(n)), n);
-  }
-  return out;
 }
 
 }  // namespace meshlet_shape

@@ -35,12 +35,13 @@ constexpr uint32_t kMaxStored = 16;
 // A vertex attribute: the streams from `stream` on hold `stored` numbers per vertex; skip the first
 // `skipped` and take `components`. Integers are rounded and clamped to [lowest, highest]; then all
 // are multiplied by scale.
+// mitsuba_plugin/reader.py declares the same struct.
 struct Attribute {
-  std::string name;
+  char name[96] = "";
   uint32_t stream = kNoStream;
   uint32_t stored = 0, skipped = 0, components = 0;
   float scale = 1, lowest = 0, highest = 0;
-  bool integer = false;
+  uint32_t integer = 0;
 
   bool exists() const { return stream != kNoStream; }
 };
@@ -49,7 +50,6 @@ struct Attribute {
 struct Affine {
   float m[3][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}};
 
-  Vec3 point(Vec3 p) const;
   float determinant() const;
   Affine normal_matrix() const;  // inverse transpose times the determinant's absolute value
   Affine operator*(const Affine& b) const;
@@ -102,14 +102,5 @@ size_t attributes_bytes(uint32_t vertices, uint32_t width);
 // VertexAttributes. Throw std::runtime_error.
 Entry* decode_triangles(ThreadSlot& thread, const Primitive& primitive, uint32_t m);
 Entry* decode_attributes(ThreadSlot& thread, const Primitive& primitive, uint32_t m);
-
-// A whole decoded primitive: triangles 3 x T, positions and normals 3 x V in world space, texcoords
-// 2 x V, others in order.
-struct DecodedPrimitive {
-  std::vector<uint32_t> triangles;
-  std::vector<float> positions, normals, texcoords;
-  std::vector<std::vector<float>> others;
-};
-DecodedPrimitive decode_all(const Primitive& primitive);
 
 }  // namespace meshlet_shape

@@ -15,54 +15,45 @@ namespace {
 struct Request {
   std::vector<std::shared_ptr<const Blob>> blobs;
   std::vector<Primitive> primitives;
+  DecodedMesh mesh;
   std::string error;
 };
 
 using Reader = void (*)(const char* filename, const Selection* selection, Request* request);
 Reader g_reader = nullptr;
 
-// mitsuba_plugin/native.py and reader.py declare the same structs.
-struct AttributeRow {
-  char name[96];
-  uint32_t stream, stored, skipped, components;
-  float scale, lowest, highest;
-  uint32_t integer;
-};
-
+// mitsuba_plugin/native.py declares the same struct.
 struct StatisticsRow {
-  uint64_t hits, misses, evictions, decoded, refused, resident_bytes, resident_entries, limit_bytes;
-  uint64_t triangles, vertices, meshlets, compressed_bytes, table_bytes, decoded_bytes;
-  uint64_t cache;  // equal for shapes that share a cache
+  Statistics cache;
+  ModelFacts shape;
+  uint64_t cache_number;  // equal for shapes that share a cache
 };
 
-Attribute to_attribute(const AttributeRow& row) {
-  Attribute a;
-  a.name.assign(row.name, strnlen(row.name, sizeof(row.name)));
-  a.stream = row.stream;
-  a.stored = row.stored;
-  a.skipped = row.skipped;
-  a.components = row.components;
-  a.scale = row.scale;
-  a.lowest = row.lowest;
-  a.highest = row.highest;
-  a.integer = row.integer != 0;
-  return a;
+Request ask(const std::string& filename, const Selection& selection) {
+  if (!g_reader) throw std::runtime_error("the plugin is not ready; import mitsuba_plugin");
+  Request request;
+  g_reader(filename.c_str(), &selection, &request);
+  if (!request.error.empty()) throw std::runtime_error(request.error);
+  return request;
 }
 
 }  // namespace
 
 std::vector<Primitive> read_primitives(const std::string& filename, const Selection& selection) {
-  if (!g_reader) throw std::runtime_error("the plugin is not ready; import mitsuba_plugin");
-  Request request;
-  g_reader(filename.c_str(), &selection, &request);
-  if (!request.error.empty()) throw std::runtime_error(request.error);
-  if (request.primitives.empty()) throw std::runtime_error("there is no compressed primitive");
-  return std::move(request.primitives);
+  return ask(filename, selection).primitives;
+}
+
+DecodedMesh decode_to_file(const std::string& filename, const Selection& selection) {
+  return ask(filename, selection).mesh;
 }
 
 EXPORT void meshlet_set_reader(Reader reader) { g_reader = reader; }
 
 EXPORT void meshlet_fail(Request* request, const char* message) { request->error = message; }
+
+EXPORT void meshlet_set_mesh(Request* request, const char* path, int has_normals) {
+  request->mesh = {path, has_normals != 0};
+}
 
 // Copies the bytes. Returns the blob's number for meshlet_add_primitive.
 EXPORT uint32_t meshlet_add_blob(Request* request, const uint8_t* data, uint64_t size) {
@@ -73,16 +64,16 @@ EXPORT uint32_t meshlet_add_blob(Request* request, const uint8_t* data, uint64_t
 // rows: POSITION, NORMAL, TEXCOORD_0 (stream ~0 if missing), then the others. matrix: row-major 3
 // x 4. chosen: meshlets of the blob, all of them if there are none.
 EXPORT void meshlet_add_primitive(Request* request, uint32_t blob, const float* matrix,
-                                  const AttributeRow* rows, uint32_t count, const uint32_t* chosen,
+                                  const Attribute* rows, uint32_t count, const uint32_t* chosen,
                                   uint32_t chosen_count) {
   Primitive primitive;
   primitive.blob = request->blobs.at(blob);
   primitive.chosen.assign(chosen, chosen + chosen_count);
   std::memcpy(primitive.to_world.m, matrix, sizeof(primitive.to_world.m));
-  primitive.position = to_attribute(rows[0]);
-  primitive.normal = to_attribute(rows[1]);
-  primitive.texcoord = to_attribute(rows[2]);
-  for (uint32_t i = 3; i < count; i++) primitive.others.push_back(to_attribute(rows[i]));
+  primitive.position = rows[0];
+  primitive.normal = rows[1];
+  primitive.texcoord = rows[2];
+  primitive.others.assign(rows + 3, rows + count);
   request->primitives.push_back(std::move(primitive));
 }
 
@@ -92,24 +83,8 @@ EXPORT int meshlet_statistics(uint64_t cache_id, StatisticsRow* row, int reset) 
   std::lock_guard lock(models().mutex);
   auto found = models().by_uid.find(cache_id);
   if (found == models().by_uid.end()) return 0;
-  const ModelFacts& f = found->second->facts();
   Store& cache = found->second->cache();
-  Statistics s = cache.statistics();
-  *row = {s.hits,
-          s.misses,
-          s.evictions,
-          s.decoded,
-          s.refused,
-          s.resident_bytes,
-          s.resident_entries,
-          s.limit_bytes,
-          f.triangles,
-          f.vertices,
-          f.meshlets,
-          f.compressed_bytes,
-          f.table_bytes,
-          f.decoded_bytes,
-          uint64_t(reinterpret_cast<uintptr_t>(&cache))};
+  *row = {cache.statistics(), found->second->facts(), reinterpret_cast<uintptr_t>(&cache)};
   if (reset) cache.reset_statistics();
   return 1;
 }

@@ -9,11 +9,11 @@
 #include <mitsuba/render/srgb.h>
 
 #include <cmath>
+#include <cstdio>
 #include <cstring>
 
 #include "python_api.h"
 #include "model.h"
-#include "ply.h"
 #include "queries.h"
 #include "variants.h"
 
@@ -417,11 +417,12 @@ float positive(const Properties& props, const char* name, float otherwise) {
 }
 
 template <typename Float, typename Spectrum>
-std::vector<Primitive> read(const Properties& props, const std::string& filename) {
+Selection read_selection(const Properties& props) {
   MI_IMPORT_CORE_TYPES()
   Affine to_world =
       to_affine(props.get<ScalarAffineTransform4f>("to_world", ScalarAffineTransform4f()));
   Selection selection;
+  selection.decoded = props.get<bool>("decoded", false);
   selection.mesh = props.get<int>("mesh", selection.mesh);
   selection.primitive = props.get<int>("primitive", selection.primitive);
   static_assert(sizeof(selection.to_world) == sizeof(to_world.m));
@@ -431,6 +432,12 @@ std::vector<Primitive> read(const Properties& props, const std::string& filename
   selection.has_eye = props.has_property("lod_eye");
   const ScalarPoint3f eye = props.get<ScalarPoint3f>("lod_eye", ScalarPoint3f(0.f));
   for (int i = 0; i < 3; i++) selection.eye[i] = float(eye[i]);
+  return selection;
+}
+
+std::vector<Primitive> read(const std::string& filename, const Selection& selection) {
+  Affine to_world;
+  std::memcpy(to_world.m, selection.to_world, sizeof(to_world.m));
   std::vector<Primitive> primitives = read_primitives(filename, selection);
   for (Primitive& primitive : primitives) {
     primitive.to_world = to_world * primitive.to_world;
@@ -442,12 +449,16 @@ std::vector<Primitive> read(const Properties& props, const std::string& filename
 // Decodes everything into an ordinary mesh, for variants that cannot run the shape and for
 // comparison. Goes through a file: the wheel's mesh.h includes a header that the wheel lacks.
 template <typename Float, typename Spectrum>
-ref<Object> make_mesh(const Properties& props, std::vector<Primitive> primitives) {
-  TemporaryPly file(std::move(primitives), props.get<bool>("face_normals", false));
+ref<Object> make_mesh(const Properties& props, const std::string& filename,
+                      const Selection& selection) {
+  struct File : DecodedMesh {
+    ~File() { std::remove(path.c_str()); }
+  } file{decode_to_file(filename, selection)};
   Properties ply(props);
   ply.set_plugin_name("ply");
-  ply.set("filename", file.path(), false);
-  ply.set("face_normals", !file.has_normals(), false);  // else Mitsuba makes smooth ones
+  ply.set("filename", file.path, false);
+  // Without normals, Mitsuba makes smooth ones.
+  ply.set("face_normals", props.get<bool>("face_normals", false) || !file.has_normals, false);
   ply.remove_property("to_world");
   for (const auto& child : props.objects())
     props.mark_queried(child.name());  // the mesh uses the BSDF and other children
@@ -458,8 +469,8 @@ template <typename Float, typename Spectrum>
 ref<Object> make(const Properties& props) {
   std::string given = props.get<std::string>("filename");
   Options options = read_options(props);
-  bool decoded = props.get<bool>("decoded", false);
-  if (dr::is_cuda_v<Float> && !decoded)
+  const Selection selection = read_selection<Float, Spectrum>(props);
+  if (dr::is_cuda_v<Float> && !selection.decoded)
     Throw(
         "meshlet_edgebreaker: cuda variants cannot trace rays through compressed meshlets; add "
         "\"decoded\": True to load \"%s\" as an "
@@ -467,12 +478,11 @@ ref<Object> make(const Properties& props) {
         given);
   std::string filename = file_resolver()->resolve(given).string();
   try {
-    std::vector<Primitive> primitives = read<Float, Spectrum>(props, filename);
     if constexpr (!dr::is_cuda_v<Float>)
-      if (!decoded)
+      if (!selection.decoded)
         return new MeshletEdgebreaker<Float, Spectrum>(
-            props, std::make_unique<Model>(std::move(primitives), options));
-    return make_mesh<Float, Spectrum>(props, std::move(primitives));
+            props, std::make_unique<Model>(read(filename, selection), options));
+    return make_mesh<Float, Spectrum>(props, filename, selection);
   } catch (const std::runtime_error& error) {
     Throw("meshlet_edgebreaker: %s: %s", given, error.what());
   }
