@@ -2,12 +2,15 @@
 // function, from the npm package or from the global BABYLON.
 import { createDecoder } from './decoder.js';
 import { EXTENSION, virtualViews } from './gltf.js';
+import { TRANSPORT, unpacking } from './transport.js';
 
 export function registerMeshletExtension(registerGLTFExtension, decoder) {
+  // Packed views are unpacked with the meshlets; the loader only has to know the name.
+  registerGLTFExtension(TRANSPORT, true, () => ({ name: TRANSPORT, enabled: true, dispose() {} }));
   registerGLTFExtension(EXTENSION, true, (loader) => new MeshletExtension(loader, decoder));
 }
 
-class MeshletExtension {
+export class MeshletExtension {
   #loader;
   #decoder;
   #views = new Map();
@@ -33,7 +36,8 @@ class MeshletExtension {
       const data = await loader.loadBufferViewAsync(`/bufferViews/${number}`, view);
       return new Uint8Array(data.buffer, data.byteOffset, data.byteLength);
     };
-    this.#views = virtualViews(gltf, load, this.#decoder ?? createDecoder());
+    const decoder = this.#decoder ?? createDecoder();
+    this.#views = virtualViews(gltf, unpacking(gltf, load, decoder), decoder);
     for (const number of this.#views.keys()) gltf.bufferViews[number].index = number;
   }
 

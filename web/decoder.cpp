@@ -1,37 +1,20 @@
 // The codec's decoder as a WebAssembly module, for decoder.js: flat functions over one open blob.
-#include <cstdint>
-#include <new>
-
 #include "decode/decoder.h"
-
-#define EXPORT(name) extern "C" __attribute__((export_name(#name)))
+#include "heap.h"
 
 // Throws a JavaScript exception with this problem's sentence.
 extern "C" __attribute__((import_module("host"), import_name("refuse"))) [[noreturn]] void
 host_refuse(const char* text, uint32_t number, uint32_t meshlet);
 
-extern "C" unsigned char __heap_base;  // by the linker
+void out_of_memory() { host_refuse("the decoded arrays do not fit into memory", 0, NO_MESHLET); }
 
 namespace {
 
-constexpr uint64_t kPage = 65536;
-constexpr uint64_t kMemory = kPage << 16;  // 32-bit addresses
-constexpr uint64_t kAlignment = 32;
-
-// Nothing is freed but everything at once, by reset().
-uint64_t heap_end = 0;
 meshlet::Blob* blob = nullptr;        // that is open
 meshlet::Decoder* decoder = nullptr;  // open on it; made when it is needed
 
-void* take(size_t bytes) {
-  const uint64_t begin = (heap_end + kAlignment - 1) / kAlignment * kAlignment;
-  const uint64_t end = begin + bytes, size = kPage * __builtin_wasm_memory_size(0);
-  if (end > kMemory ||
-      (end > size &&
-       __builtin_wasm_memory_grow(0, size_t((end - size + kPage - 1) / kPage)) == size_t(-1)))
-    meshlet::refuse({"the decoded arrays do not fit into memory"});
-  heap_end = end;
-  return reinterpret_cast<void*>(uintptr_t(begin));
+void check(const meshlet::Problem& p) {
+  if (p) host_refuse(p.text, p.number, p.meshlet);
 }
 
 meshlet::Decoder& open_decoder() {
@@ -44,38 +27,17 @@ meshlet::Decoder& open_decoder() {
 
 }  // namespace
 
-void* operator new(size_t bytes) { return take(bytes); }
-void* operator new[](size_t bytes) { return take(bytes); }
-void* operator new(size_t bytes, std::align_val_t) { return take(bytes); }
-void operator delete(void*) noexcept {}
-void operator delete[](void*) noexcept {}
-void operator delete(void*, size_t) noexcept {}
-void operator delete[](void*, size_t) noexcept {}
-void operator delete(void*, std::align_val_t) noexcept {}
-void operator delete(void*, size_t, std::align_val_t) noexcept {}
-
-// Called by the standard library for errors that cannot happen here. Its own would bring printf.
-extern "C" void abort() { __builtin_trap(); }
-_LIBCPP_BEGIN_NAMESPACE_STD
-[[noreturn]] void __libcpp_verbose_abort(const char*, ...) _NOEXCEPT { __builtin_trap(); }
-_LIBCPP_END_NAMESPACE_STD
-
-namespace meshlet {
-void refuse(const Problem& p) { host_refuse(p.text, p.number, p.meshlet); }
-}  // namespace meshlet
-
 // Frees everything. Call before the first allocation.
 EXPORT(reset) void reset() {
-  heap_end = uintptr_t(&__heap_base);
+  free_all();
   blob = nullptr;
   decoder = nullptr;
 }
 
-EXPORT(allocate) void* allocate(size_t bytes) { return take(bytes); }
-
 // Opens a blob, which must stay in memory; checks its header and tables.
 EXPORT(open_blob) void open_blob(const uint8_t* data, size_t size) {
-  blob = new meshlet::Blob{data, size, meshlet::read_blob_header(data, size)};
+  blob = new meshlet::Blob{data, size, {}};
+  check(meshlet::read_blob_header(data, size, blob->header));
 }
 
 // The functions below need an open blob.
@@ -85,8 +47,9 @@ EXPORT(decode)
 const uint32_t* decode(uint32_t first, uint32_t count, uint32_t first_vertex, uint32_t* triangles,
                        uint32_t* const* integers, void* const* values) {
   static uint32_t words[2];
-  const meshlet::DecodedCounts counts =
-      open_decoder().decode(first, count, {}, {triangles, integers, values, first_vertex});
+  meshlet::DecodedCounts counts;
+  check(
+      open_decoder().decode(first, count, {}, {triangles, integers, values, first_vertex}, counts));
   words[0] = counts.triangles;
   words[1] = counts.vertices;
   return words;
@@ -96,7 +59,8 @@ const uint32_t* decode(uint32_t first, uint32_t count, uint32_t first_vertex, ui
 // packed triangles, then per stream the address of the first vertex's integers.
 EXPORT(decode_meshlet) const uint32_t* decode_meshlet(uint32_t m) {
   static uint32_t words[3 + BLOB_MAX_STREAMS];
-  const meshlet::DecodedMeshlet decoded = open_decoder().meshlet(m);
+  meshlet::DecodedMeshlet decoded;
+  check(open_decoder().meshlet(m, decoded));
   words[0] = decoded.triangle_count;
   words[1] = decoded.vertex_count;
   words[2] = uint32_t(uintptr_t(decoded.triangles));
@@ -105,4 +69,4 @@ EXPORT(decode_meshlet) const uint32_t* decode_meshlet(uint32_t m) {
   return words;
 }
 
-EXPORT(validate) void validate() { open_decoder().validate(); }
+EXPORT(validate) void validate() { check(open_decoder().validate()); }

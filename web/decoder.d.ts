@@ -74,6 +74,8 @@ export interface Decoder {
    * Throws `RangeError` if there is no such meshlet.
    */
   decodeMeshlet(view: Uint8Array, meshlet: number): DecodedMeshlet;
+  /** Bytes of the module's memory, which never shrinks. */
+  readonly memoryBytes: number;
   /** The blobs (pages) of a view. Checks their headers and tables, not their meshlets. */
   blobs(view: Uint8Array): Blob[];
   /**

@@ -46,7 +46,7 @@ export async function createDecoder(source) {
   return new Decoder(exports);
 }
 
-// As `sentence` of codec/format/refuse.cpp. `text` ends with a 0.
+// As `sentence` of codec/format/problem.cpp. `text` ends with a 0.
 function sentence(text, number, meshlet) {
   const problem = new TextDecoder()
     .decode(text.subarray(0, text.indexOf(0)))
@@ -93,18 +93,12 @@ class Decoder {
     return new Plan(this.#blobs(view), { integers });
   }
 
-  // For the pool: a plan of consecutive blobs, decoded; options as the plan's. Calls onTriangles
-  // with the number of triangles of each step.
-  decodeBlobs(bytes, options, onTriangles = () => {}) {
+  // For the pool: a plan of consecutive blobs, decoded; options as the plan's. Decodes so many
+  // meshlets in a step, and calls onTriangles with the number of triangles of each step.
+  decodeBlobs(bytes, { step = STEP_MESHLETS, ...options }, onTriangles = () => {}) {
     const plan = new Plan(this.#blobs(bytes), options);
     plan.allocate();
-    const several = plan.blobs.length > 1;
-    plan.blobs.forEach((blob, number) =>
-      named(several, number, () => {
-        if (several) this.#open(blob.bytes);
-        this.#decode(blob, plan, onTriangles);
-      }),
-    );
+    this.#each(plan.blobs, (blob) => this.#decode(blob, plan, step, onTriangles));
     return plan;
   }
 
@@ -124,6 +118,10 @@ class Decoder {
     });
   }
 
+  get memoryBytes() {
+    return this.#exports.memory.buffer.byteLength;
+  }
+
   blobs(view) {
     return this.#blobs(view).map(({ bytes, begin, end, streams }) => ({
       bytes,
@@ -135,11 +133,16 @@ class Decoder {
   }
 
   validate(view) {
-    const blobs = this.#blobs(view);
+    this.#each(this.#blobs(view), () => this.#call('validate'));
+  }
+
+  // Calls action(blob) with each blob of a view open. An error names the blob if there are several.
+  #each(blobs, action) {
+    const several = blobs.length > 1;
     blobs.forEach((blob, number) =>
-      named(blobs.length > 1, number, () => {
-        if (blobs.length > 1) this.#open(blob.bytes);
-        this.#call('validate');
+      named(several, number, () => {
+        if (several) this.#open(blob.bytes);
+        action(blob);
       }),
     );
   }
@@ -151,11 +154,7 @@ class Decoder {
     for (let at = 0; at < view.byteLength || blobs.length === 0; at += blobs.at(-1).bytes.length) {
       const bytes = view.subarray(at, at + blobLength(view.subarray(at)));
       const several = blobs.length > 0;
-      try {
-        this.#open(bytes);
-      } catch (error) {
-        throw several ? blamed(error, blobs.length) : error;
-      }
+      named(several, blobs.length, () => this.#open(bytes));
       const blob = readHeader(bytes, several ? blobs.at(-1).end : NOTHING);
       if (several && !sameStreams(blob.streams, blobs[0].streams))
         throw blamed(
@@ -179,25 +178,29 @@ class Decoder {
   }
 
   // Decodes the open blob, some meshlets at a time, into the arrays of a plan.
-  #decode({ streams, begin, meshlets }, plan, onTriangles) {
-    const { integers } = plan;
-    const most = MESHLET_LIMIT * Math.min(meshlets, STEP_MESHLETS);
+  #decode({ streams, begin, meshlets }, plan, step, onTriangles) {
+    const most = MESHLET_LIMIT * Math.min(meshlets, step);
     const triangles = this.#call('allocate', 3 * 4 * most);
-    const widths = streams.map((stream) => width(stream, integers));
+    const stored = streams.map((_, s) => plan.storesIntegers(s));
+    const widths = streams.map((stream, s) => width(stream, stored[s]));
     const places = widths.map((n) => this.#call('allocate', 4 * n * most));
-    const list = this.#call('allocate', 4 * places.length);
-    new Uint32Array(this.#exports.memory.buffer).set(places, list / 4);
-    const lists = integers ? [list, 0] : [0, list];
+    // Of integers and of values: an array per stream, or 0.
+    const lists = [true, false].map((integers) => {
+      const list = this.#call('allocate', 4 * places.length);
+      const chosen = places.map((place, s) => (stored[s] === integers ? place : 0));
+      new Uint32Array(this.#exports.memory.buffer).set(chosen, list / 4);
+      return list;
+    });
     const at = { ...begin };
-    for (let first = 0; first < meshlets; first += STEP_MESHLETS) {
-      const count = Math.min(STEP_MESHLETS, meshlets - first);
+    for (let first = 0; first < meshlets; first += step) {
+      const count = Math.min(step, meshlets - first);
       const number = plan.firstVertex + begin.vertices;
       const words = this.#call('decode', first, count, number, triangles, ...lists);
       const { buffer } = this.#exports.memory; // decoding may have replaced it
       const [triangleCount, vertexCount] = new Uint32Array(buffer, words, 2);
       const indices = new Uint32Array(buffer, triangles, 3 * triangleCount);
       const values = streams.map((stream, s) => {
-        const Type = arrayType(stream, integers);
+        const Type = arrayType(stream, stored[s]);
         return new Type(buffer, places[s], widths[s] * vertexCount);
       });
       plan.insert({ indices, values }, at);
@@ -232,7 +235,7 @@ class Decoder {
 }
 
 // The decoded primitive of consecutive blobs of a view, filled in steps. Options:
-// integers; total: the counts of its arrays, if they are for more than these blobs; firstVertex:
+// integers: of all streams, or a flag for each; total: the counts of its arrays, if they are for more than these blobs; firstVertex:
 // number of the first vertex in the view.
 class Plan {
   constructor(blobs, { integers, total = blobs.at(-1).end, firstVertex = 0 }) {
@@ -246,11 +249,16 @@ class Plan {
     };
   }
 
+  storesIntegers(stream) {
+    return this.integers[stream] ?? this.integers;
+  }
+
   allocate() {
-    const { result, total, integers } = this;
-    const values = result.streams.map((stream) =>
-      array(arrayType(stream, integers), total.vertices * width(stream, integers)),
-    );
+    const { result, total } = this;
+    const values = result.streams.map((stream, s) => {
+      const integers = this.storesIntegers(s);
+      return array(arrayType(stream, integers), total.vertices * width(stream, integers));
+    });
     this.adopt({ indices: array(Uint32Array, 3 * total.triangles), values });
   }
 
@@ -291,7 +299,22 @@ function readHeader(bytes, begin) {
     vertices: begin.vertices + data.getUint32(VERTEX_COUNT, true),
     meshlets: begin.meshlets + data.getUint32(MESHLET_COUNT, true),
   };
-  const streams = Array.from({ length: bytes[STREAM_COUNT] }, (_, s) => {
+  return {
+    bytes,
+    begin,
+    end,
+    meshlets: end.meshlets - begin.meshlets,
+    streams: readStreams(bytes),
+  };
+}
+
+// The stream table of a blob. Checks nothing but its length: the module checks the rest.
+export function readStreams(bytes) {
+  const count = bytes[STREAM_COUNT];
+  if (!(bytes.length >= HEADER_BYTES + STREAM_BYTES * count))
+    throw new MalformedError('it ends within its stream table');
+  const data = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
+  return Array.from({ length: count }, (_, s) => {
     const row = HEADER_BYTES + STREAM_BYTES * s;
     return {
       kind: bytes[row],
@@ -301,7 +324,6 @@ function readHeader(bytes, begin) {
       offset: [0, 1, 2, 3].map((c) => data.getFloat32(row + STREAM_OFFSETS + 4 * c, true)),
     };
   });
-  return { bytes, begin, end, meshlets: end.meshlets - begin.meshlets, streams };
 }
 
 // The length of the blob that `rest` of a view starts with. A last blob may be malformed in its
@@ -313,7 +335,7 @@ function blobLength(rest) {
   return fits ? length : rest.byteLength;
 }
 
-function sameStreams(a, b) {
+export function sameStreams(a, b) {
   const same = (x, y) =>
     x.kind === y.kind &&
     x.elements === y.elements &&

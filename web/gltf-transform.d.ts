@@ -17,3 +17,14 @@ export declare class EXTMeshletEdgebreaker extends Extension {
   read(context: ReaderContext): this;
   write(context: WriterContext): this;
 }
+
+/** The key of the unpacker: `io.registerDependencies({ [UNPACKER]: await createUnpacker() })`. */
+export declare const UNPACKER: 'meshlet.unpacker';
+
+/** EXT_meshlet_transport for glTF-Transform: reading unpacks, writing leaves out. */
+export declare class EXTMeshletTransport extends Extension {
+  static readonly EXTENSION_NAME: 'EXT_meshlet_transport';
+  readonly extensionName: 'EXT_meshlet_transport';
+  read(context: ReaderContext): this;
+  write(context: WriterContext): this;
+}

@@ -1,10 +1,51 @@
 // An extension for glTF-Transform. Reading decodes every compressed primitive into its accessors;
 // writing keeps a blob if its primitive still has exactly the decoded values, and writes plain
 // accessors otherwise. It cannot compress: gltf-meshlet compress does.
-import { Extension, ExtensionProperty, PropertyType } from '@gltf-transform/core';
+import { Extension, ExtensionProperty, GLB_BUFFER, PropertyType } from '@gltf-transform/core';
 import { accessorArrays, EXTENSION, forCompressed } from './gltf.js';
+import { TRANSPORT } from './transport.js';
 
 export const DECODER = 'meshlet.decoder';
+export const UNPACKER = 'meshlet.unpacker';
+
+// Reading unpacks packed views; writing leaves them unpacked.
+export class EXTMeshletTransport extends Extension {
+  static EXTENSION_NAME = TRANSPORT;
+  extensionName = TRANSPORT;
+  prereadTypes = [PropertyType.BUFFER];
+  readDependencies = [UNPACKER];
+  #unpacker;
+
+  install(key, dependency) {
+    if (key === UNPACKER) this.#unpacker = dependency;
+    return this;
+  }
+
+  preread({ jsonDoc: { json, resources }, bufferViews }) {
+    json.bufferViews.forEach(({ buffer, byteOffset = 0, byteLength, extensions }, number) => {
+      const extension = extensions?.[TRANSPORT];
+      if (!extension) return;
+      if (!this.#unpacker)
+        throw new Error(
+          `${TRANSPORT} needs its unpacker: ` +
+            `io.registerDependencies({ '${UNPACKER}': await createUnpacker() })`,
+        );
+      const data = resources[json.buffers[buffer].uri ?? GLB_BUFFER];
+      const packed = data.subarray(byteOffset, byteOffset + byteLength);
+      bufferViews[number] = this.#unpacker.unpack(packed, extension.byteLength);
+    });
+    return this;
+  }
+
+  read() {
+    this.dispose(); // nothing of it is left in the document
+    return this;
+  }
+
+  write() {
+    return this;
+  }
+}
 
 // The blob that a primitive was decoded from.
 class CompressedPrimitive extends ExtensionProperty {

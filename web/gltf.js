@@ -4,9 +4,9 @@ import { Kind, MalformedError } from './decoder.js';
 
 export const EXTENSION = 'EXT_meshlet_edgebreaker';
 
-const COMPONENTS = { SCALAR: 1, VEC2: 2, VEC3: 3, VEC4: 4, MAT2: 4, MAT3: 9, MAT4: 16 };
+export const COMPONENTS = { SCALAR: 1, VEC2: 2, VEC3: 3, VEC4: 4, MAT2: 4, MAT3: 9, MAT4: 16 };
 const FLOAT = 5126;
-const ARRAYS = {
+export const ARRAYS = {
   5120: Int8Array,
   5121: Uint8Array,
   5122: Int16Array,
@@ -101,7 +101,7 @@ export function accessorArrays(json, primitive, decoded) {
   return arrays;
 }
 
-function require(ok, problem) {
+export function require(ok, problem) {
   if (!ok) throw new MalformedError(problem);
 }
 
@@ -115,7 +115,8 @@ function indexArray(json, primitive, { indices, vertexCount }) {
   return accessor.componentType === 5125 ? indices : ARRAYS[accessor.componentType].from(indices);
 }
 
-function attributeArray(accessor, name, first, { streams, vertexCount }) {
+// The components of an attribute's accessor; `first`: number of its first stream.
+export function attributeArray(accessor, name, first, { streams, vertexCount }) {
   const Type = ARRAYS[accessor?.componentType];
   const components = COMPONENTS[accessor?.type];
   require(Type !== undefined && components !== undefined, `its ${name} accessor has no valid type`);
@@ -146,7 +147,7 @@ function attributeArray(accessor, name, first, { streams, vertexCount }) {
 }
 
 // The consecutive streams that fill an accessor's components.
-function streamsOf(first, components, streams, name) {
+export function streamsOf(first, components, streams, name) {
   let filled = 0;
   let end = first;
   while (filled < components) {

@@ -50,7 +50,7 @@ class DecoderPool {
       onProgress?.(Math.min(1, triangles / total.triangles));
     };
     const run = (bytes, options) =>
-      this.#run(
+      this.run(
         { task: 'decodeBlobs', bytes, options: { integers, ...options }, onTriangles },
         signal,
       );
@@ -78,7 +78,7 @@ class DecoderPool {
     const plan = this.#plan(view, false, signal);
     const validateBlob = async (blob) => {
       try {
-        await this.#run({ task: 'validate', bytes: blob.bytes }, signal);
+        await this.run({ task: 'validate', bytes: blob.bytes }, signal);
       } catch (error) {
         throw plan.blame(blob, error);
       }
@@ -110,8 +110,8 @@ class DecoderPool {
     return this.#planner.plan(view, integers);
   }
 
-  // given: task, bytes, options and onTriangles of a job.
-  async #run(given, signal) {
+  // Does a job: task, bytes, options and onTriangles. For this class and gltf-meshlet/stream.
+  async run(given, signal) {
     let abort;
     try {
       return await new Promise((resolve, reject) => {

@@ -1,6 +1,8 @@
 import type { GLTFLoaderPlugin, GLTFParser } from 'three/addons/loaders/GLTFLoader.js';
 import type { PrimitiveDecoder } from './decoder.js';
 
+export * from './stream/three.js';
+
 /**
  * For `GLTFLoader.register`: loads files with EXT_meshlet_edgebreaker.
  *

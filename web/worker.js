@@ -1,27 +1,55 @@
 // A Worker of pool.js, in browsers and in Node. The first message is {module}, the compiled
-// decoder; each further one is a job, {task, bytes, options}, a method of Decoder. The answers are
-// {triangles}, their number in each step,, and {result}, the arrays of a plan, or {error}.
+// decoder; each further one is a job, {task, bytes, options}. The answers are {triangles}, their
+// number in each step, and {result}, or {error}.
 import { createDecoder, MalformedError } from './decoder.js';
 
 const inNode = typeof WorkerGlobalScope === 'undefined';
 const node = 'node:worker_threads'; // in a variable, so that bundlers leave it alone
-const port = inNode ? (await import(/* @vite-ignore */ node)).parentPort : globalThis;
+let port;
 let decoder;
+let unpacker;
 
-port.onmessage = async ({ data: { module, task, bytes, options } }) => {
+// Name -> what does a job. The result's arrays, {indices, values} or bytes, move to the page's
+// thread.
+export const tasks = {
+  decodeBlobs: (own, bytes, options, onTriangles) =>
+    own.decodeBlobs(bytes, options, onTriangles).arrays(),
+  validate: (own, bytes) => own.validate(bytes),
+  // A page of a packed view. module: the compiled unpacker.
+  async unpack(_own, bytes, { size, module }) {
+    unpacker ??= import('./transport.js').then(({ createUnpacker }) => createUnpacker(module));
+    return (await unpacker).unpackPage({ bytes, size }).slice();
+  },
+};
+
+function arraysOf(result) {
+  if (!result) return [];
+  return result.indices ? [result.indices, ...result.values] : [result];
+}
+
+async function receive({ data: { module, task, bytes, options } }) {
   if (module) {
     decoder = createDecoder(module);
     return;
   }
   try {
-    const plan = (await decoder)[task](bytes, options, (triangles) =>
-      port.postMessage({ triangles }),
+    const onTriangles = (triangles) => port.postMessage({ triangles });
+    const result = await tasks[task](await decoder, bytes, options, onTriangles);
+    port.postMessage(
+      { result },
+      arraysOf(result).map(({ buffer }) => buffer),
     );
-    const result = plan?.arrays();
-    const moved = result ? [result.indices, ...result.values].map(({ buffer }) => buffer) : [];
-    port.postMessage({ result }, moved);
   } catch (error) {
     const { message } = error;
     port.postMessage({ error: { message, malformed: error instanceof MalformedError } });
   }
-};
+}
+
+function start(given) {
+  port = given;
+  port.onmessage = receive;
+}
+
+// Without a top-level await: Node 20 crashes if a Worker ends during one.
+if (inNode) import(/* @vite-ignore */ node).then(({ parentPort }) => start(parentPort));
+else start(globalThis);

@@ -1,6 +1,6 @@
 // Bundles the page into a folder: node build.mjs NODE_MODULES FOLDER
 // NODE_MODULES holds esbuild and three in the versions that the Makefile names; web/decoder.wasm
-// has been compiled. The same sources and versions give the same bytes.
+// and web/unpacker.wasm have been compiled. The same sources and versions give the same bytes.
 import { mkdir, readFile, writeFile } from 'node:fs/promises';
 import { createRequire } from 'node:module';
 import path from 'node:path';
@@ -9,7 +9,7 @@ import { fileURLToPath } from 'node:url';
 const [modules, folder] = process.argv.slice(2).map((name) => path.resolve(name));
 const { build } = createRequire(path.join(modules, 'x.js'))('esbuild');
 const sources = path.dirname(fileURLToPath(import.meta.url));
-const copied = ['index.html', 'icon.svg', 'NOTICES.txt', '../decoder.wasm'];
+const copied = ['index.html', 'icon.svg', 'NOTICES.txt', '../decoder.wasm', '../unpacker.wasm'];
 
 function bundle(options) {
   return build({
@@ -28,9 +28,16 @@ function bundle(options) {
 
 await mkdir(folder, { recursive: true });
 await bundle({ entryPoints: ['vendor.js', 'view.css'] });
+// The library's imports of three.js lead to the page's own file of it.
+const vendor = {
+  name: 'vendor',
+  setup: ({ onResolve }) =>
+    onResolve({ filter: /^three($|\/)/ }, () => ({ path: './vendor.js', external: true })),
+};
 await bundle({
-  entryPoints: { view: 'main.js', worker: '../worker.js' },
+  entryPoints: { view: 'main.js', worker: '../stream/worker.js' },
   external: ['./vendor.js'],
+  plugins: [vendor],
 });
 for (const name of copied)
   await writeFile(path.join(folder, path.basename(name)), await readFile(path.join(sources, name)));

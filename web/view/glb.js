@@ -1,4 +1,5 @@
 // .glb files, and .gltf files with the files that they refer to.
+import { parseJson } from '../stream/document.js';
 
 const MAGIC = 0x46546c67;
 const JSON_CHUNK = 0x4e4f534a;
@@ -12,7 +13,7 @@ export function isGlb(buffer) {
 
 // The JSON of a .glb or .gltf file. Throws an Error if there is none.
 export function readJson(buffer) {
-  if (!isGlb(buffer)) return parse(new Uint8Array(buffer));
+  if (!isGlb(buffer)) return parseJson(new Uint8Array(buffer));
   const data = new DataView(buffer);
   if (buffer.byteLength < HEADER_BYTES + CHUNK_BYTES) throw new Error('the file is cut off');
   if (data.getUint32(4, true) !== 2) throw new Error('it is not a .glb of version 2');
@@ -21,19 +22,7 @@ export function readJson(buffer) {
   if (data.getUint32(HEADER_BYTES + 4, true) !== JSON_CHUNK)
     throw new Error('its first chunk is not JSON');
   if (begin + length > buffer.byteLength) throw new Error('the file is cut off');
-  return parse(new Uint8Array(buffer, begin, length));
-}
-
-function parse(bytes) {
-  let json;
-  try {
-    json = JSON.parse(new TextDecoder().decode(bytes));
-  } catch {
-    throw new Error('its JSON cannot be read');
-  }
-  if (json === null || typeof json !== 'object' || Array.isArray(json))
-    throw new Error('its JSON is not an object');
-  return json;
+  return parseJson(new Uint8Array(buffer, begin, length));
 }
 
 // Makes a .glb of a .gltf file and the files that were dropped with it. `files`: name -> File.

@@ -2,7 +2,7 @@
 import { compileDecoder, createDecoder } from '../decoder.js';
 import { EXTENSION, vertexBytes } from '../gltf.js';
 import { createDecoderPool } from '../pool.js';
-import { meshletPlugin } from '../three.js';
+import { meshletPlugin } from '../three_plugin.js';
 import { isGlb, readJson } from './glb.js';
 import { colouredGeometry } from './meshlets.js';
 import {

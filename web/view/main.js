@@ -2,12 +2,14 @@
 import { load } from './loading.js';
 import { Models, SUFFIXES } from './models.js';
 import { Stage } from './stage.js';
+import { look, openStream } from './streaming.js';
 
 const TURN = Math.PI / 24; // of an arrow key
 const STEP = 40; // pixels
 const ZOOM = 1.15;
 const KEPT = 'gltf-meshlet-theme'; // in localStorage
 const TOAST_SECONDS = 6;
+const REFRESH = 500; // milliseconds between updates of what a stream tells
 
 const element = (id) => document.getElementById(id);
 const make = (tag, text) => Object.assign(document.createElement(tag), { textContent: text });
@@ -20,6 +22,8 @@ let attempt = 0; // a later one makes an earlier one void
 let abort = new AbortController();
 let shown = null; // {model, main, beside, notices}: main and beside are {loaded, times}
 const on = { meshlets: false, wireframe: false, original: false, play: true, info: true };
+// Of models with levels: the sliders' values are powers of two, of pixels and of megabytes.
+const levels = { pixels: 0, megabytes: 6, colour: 'meshlet' };
 
 // --- opening ---
 
@@ -59,7 +63,7 @@ async function open(number) {
     if (list[number].compressed === null) await compress(number, notices);
     if (mine !== attempt) return;
     const model = list[number];
-    const main = await read(model.compressed ?? model.original, name);
+    const main = await read(model.compressed ?? model.original, name, true);
     if (mine !== attempt) return main.loaded.dispose();
     shown = { model, main, beside: null, notices: [...notices, ...main.loaded.warnings] };
     arrange();
@@ -109,9 +113,20 @@ async function compress(number, notices) {
   }
 }
 
-async function read(source, name) {
+async function read(source, name, streams = false) {
   status(`Opening ${name} …`);
   const since = performance.now();
+  const { levels: has, blob } = streams && source.place ? await look(source.place) : {};
+  if (blob) Object.assign(source, { place: blob, read: () => blob.arrayBuffer() }); // not again
+  if (has) {
+    const loaded = await openStream(source.place, {
+      pixels: 2 ** levels.pixels,
+      maxBytes: 1e6 * 2 ** levels.megabytes,
+      onChange: () => stage.invalidate(),
+    });
+    status(null);
+    return { loaded, times: { ...loaded.times } };
+  }
   const buffer = await source.read();
   const times = { read: performance.now() - since };
   status(`Decoding ${name} …`);
@@ -153,7 +168,7 @@ const hasOriginal = () => Boolean(shown?.model.compressed && shown.model.origina
 function arrange() {
   if (!shown) return;
   const { main, beside } = shown;
-  main.loaded.colourMeshlets(on.meshlets && shown.model.compressed !== null);
+  main.loaded.colourMeshlets(on.meshlets && shown.model.compressed !== null, levels.colour);
   Object.assign(stage, { wireframe: on.wireframe, playing: on.play });
   stage.show(on.original && beside ? [beside.loaded, main.loaded] : [main.loaded]);
   update();
@@ -198,6 +213,22 @@ function update() {
   element('original').disabled = !hasOriginal();
   element('play').hidden = !(ready && stage.animated);
   element('details').hidden = !(on.info && ready);
+  element('levels').hidden = !stream();
+}
+
+const stream = () => shown?.main.loaded.stream;
+
+// What a stream tells, as rows of the details.
+function streamRows() {
+  if (!stream()) return [];
+  const { triangles, error, fetched, requests, resident, pages, bytes } = stream().statistics;
+  return [
+    ['Drawn', '', count(triangles)],
+    ['Error in pixels', '', error.toFixed(2)],
+    ['Fetched', '', `${size(fetched)}, ${count(requests)} requests`],
+    ['Pages in memory', '', `${count(resident)} of ${count(pages)}`],
+    ['Memory', '', size(bytes.total)],
+  ];
 }
 
 function updateDetails() {
@@ -214,14 +245,15 @@ function updateDetails() {
     ['Geometry', optional(rawBytes, size), optional(bytes, size)],
     ['Times smaller', '', optional(bytes, () => fixed(rawBytes / bytes))],
     ['Triangles', ...cells(({ loaded }) => count(loaded.counts.triangles))],
-    ['Vertices', ...cells(({ loaded }) => count(loaded.counts.vertices))],
+    ['Vertices', ...cells(({ loaded }) => optional(loaded.counts.vertices, count))],
     ['Meshlets', ...cells(({ loaded }) => optional(loaded.counts.meshlets, count))],
     ['Bits per triangle', ...cells(({ loaded }) => optional(loaded.counts.bitsPerTriangle, fixed))],
     ['Compress', '', optional(model.seconds, (seconds) => time(1000 * seconds))],
-    ['Read', ...cells(({ times }) => time(times.read))],
+    ['Read', ...cells(({ times }) => optional(times.read, time))],
     ['Decode', ...cells(({ times }) => optional(times.decode, time))],
     ['Build', ...cells(({ times }) => time(times.build))],
     ['First frame', ...cells(({ times }) => optional(times.frame, time))],
+    ...streamRows(),
   ];
   element('rows').replaceChildren(
     ...rows.filter(([, ...values]) => values.some(Boolean)).map(tableRow),
@@ -327,6 +359,33 @@ async function openFiles(files) {
   }
 }
 
+// The sliders, the colours and the frozen cut of models with levels.
+function connectLevels() {
+  element('pixels').addEventListener('input', ({ target }) => {
+    levels.pixels = Number(target.value);
+    element('pixels-value').textContent = fixed(2 ** levels.pixels);
+    stream().pixels = 2 ** levels.pixels;
+    stage.invalidate();
+  });
+  element('megabytes').addEventListener('input', ({ target }) => {
+    element('megabytes-value').textContent = `${2 ** target.value} MB`;
+  });
+  element('megabytes').addEventListener('change', ({ target }) => {
+    levels.megabytes = Number(target.value);
+    open(list.indexOf(shown.model));
+  });
+  element('colour').addEventListener('change', ({ target }) => {
+    levels.colour = target.value;
+    on.meshlets = true;
+    arrange();
+  });
+  element('freeze').addEventListener('change', ({ target }) => {
+    stream().frozen = target.checked;
+    stage.invalidate();
+  });
+  setInterval(() => stream() && on.info && updateDetails(), REFRESH);
+}
+
 function listKeys() {
   for (const { id, title } of document.querySelectorAll('button')) {
     const [, about, key] = title.match(/^(.*) \((\S|space)\)$/) ?? [];
@@ -344,6 +403,7 @@ function connect() {
     element(name)?.addEventListener('click', () => act(name));
   addEventListener('keydown', key);
   addEventListener('resize', update);
+  connectLevels();
   element('models').addEventListener('change', ({ target }) => {
     listModels(target.selectedIndex);
     open(target.selectedIndex);

@@ -1,7 +1,7 @@
 // Where models come from: the page's own server, the folder of an exported page, or files that the
 // user drops. A model is {name, compressed, original, seconds, warnings}; compressed and original
-// are {bytes, read}, or null where there is none. read(): promise of an ArrayBuffer; bytes: size of
-// the user's file. seconds: what compressing took, or null.
+// are {bytes, read, place}, or null where there is none. read(): promise of an ArrayBuffer; place:
+// of compressed files, a URL or a Blob; bytes: size of the user's file. seconds: what compressing took, or null.
 import { EXTENSION } from '../gltf.js';
 import { isGlb, packGltf, readJson } from './glb.js';
 
@@ -52,6 +52,7 @@ export class Models {
     for (const file of [compressed, original]) {
       const content = await file.read();
       file.read = async () => content;
+      file.place = new Blob([content]);
     }
     return { ...rest, name, compressed, original: { ...original, bytes: model.original.bytes } };
   }
@@ -71,7 +72,11 @@ async function get(url) {
 
 function remote(model) {
   const file = (entry) =>
-    entry && { bytes: entry.bytes, read: async () => (await get(entry.file)).arrayBuffer() };
+    entry && {
+      bytes: entry.bytes,
+      read: async () => (await get(entry.file)).arrayBuffer(),
+      place: new URL(entry.file, location.href),
+    };
   return { ...model, compressed: file(model.compressed), original: file(model.original) };
 }
 
@@ -84,7 +89,7 @@ async function local(file, named) {
   const blob = isGlb(buffer) ? file : await packGltf(buffer, named);
   const bytes = isGlb(buffer) ? file.size : blob.size;
   if (readJson(buffer).extensionsUsed?.includes(EXTENSION))
-    return { ...model, compressed: { bytes, read: () => blob.arrayBuffer() } };
+    return { ...model, compressed: { bytes, read: () => blob.arrayBuffer(), place: blob } };
   return { ...model, ...plain(file, 'glb', bytes, blob) };
 }
 

@@ -35,7 +35,7 @@ export class Stage {
   #controls;
   #environment;
   #edges = new MeshBasicMaterial({ wireframe: true, transparent: true, opacity: 0.6 });
-  #panes = []; // {scene, light, mixer}: one, or two side by side
+  #panes = []; // {scene, light, mixer, model}: one, or two side by side
   #box = new Box3();
   #requested = false;
   #time = 0; // of the animations, in seconds
@@ -65,10 +65,12 @@ export class Stage {
     this.#resize();
   }
 
-  // Shows models, {root, clips, box}: none, one, or two side by side.
+  // Shows models, {root, clips, box, update}: none, one, or two side by side. update, if there is
+  // one: called before each frame with the camera and the height of the picture in pixels.
   show(models) {
     if (models.length === 0) this.#time = 0;
-    this.#panes = models.map(({ root, clips }) => {
+    this.#panes = models.map((model) => {
+      const { root, clips } = model;
       const scene = new Scene();
       scene.environment = this.#environment;
       scene.environmentIntensity = AMBIENT;
@@ -77,7 +79,7 @@ export class Stage {
       const mixer = clips.length > 0 ? new AnimationMixer(root) : null;
       mixer?.clipAction(clips[0]).play();
       mixer?.setTime(this.#time);
-      return { scene, light, mixer };
+      return { scene, light, mixer, model };
     });
     this.#box = models.reduce((all, { box }) => all.union(box), new Box3());
     if (this.#fitted) this.fit();
@@ -216,7 +218,7 @@ export class Stage {
     this.#renderer.setScissorTest(false);
     this.#renderer.clear();
     this.#renderer.setScissorTest(true);
-    this.#panes.forEach(({ scene, light }, pane) => {
+    this.#panes.forEach(({ scene, light, model }, pane) => {
       const { x, y, width, height } = this.#viewport(pane);
       this.#renderer.setViewport(x, y, width, height);
       this.#renderer.setScissor(x, y, width, height);
@@ -226,6 +228,7 @@ export class Stage {
         .copy(KEY_LIGHT)
         .transformDirection(this.#camera.matrixWorld)
         .add(this.#controls.target);
+      model.update?.(this.#camera, height * this.#renderer.getPixelRatio());
       this.#renderer.render(scene, this.#camera);
       if (this.wireframe) this.#drawEdges(scene);
     });

@@ -1,4 +1,4 @@
-// Translated from shaders/decoders/connect.comp by web/build_wgsl.py: do not edit.
+// Translated from shaders/decoders/connect.comp by tools/build_wgsl.py: do not edit.
 struct Push_std140_0
 {
     @align(16) blob_words_0 : u32,
@@ -968,18 +968,18 @@ fn keep_header_0( h_2 : Header_0)
     places_0.lengths_0 = _S79;
     places_0.entries_0 = h_2.entries_1;
     places_0.codes_0 = h_2.codes_1;
-    all_places_0[job_place_0].foreign_refs_0 = places_0.foreign_refs_0;
-    all_places_0[job_place_0].private_refs_0 = places_0.private_refs_0;
-    all_places_0[job_place_0].loop_ends_0 = places_0.loop_ends_0;
-    all_places_0[job_place_0].counts_0 = places_0.counts_0;
-    all_places_0[job_place_0].lengths_0 = places_0.lengths_0;
-    all_places_0[job_place_0].entries_0 = places_0.entries_0;
-    all_places_0[job_place_0].codes_0 = places_0.codes_0;
-    all_places_0[job_place_0].anchors_0 = places_0.anchors_0;
-    all_places_0[job_place_0].chains_0 = places_0.chains_0;
-    all_places_0[job_place_0].quotients_0 = places_0.quotients_0;
-    all_places_0[job_place_0].interior_0 = places_0.interior_0;
-    all_places_0[job_place_0].waiting_0 = places_0.waiting_0;
+    all_places_0[job_meshlet_0].foreign_refs_0 = places_0.foreign_refs_0;
+    all_places_0[job_meshlet_0].private_refs_0 = places_0.private_refs_0;
+    all_places_0[job_meshlet_0].loop_ends_0 = places_0.loop_ends_0;
+    all_places_0[job_meshlet_0].counts_0 = places_0.counts_0;
+    all_places_0[job_meshlet_0].lengths_0 = places_0.lengths_0;
+    all_places_0[job_meshlet_0].entries_0 = places_0.entries_0;
+    all_places_0[job_meshlet_0].codes_0 = places_0.codes_0;
+    all_places_0[job_meshlet_0].anchors_0 = places_0.anchors_0;
+    all_places_0[job_meshlet_0].chains_0 = places_0.chains_0;
+    all_places_0[job_meshlet_0].quotients_0 = places_0.quotients_0;
+    all_places_0[job_meshlet_0].interior_0 = places_0.interior_0;
+    all_places_0[job_meshlet_0].waiting_0 = places_0.waiting_0;
     return;
 }
 
@@ -1003,29 +1003,37 @@ fn connect_shader_0()
         return;
     }
     open_job_0(i_8);
-    if(!job_wanted_0())
+    var _S84 : bool = job_wanted_0();
+    if(!_S84)
     {
-        atomicStore(&(the_summaries_0[job_place_0]), u32(0));
+        atomicStore(&(the_summaries_0[job_place_0]), u32(2147483648));
         return;
     }
     connected_triangles_0 = job_triangles_0();
-    var _S84 : bool = connect_0(job_meshlet_0);
+    var _S85 : bool = connect_0(job_meshlet_0);
     keep_header_0(opened_0);
     connectivity_0[job_place_0].boundary_0 = boundary_1;
     connectivity_0[job_place_0].starts_0 = disk_starts_0;
     connectivity_0[job_place_0].closing_0 = symbol_c_0;
     connectivity_0[job_place_0].ends_0 = symbol_e_0;
     connectivity_0[job_place_0].splits_0 = symbol_s_0;
-    var _S85 : u32;
+    var summary_0 : u32;
     if(error_0 == u32(0))
     {
-        _S85 = (triangle_count_0 | (((vertex_count_0 << (u32(8))))));
+        summary_0 = (triangle_count_0 | (((vertex_count_0 << (u32(8))))));
     }
     else
     {
-        _S85 = (error_0 << (u32(16)));
+        summary_0 = (error_0 << (u32(16)));
     }
-    atomicStore(&(the_summaries_0[job_place_0]), _S85);
+    if(_S84)
+    {
+    }
+    else
+    {
+        summary_0 = u32(2147483648);
+    }
+    atomicStore(&(the_summaries_0[job_place_0]), summary_0);
     return;
 }
 

@@ -1,4 +1,4 @@
-// Translated from shaders/decoders/interior.comp by web/build_wgsl.py: do not edit.
+// Translated from shaders/decoders/interior.comp by tools/build_wgsl.py: do not edit.
 struct Push_std140_0
 {
     @align(16) blob_words_0 : u32,
@@ -204,42 +204,50 @@ fn words_of_0( s_2 : u32) -> u32
     return ((_S8 * _S9 + u32(31)) >> (u32(5)));
 }
 
-var<workgroup> shared_places_0 : array<u32, i32(8)>;
-
-fn share_value_places_0()
+fn value_place_0( s_3 : u32) -> vec2<u32>
 {
-    var s_3 : u32 = the_thread_0;
+    var before_1 : u32 = u32(0);
+    var words_0 : u32 = u32(0);
     for(;;)
     {
-        if(s_3 < stream_total_0)
+        if(before_1 < s_3)
         {
         }
         else
         {
             break;
         }
-        var before_1 : u32 = u32(0);
-        var words_0 : u32 = u32(0);
-        for(;;)
+        var _S10 : u32 = words_of_0(before_1);
+        var words_1 : u32 = words_0 + _S10;
+        before_1 = before_1 + u32(1);
+        words_0 = words_1;
+    }
+    var _S11 : u32 = u32(64) * words_0;
+    var _S12 : u32 = words_of_0(s_3);
+    return vec2<u32>(_S11, _S12);
+}
+
+var<workgroup> shared_places_0 : array<u32, i32(8)>;
+
+fn share_value_places_0()
+{
+    var s_4 : u32 = the_thread_0;
+    for(;;)
+    {
+        if(s_4 < stream_total_0)
         {
-            if(before_1 < s_3)
-            {
-            }
-            else
-            {
-                break;
-            }
-            var _S10 : u32 = words_of_0(before_1);
-            var words_1 : u32 = words_0 + _S10;
-            before_1 = before_1 + u32(1);
-            words_0 = words_1;
         }
-        var _S11 : u32 = ((u32(64) * words_0) & (u32(65535)));
-        var _S12 : u32 = words_of_0(s_3);
-        var _S13 : u32 = (_S11 | (((_S12 << (u32(16))))));
-        var _S14 : u32 = field_of_0(s_3);
-        shared_places_0[s_3] = (_S13 | (((_S14 << (u32(22))))));
-        s_3 = s_3 + u32(32);
+        else
+        {
+            break;
+        }
+        var place_0 : vec2<u32> = value_place_0(s_4);
+        var _S13 : u32 = ((((place_0.x) & (u32(65535)))) | ((((((place_0.y) & (u32(63)))) << (u32(16))))));
+        var _S14 : u32 = field_of_0(s_4);
+        var _S15 : u32 = (_S13 | (((_S14 << (u32(22))))));
+        var _S16 : u32 = words_of_0(s_4);
+        shared_places_0[s_4] = (_S15 | ((((min(_S16, u32(3))) << (u32(28))))));
+        s_4 = s_4 + u32(32);
     }
     workgroupBarrier();
     return;
@@ -335,9 +343,9 @@ fn open_team_0()
             team_symbols_0[i_3] = mask_none_0();
             i_3 = i_3 + u32(1);
         }
-        var _S15 : vec2<u32> = mask_none_0();
-        team_ranks_0 = _S15;
-        team_waiting_0 = _S15;
+        var _S17 : vec2<u32> = mask_none_0();
+        team_ranks_0 = _S17;
+        team_waiting_0 = _S17;
     }
     workgroupBarrier();
     return;
@@ -347,31 +355,31 @@ var<workgroup> team_seam_refs_0 : array<vec2<u32>, i32(8)>;
 
 fn word_below_0( n_0 : u32) -> u32
 {
-    var _S16 : u32;
+    var _S18 : u32;
     if(n_0 >= u32(32))
     {
-        _S16 = u32(4294967295);
+        _S18 = u32(4294967295);
     }
     else
     {
-        _S16 = ((u32(1) << (n_0))) - u32(1);
+        _S18 = ((u32(1) << (n_0))) - u32(1);
     }
-    return _S16;
+    return _S18;
 }
 
 fn mask_below_0( n_1 : u32) -> vec2<u32>
 {
-    var _S17 : u32 = word_below_0(n_1);
-    var _S18 : u32;
+    var _S19 : u32 = word_below_0(n_1);
+    var _S20 : u32;
     if(n_1 <= u32(32))
     {
-        _S18 = u32(0);
+        _S20 = u32(0);
     }
     else
     {
-        _S18 = word_below_0(n_1 - u32(32));
+        _S20 = word_below_0(n_1 - u32(32));
     }
-    return vec2<u32>(_S17, _S18);
+    return vec2<u32>(_S19, _S20);
 }
 
 fn mask_any_0( m_0 : vec2<u32>) -> bool
@@ -397,26 +405,26 @@ fn load_bits_0( p_0 : u32,  n_2 : u32) -> u32
     return ((funnel_0(words_2.x, words_2.y, (p_0 & (u32(31))))) & ((word_below_0(n_2))));
 }
 
-fn code_at_0( p_1 : ptr<function, u32>,  s_4 : u32,  of_chains_0 : bool) -> u32
+fn code_at_0( p_1 : ptr<function, u32>,  s_5 : u32,  of_chains_0 : bool) -> u32
 {
     var field_2 : u32 = load_bits_0((*p_1), u32(3));
     (*p_1) = (*p_1) + u32(3);
     if(field_2 == u32(7))
     {
-        var _S19 : u32 = (extractBits((shared_stream_0[s_4]), u32((i32(0))), u32((i32(3)))));
-        (*p_1) = (*p_1) + u32(5) * _S19;
+        var _S21 : u32 = (extractBits((shared_stream_0[s_5]), u32((i32(0))), u32((i32(3)))));
+        (*p_1) = (*p_1) + u32(5) * _S21;
         return u32(255);
     }
     var base_1 : u32;
     if(of_chains_0)
     {
-        var _S20 : u32 = (extractBits((shared_bases_0[s_4]), u32((i32(0))), u32((i32(5)))));
-        base_1 = _S20;
+        var _S22 : u32 = (extractBits((shared_bases_0[s_5]), u32((i32(0))), u32((i32(5)))));
+        base_1 = _S22;
     }
     else
     {
-        var _S21 : u32 = (extractBits((shared_bases_0[s_4]), u32((i32(8))), u32((i32(5)))));
-        base_1 = _S21;
+        var _S23 : u32 = (extractBits((shared_bases_0[s_5]), u32((i32(8))), u32((i32(5)))));
+        base_1 = _S23;
     }
     var rice_0 : bool;
     if(of_chains_0)
@@ -440,7 +448,7 @@ fn code_at_0( p_1 : ptr<function, u32>,  s_4 : u32,  of_chains_0 : bool) -> u32
     {
         error_0 = u32(7);
     }
-    var _S22 : u32 = (k_0 & (u32(31)));
+    var _S24 : u32 = (k_0 & (u32(31)));
     if(rice_0)
     {
         base_1 = u32(0);
@@ -449,19 +457,19 @@ fn code_at_0( p_1 : ptr<function, u32>,  s_4 : u32,  of_chains_0 : bool) -> u32
     {
         base_1 = u32(32);
     }
-    return (_S22 | (base_1));
+    return (_S24 | (base_1));
 }
 
 var<workgroup> team_codes_0 : array<u32, i32(8)>;
 
 fn read_interior_codes_0( p_2 : u32,  chains_1 : bool)
 {
-    var _S23 : u32 = p_2;
+    var _S25 : u32 = p_2;
     team_codes_begin_0 = p_2;
-    var s_5 : u32 = u32(0);
+    var s_6 : u32 = u32(0);
     for(;;)
     {
-        if(s_5 < stream_total_0)
+        if(s_6 < stream_total_0)
         {
         }
         else
@@ -470,16 +478,16 @@ fn read_interior_codes_0( p_2 : u32,  chains_1 : bool)
         }
         if(chains_1)
         {
-            var _S24 : u32 = code_at_0(&(_S23), s_5, true);
+            var _S26 : u32 = code_at_0(&(_S25), s_6, true);
         }
-        var code_0 : u32 = code_at_0(&(_S23), s_5, false);
-        var _S25 : u32 = (extractBits((shared_stream_0[s_5]), u32((i32(0))), u32((i32(3)))));
-        var widths_0 : u32 = _S23 - u32(5) * _S25 - team_codes_begin_0;
+        var code_0 : u32 = code_at_0(&(_S25), s_6, false);
+        var _S27 : u32 = (extractBits((shared_stream_0[s_6]), u32((i32(0))), u32((i32(3)))));
+        var widths_0 : u32 = _S25 - u32(5) * _S27 - team_codes_begin_0;
         if(the_thread_0 == u32(0))
         {
-            team_codes_0[s_5] = (code_0 | (((widths_0 << (u32(8))))));
+            team_codes_0[s_6] = (code_0 | (((widths_0 << (u32(8))))));
         }
-        s_5 = s_5 + u32(1);
+        s_6 = s_6 + u32(1);
     }
     return;
 }
@@ -514,9 +522,9 @@ fn load_words3_0( i_6 : u32) -> vec3<u32>
 fn load_mask_0( p_3 : u32,  n_3 : u32) -> vec2<u32>
 {
     var words_3 : vec3<u32> = load_words3_0((p_3 >> (u32(5))));
-    var _S26 : u32 = words_3.y;
-    var _S27 : u32 = (p_3 & (u32(31)));
-    return (vec2<u32>(funnel_0(words_3.x, _S26, _S27), funnel_0(_S26, words_3.z, _S27)) & ((mask_below_0(n_3))));
+    var _S28 : u32 = words_3.y;
+    var _S29 : u32 = (p_3 & (u32(31)));
+    return (vec2<u32>(funnel_0(words_3.x, _S28, _S29), funnel_0(_S28, words_3.z, _S29)) & ((mask_below_0(n_3))));
 }
 
 fn mask_count_0( m_2 : vec2<u32>) -> u32
@@ -537,18 +545,18 @@ fn load_planes_0( begin_0 : u32,  triangles_0 : u32) -> Planes_0
 {
     var count_1 : u32 = triangles_0 - u32(1);
     var planes_0 : Planes_0;
-    var _S28 : vec2<u32> = load_mask_0(begin_0, count_1);
-    planes_0.p0_0 = _S28;
+    var _S30 : vec2<u32> = load_mask_0(begin_0, count_1);
+    planes_0.p0_0 = _S30;
     var p_4 : u32 = begin_0 + count_1;
-    var count_2 : u32 = mask_count_0(_S28);
-    var _S29 : vec2<u32> = load_mask_0(p_4, count_2);
-    planes_0.p1_0 = _S29;
+    var count_2 : u32 = mask_count_0(_S30);
+    var _S31 : vec2<u32> = load_mask_0(p_4, count_2);
+    planes_0.p1_0 = _S31;
     var p_5 : u32 = p_4 + count_2;
-    var count_3 : u32 = mask_count_0(_S29);
-    var _S30 : vec2<u32> = load_mask_0(p_5, count_3);
-    planes_0.p2_0 = _S30;
+    var count_3 : u32 = mask_count_0(_S31);
+    var _S32 : vec2<u32> = load_mask_0(p_5, count_3);
+    planes_0.p2_0 = _S32;
     var p_6 : u32 = p_5 + count_3;
-    var count_4 : u32 = mask_count_0(_S30);
+    var count_4 : u32 = mask_count_0(_S32);
     planes_0.p3_0 = load_mask_0(p_6, count_4);
     planes_0.end_1 = p_6 + count_4;
     return planes_0;
@@ -556,36 +564,36 @@ fn load_planes_0( begin_0 : u32,  triangles_0 : u32) -> Planes_0
 
 fn mask_bit_0( i_7 : u32) -> vec2<u32>
 {
-    var _S31 : vec2<u32>;
+    var _S33 : vec2<u32>;
     if(((i_7 & (u32(32)))) == u32(0))
     {
-        _S31 = vec2<u32>((u32(1) << (((i_7 & (u32(31)))))), u32(0));
+        _S33 = vec2<u32>((u32(1) << (((i_7 & (u32(31)))))), u32(0));
     }
     else
     {
-        _S31 = vec2<u32>(u32(0), (u32(1) << (((i_7 & (u32(31)))))));
+        _S33 = vec2<u32>(u32(0), (u32(1) << (((i_7 & (u32(31)))))));
     }
-    return _S31;
+    return _S33;
 }
 
 fn mask_test_0( m_3 : vec2<u32>,  i_8 : u32) -> bool
 {
-    var _S32 : u32;
+    var _S34 : u32;
     if(((i_8 & (u32(32)))) == u32(0))
     {
-        _S32 = m_3.x;
+        _S34 = m_3.x;
     }
     else
     {
-        _S32 = m_3.y;
+        _S34 = m_3.y;
     }
-    return ((((_S32 >> (((i_8 & (u32(31))))))) & (u32(1)))) != u32(0);
+    return ((((_S34 >> (((i_8 & (u32(31))))))) & (u32(1)))) != u32(0);
 }
 
 fn mask_shl1_0( m_4 : vec2<u32>) -> vec2<u32>
 {
-    var _S33 : u32 = m_4.x;
-    return vec2<u32>((_S33 << (u32(1))), ((((m_4.y) << (u32(1)))) | (((_S33 >> (u32(31)))))));
+    var _S35 : u32 = m_4.x;
+    return vec2<u32>((_S35 << (u32(1))), ((((m_4.y) << (u32(1)))) | (((_S35 >> (u32(31)))))));
 }
 
 fn lone_references_0( loop_ends_1 : vec2<u32>) -> vec2<u32>
@@ -620,17 +628,17 @@ fn read_header_0( m_5 : u32) -> Header_0
     var h_0 : Header_0;
     var fields_0 : u32 = load_word_0(group_table_0 + u32(3) * (m_5 / u32(32)) + u32(2));
     var start_0 : u32 = meshlet_start_0(m_5);
-    var _S34 : bool;
+    var _S36 : bool;
     if(m_5 >= meshlet_total_0)
     {
-        _S34 = true;
+        _S36 = true;
     }
     else
     {
-        _S34 = start_0 >= (byte_length_0 - u32(8));
+        _S36 = start_0 >= (byte_length_0 - u32(8));
     }
     var start_1 : u32;
-    if(_S34)
+    if(_S36)
     {
         error_0 = u32(1);
         start_1 = u32(0);
@@ -645,11 +653,11 @@ fn read_header_0( m_5 : u32) -> Header_0
     h_0.meshlet_0 = m_5;
     h_0.triangles_1 = ((bits_1 & (u32(63)))) + u32(1);
     h_0.references_1 = (((((bits_1 >> (u32(6)))) & ((((u32(1) << (reference_width_0))) - u32(1))))) & (u32(63)));
-    var _S35 : u32 = u32(6) + reference_width_0;
-    var _S36 : u32 = (bits_1 >> (_S35));
-    var p_8 : u32 = p_7 + _S35;
+    var _S37 : u32 = u32(6) + reference_width_0;
+    var _S38 : u32 = (bits_1 >> (_S37));
+    var p_8 : u32 = p_7 + _S37;
     h_0.flags_0 = u32(0);
-    var bits_2 : u32 = _S36;
+    var bits_2 : u32 = _S38;
     var flag_0 : u32 = u32(1);
     var p_9 : u32 = p_8;
     for(;;)
@@ -667,9 +675,9 @@ fn read_header_0( m_5 : u32) -> Header_0
             {
                 h_0.flags_0 = ((h_0.flags_0) | (flag_0));
             }
-            var _S37 : u32 = p_9 + u32(1);
+            var _S39 : u32 = p_9 + u32(1);
             bits_2 = (bits_2 >> (u32(1)));
-            p_9 = _S37;
+            p_9 = _S39;
         }
         flag_0 = flag_0 + flag_0;
     }
@@ -677,38 +685,38 @@ fn read_header_0( m_5 : u32) -> Header_0
     h_0.slot_width_0 = (((fields_0 >> (u32(10)))) & (u32(7)));
     h_0.table_0 = (((fields_0 >> (u32(19)))) & (u32(1)));
     h_0.begin_1 = p_9;
-    var _S38 : Planes_0 = load_planes_0(p_9, h_0.triangles_1);
+    var _S40 : Planes_0 = load_planes_0(p_9, h_0.triangles_1);
     var r_0 : u32 = h_0.references_1;
     var all_0 : vec2<u32> = mask_below_0(h_0.references_1);
-    var _S39 : vec2<u32> = mask_none_0();
-    h_0.foreign_refs_1 = _S39;
-    h_0.private_refs_1 = _S39;
-    h_0.loop_ends_2 = _S39;
+    var _S41 : vec2<u32> = mask_none_0();
+    h_0.foreign_refs_1 = _S41;
+    h_0.private_refs_1 = _S41;
+    h_0.loop_ends_2 = _S41;
     h_0.length_width_0 = u32(0);
     if((h_0.references_1) == u32(0))
     {
-        _S34 = (h_0.flags_0) != u32(0);
+        _S36 = (h_0.flags_0) != u32(0);
     }
     else
     {
-        _S34 = false;
+        _S36 = false;
     }
-    if(_S34)
+    if(_S36)
     {
         error_0 = u32(4);
     }
     if(r_0 > u32(0))
     {
-        h_0.foreign_refs_1 = load_mask_0(_S38.end_1, r_0);
-        var p_10 : u32 = _S38.end_1 + r_0;
-        var _S40 : u32 = r_0 - u32(1);
-        h_0.loop_ends_2 = mask_bit_0(_S40);
+        h_0.foreign_refs_1 = load_mask_0(_S40.end_1, r_0);
+        var p_10 : u32 = _S40.end_1 + r_0;
+        var _S42 : u32 = r_0 - u32(1);
+        h_0.loop_ends_2 = mask_bit_0(_S42);
         if((((h_0.flags_0) & (u32(1)))) != u32(0))
         {
-            var _S41 : vec2<u32> = load_mask_0(p_10, r_0);
-            h_0.loop_ends_2 = _S41;
+            var _S43 : vec2<u32> = load_mask_0(p_10, r_0);
+            h_0.loop_ends_2 = _S43;
             var p_11 : u32 = p_10 + r_0;
-            if(!mask_test_0(_S41, _S40))
+            if(!mask_test_0(_S43, _S42))
             {
                 error_0 = u32(4);
             }
@@ -720,19 +728,19 @@ fn read_header_0( m_5 : u32) -> Header_0
         }
         if((((h_0.flags_0) & (u32(2)))) != u32(0))
         {
-            var _S42 : vec2<u32> = load_mask_0(p_9, r_0);
-            h_0.private_refs_1 = _S42;
+            var _S44 : vec2<u32> = load_mask_0(p_9, r_0);
+            h_0.private_refs_1 = _S44;
             var p_12 : u32 = p_9 + r_0;
-            if(mask_any_0((_S42 & ((h_0.foreign_refs_1)))))
+            if(mask_any_0((_S44 & ((h_0.foreign_refs_1)))))
             {
                 error_0 = u32(4);
             }
             p_9 = p_12;
         }
-        var _S43 : u32 = load_bits_0(p_9, u32(3));
-        h_0.length_width_0 = _S43;
+        var _S45 : u32 = load_bits_0(p_9, u32(3));
+        h_0.length_width_0 = _S45;
         var p_13 : u32 = p_9 + u32(3);
-        if(_S43 > u32(6))
+        if(_S45 > u32(6))
         {
             error_0 = u32(4);
         }
@@ -740,16 +748,16 @@ fn read_header_0( m_5 : u32) -> Header_0
     }
     else
     {
-        p_9 = _S38.end_1;
+        p_9 = _S40.end_1;
     }
-    var _S44 : vec2<u32> = (all_0 & ((~(((h_0.foreign_refs_1) | ((h_0.private_refs_1)))))));
-    h_0.owned_refs_0 = _S44;
-    var _S45 : vec2<u32> = (_S44 | ((((h_0.private_refs_1) & ((~lone_references_0(h_0.loop_ends_2)))))));
-    h_0.sized_refs_0 = _S45;
+    var _S46 : vec2<u32> = (all_0 & ((~(((h_0.foreign_refs_1) | ((h_0.private_refs_1)))))));
+    h_0.owned_refs_0 = _S46;
+    var _S47 : vec2<u32> = (_S46 | ((((h_0.private_refs_1) & ((~lone_references_0(h_0.loop_ends_2)))))));
+    h_0.sized_refs_0 = _S47;
     h_0.lengths_1 = p_9;
-    var p_14 : u32 = p_9 + h_0.length_width_0 * mask_count_0(_S45);
+    var p_14 : u32 = p_9 + h_0.length_width_0 * mask_count_0(_S47);
     h_0.entries_1 = p_14;
-    var _S46 : u32 = h_0.delta_width_0 + h_0.slot_width_0;
+    var _S48 : u32 = h_0.delta_width_0 + h_0.slot_width_0;
     if((((h_0.flags_0) & (u32(4)))) != u32(0))
     {
         start_1 = stream_total_0 - u32(1);
@@ -758,9 +766,9 @@ fn read_header_0( m_5 : u32) -> Header_0
     {
         start_1 = u32(0);
     }
-    var _S47 : u32 = _S46 + start_1;
-    h_0.entry_width_0 = _S47;
-    h_0.codes_1 = p_14 + _S47 * mask_count_0(h_0.foreign_refs_1);
+    var _S49 : u32 = _S48 + start_1;
+    h_0.entry_width_0 = _S49;
+    h_0.codes_1 = p_14 + _S49 * mask_count_0(h_0.foreign_refs_1);
     return h_0;
 }
 
@@ -786,20 +794,20 @@ fn find_disks_0()
     var ids_0 : u32;
     var starts_1 : vec2<u32> = connectivity_starts_0();
     team_boundary_0 = connectivity_boundary_0();
-    var _S48 : u32 = mask_count_0(starts_1);
-    team_disks_0 = _S48;
-    var _S49 : u32 = pushed_vertices_0(mask_below_0(triangle_count_0)) + _S48;
-    vertex_count_0 = _S49;
-    var _S50 : bool;
-    if(_S49 > u32(64))
+    var _S50 : u32 = mask_count_0(starts_1);
+    team_disks_0 = _S50;
+    var _S51 : u32 = pushed_vertices_0(mask_below_0(triangle_count_0)) + _S50;
+    vertex_count_0 = _S51;
+    var _S52 : bool;
+    if(_S51 > u32(64))
     {
-        _S50 = true;
+        _S52 = true;
     }
     else
     {
-        _S50 = team_disks_0 == u32(0);
+        _S52 = team_disks_0 == u32(0);
     }
-    if(_S50)
+    if(_S52)
     {
         error_0 = u32(3);
         vertex_count_0 = min(vertex_count_0, u32(64));
@@ -816,29 +824,29 @@ fn find_disks_0()
         }
         if(t_0 < triangle_count_0)
         {
-            _S50 = !mask_test_0(starts_1, t_0);
+            _S52 = !mask_test_0(starts_1, t_0);
         }
         else
         {
-            _S50 = false;
+            _S52 = false;
         }
-        if(_S50)
+        if(_S52)
         {
             t_0 = t_0 + u32(32);
             continue;
         }
         var before_2 : vec2<u32> = mask_below_0(t_0);
         var disk_0 : u32 = mask_count_0((starts_1 & (before_2)));
-        var _S51 : u32 = pushed_vertices_0(before_2) + disk_0;
+        var _S53 : u32 = pushed_vertices_0(before_2) + disk_0;
         if(t_0 == triangle_count_0)
         {
             ids_0 = vertex_count_0;
         }
         else
         {
-            ids_0 = _S51;
+            ids_0 = _S53;
         }
-        var _S52 : u32 = atomicOr(&(team_begins_0[(disk_0 >> (u32(2)))]), ((min(ids_0, u32(64))) << ((u32(8) * ((disk_0 & (u32(3))))))));
+        var _S54 : u32 = atomicOr(&(team_begins_0[(disk_0 >> (u32(2)))]), ((min(ids_0, u32(64))) << ((u32(8) * ((disk_0 & (u32(3))))))));
         t_0 = t_0 + u32(32);
     }
     ids_0 = the_thread_0;
@@ -857,7 +865,7 @@ fn find_disks_0()
             continue;
         }
         var rank_0 : u32 = mask_count_0((team_boundary_0 & ((mask_below_0(ids_0)))));
-        var _S53 : u32 = atomicOr(&(team_loop_0[(rank_0 >> (u32(2)))]), (ids_0 << ((u32(8) * ((rank_0 & (u32(3))))))));
+        var _S55 : u32 = atomicOr(&(team_loop_0[(rank_0 >> (u32(2)))]), (ids_0 << ((u32(8) * ((rank_0 & (u32(3))))))));
         ids_0 = ids_0 + u32(32);
     }
     return;
@@ -865,36 +873,36 @@ fn find_disks_0()
 
 fn mask_lsb_0( m_6 : vec2<u32>) -> u32
 {
-    var _S54 : u32 = m_6.x;
-    var _S55 : u32;
-    if(_S54 != u32(0))
+    var _S56 : u32 = m_6.x;
+    var _S57 : u32;
+    if(_S56 != u32(0))
     {
-        _S55 = firstbitlow_0(_S54);
+        _S57 = firstbitlow_0(_S56);
     }
     else
     {
-        var _S56 : u32 = m_6.y;
-        if(_S56 != u32(0))
+        var _S58 : u32 = m_6.y;
+        if(_S58 != u32(0))
         {
-            _S55 = u32(32) + firstbitlow_0(_S56);
+            _S57 = u32(32) + firstbitlow_0(_S58);
         }
         else
         {
-            _S55 = u32(64);
+            _S57 = u32(64);
         }
     }
-    return _S55;
+    return _S57;
 }
 
 var<workgroup> team_references_0 : array<u32, i32(64)>;
 
 fn place_team_references_0()
 {
-    var _S57 : u32 = mask_count_0(team_boundary_0);
+    var _S59 : u32 = mask_count_0(team_boundary_0);
     var rank_1 : u32 = the_thread_0;
     for(;;)
     {
-        if(rank_1 < _S57)
+        if(rank_1 < _S59)
         {
         }
         else
@@ -908,16 +916,16 @@ fn place_team_references_0()
         }
         var r_1 : u32 = mask_count_0(((connected_0.references_0) & ((mask_below_0(rank_1)))));
         var later_0 : vec2<u32> = ((connected_0.references_0) & ((~mask_below_0(rank_1 + u32(1)))));
-        var _S58 : u32;
+        var _S60 : u32;
         if(mask_any_0(later_0))
         {
-            _S58 = mask_lsb_0(later_0);
+            _S60 = mask_lsb_0(later_0);
         }
         else
         {
-            _S58 = _S57;
+            _S60 = _S59;
         }
-        team_references_0[(r_1 & (u32(63)))] = (rank_1 | ((((_S58 - rank_1) << (u32(8))))));
+        team_references_0[(r_1 & (u32(63)))] = (rank_1 | ((((_S60 - rank_1) << (u32(8))))));
         rank_1 = rank_1 + u32(32);
     }
     if(the_thread_0 == u32(0))
@@ -929,40 +937,40 @@ fn place_team_references_0()
 
 fn mask_clear_lsb_0( m_7 : vec2<u32>) -> vec2<u32>
 {
-    var _S59 : u32 = m_7.x;
-    var _S60 : vec2<u32>;
-    if(_S59 != u32(0))
+    var _S61 : u32 = m_7.x;
+    var _S62 : vec2<u32>;
+    if(_S61 != u32(0))
     {
-        _S60 = vec2<u32>((_S59 & ((_S59 - u32(1)))), m_7.y);
+        _S62 = vec2<u32>((_S61 & ((_S61 - u32(1)))), m_7.y);
     }
     else
     {
-        var _S61 : u32 = m_7.y;
-        _S60 = vec2<u32>(u32(0), (_S61 & ((_S61 - u32(1)))));
+        var _S63 : u32 = m_7.y;
+        _S62 = vec2<u32>(u32(0), (_S63 & ((_S63 - u32(1)))));
     }
-    return _S60;
+    return _S62;
 }
 
-fn seam_references_0( h_1 : Header_0,  s_6 : u32) -> vec2<u32>
+fn seam_references_0( h_1 : Header_0,  s_7 : u32) -> vec2<u32>
 {
     var seams_0 : vec2<u32> = mask_none_0();
-    var _S62 : bool;
-    if(s_6 == u32(0))
+    var _S64 : bool;
+    if(s_7 == u32(0))
     {
-        _S62 = true;
+        _S64 = true;
     }
     else
     {
-        _S62 = (((h_1.flags_0) & (u32(4)))) == u32(0);
+        _S64 = (((h_1.flags_0) & (u32(4)))) == u32(0);
     }
-    if(_S62)
+    if(_S64)
     {
         return seams_0;
     }
-    var _S63 : u32 = h_1.entries_1 + h_1.delta_width_0 + h_1.slot_width_0 + s_6 - u32(1);
+    var _S65 : u32 = h_1.entries_1 + h_1.delta_width_0 + h_1.slot_width_0 + s_7 - u32(1);
     var rest_1 : vec2<u32> = h_1.foreign_refs_1;
     var seams_1 : vec2<u32> = seams_0;
-    var share_0 : u32 = _S63;
+    var share_0 : u32 = _S65;
     for(;;)
     {
         if(mask_any_0(rest_1))
@@ -988,18 +996,18 @@ fn find_seams_of_0() -> Header_0
     var h_2 : Header_0 = read_header_0(job_meshlet_0);
     find_disks_0();
     place_team_references_0();
-    var s_7 : u32 = the_thread_0;
+    var s_8 : u32 = the_thread_0;
     for(;;)
     {
-        if(s_7 < stream_total_0)
+        if(s_8 < stream_total_0)
         {
         }
         else
         {
             break;
         }
-        team_seam_refs_0[s_7] = seam_references_0(h_2, s_7);
-        s_7 = s_7 + u32(32);
+        team_seam_refs_0[s_8] = seam_references_0(h_2, s_8);
+        s_8 = s_8 + u32(32);
     }
     workgroupBarrier();
     return h_2;
@@ -1023,8 +1031,8 @@ fn list_traversal_0()
 {
     var waiting_1 : vec2<u32> = team_waiting_0;
     var starts_2 : vec2<u32> = connectivity_starts_0();
-    var _S64 : vec2<u32> = mask_none_0();
-    var _S65 : vec2<u32> = symbol_c_0;
+    var _S66 : vec2<u32> = mask_none_0();
+    var _S67 : vec2<u32> = symbol_c_0;
     var roots_0 : vec2<u32>;
     var introducing_0 : vec2<u32>;
     var t_2 : u32;
@@ -1032,7 +1040,7 @@ fn list_traversal_0()
     {
         var rest_2 : vec2<u32> = starts_2;
         var waiting_2 : vec2<u32> = waiting_1;
-        roots_0 = _S64;
+        roots_0 = _S66;
         for(;;)
         {
             if(mask_any_0(rest_2))
@@ -1049,25 +1057,25 @@ fn list_traversal_0()
                 rest_2 = mask_clear_lsb_0(rest_2);
                 continue;
             }
-            var _S66 : vec2<u32> = (roots_0 | ((mask_bit_0(t_3))));
+            var _S68 : vec2<u32> = (roots_0 | ((mask_bit_0(t_3))));
             waiting_2 = (waiting_2 & ((~mask_bit_0(a_0))));
-            roots_0 = _S66;
+            roots_0 = _S68;
             rest_2 = mask_clear_lsb_0(rest_2);
         }
-        introducing_0 = _S65;
+        introducing_0 = _S67;
         t_2 = u32(0);
         for(;;)
         {
-            var _S67 : bool;
+            var _S69 : bool;
             if(t_2 < triangle_count_0)
             {
-                _S67 = mask_any_0(waiting_2);
+                _S69 = mask_any_0(waiting_2);
             }
             else
             {
-                _S67 = false;
+                _S69 = false;
             }
-            if(_S67)
+            if(_S69)
             {
             }
             else
@@ -1080,9 +1088,9 @@ fn list_traversal_0()
                 t_2 = t_2 + u32(1);
                 continue;
             }
-            var _S68 : vec2<u32> = (introducing_0 | ((mask_bit_0(t_2))));
+            var _S70 : vec2<u32> = (introducing_0 | ((mask_bit_0(t_2))));
             waiting_2 = (waiting_2 & ((~mask_bit_0(v_0))));
-            introducing_0 = _S68;
+            introducing_0 = _S70;
             t_2 = t_2 + u32(1);
         }
         if(mask_any_0(waiting_2))
@@ -1092,12 +1100,12 @@ fn list_traversal_0()
     }
     else
     {
-        introducing_0 = _S65;
-        roots_0 = _S64;
+        introducing_0 = _S67;
+        roots_0 = _S66;
     }
-    var _S69 : u32 = mask_count_0(introducing_0) + mask_count_0(roots_0);
-    traversed_count_0 = _S69;
-    if(_S69 > u32(64))
+    var _S71 : u32 = mask_count_0(introducing_0) + mask_count_0(roots_0);
+    traversed_count_0 = _S71;
+    if(_S71 > u32(64))
     {
         error_0 = u32(2);
         traversed_count_0 = u32(0);
@@ -1117,68 +1125,68 @@ fn list_traversal_0()
             t_2 = t_2 + u32(32);
             continue;
         }
-        var _S70 : vec2<u32> = mask_below_0(t_2);
-        var place_0 : u32 = mask_count_0((introducing_0 & (_S70))) + mask_count_0((roots_0 & (_S70)));
+        var _S72 : vec2<u32> = mask_below_0(t_2);
+        var place_1 : u32 = mask_count_0((introducing_0 & (_S72))) + mask_count_0((roots_0 & (_S72)));
         var triangle_0 : u32 = packed_triangle_0(t_2);
-        var place_1 : u32;
+        var place_2 : u32;
         if(mask_test_0(roots_0, t_2))
         {
             var b_0 : u32 = (((triangle_0 >> (u32(8)))) & (u32(255)));
-            team_traversal_0[(place_0 & (u32(63)))] = pack4_0(b_0, b_0, (triangle_0 & (u32(255))), b_0);
-            place_1 = place_0 + u32(1);
+            team_traversal_0[(place_1 & (u32(63)))] = pack4_0(b_0, b_0, (triangle_0 & (u32(255))), b_0);
+            place_2 = place_1 + u32(1);
         }
         else
         {
-            place_1 = place_0;
+            place_2 = place_1;
         }
         if(mask_test_0(introducing_0, t_2))
         {
-            team_traversal_0[(place_1 & (u32(63)))] = triangle_0;
+            team_traversal_0[(place_2 & (u32(63)))] = triangle_0;
         }
         t_2 = t_2 + u32(32);
     }
     return;
 }
 
-fn is_packed_0( s_8 : u32) -> bool
+fn is_packed_0( s_9 : u32) -> bool
 {
-    var _S71 : u32 = (extractBits((shared_places_0[s_8]), u32((i32(16))), u32((i32(6)))));
-    return _S71 <= u32(2);
+    var _S73 : u32 = (extractBits((shared_places_0[s_9]), u32((i32(28))), u32((i32(2)))));
+    return _S73 <= u32(2);
 }
 
-fn word_of_0( s_9 : u32,  id_0 : u32) -> u32
+fn word_of_0( s_10 : u32,  id_0 : u32) -> u32
 {
-    var _S72 : u32 = (extractBits((shared_places_0[s_9]), u32((i32(0))), u32((i32(16)))));
-    var _S73 : u32 = (extractBits((shared_places_0[s_9]), u32((i32(16))), u32((i32(6)))));
-    return _S72 + _S73 * ((id_0 & (u32(63))));
+    var _S74 : u32 = (extractBits((shared_places_0[s_10]), u32((i32(0))), u32((i32(16)))));
+    var _S75 : u32 = (extractBits((shared_places_0[s_10]), u32((i32(16))), u32((i32(6)))));
+    return _S74 + _S75 * ((id_0 & (u32(63))));
 }
 
-fn vertex_at_0( s_10 : u32,  id_1 : u32) -> vec2<u32>
+fn vertex_at_0( s_11 : u32,  id_1 : u32) -> vec2<u32>
 {
-    var word_1 : u32 = word_of_0(s_10, id_1);
-    var _S74 : u32 = (extractBits((shared_places_0[s_10]), u32((i32(16))), u32((i32(6)))));
-    if(_S74 == u32(1))
+    var word_1 : u32 = word_of_0(s_11, id_1);
+    var _S76 : u32 = (extractBits((shared_places_0[s_11]), u32((i32(28))), u32((i32(2)))));
+    if(_S76 == u32(1))
     {
         return vec2<u32>(all_values_0[the_values_0 + word_1], u32(0));
     }
-    var _S75 : u32 = u32(2) * ((word_1 >> (u32(1))));
-    return vec2<u32>(all_values_0[the_values_0 + _S75], all_values_0[the_values_0 + _S75 + u32(1)]);
+    var _S77 : u32 = u32(2) * ((word_1 >> (u32(1))));
+    return vec2<u32>(all_values_0[the_values_0 + _S77], all_values_0[the_values_0 + _S77 + u32(1)]);
 }
 
-fn value_element_0( s_11 : u32,  c_0 : u32) -> u32
+fn value_element_0( s_12 : u32,  c_0 : u32) -> u32
 {
-    var _S76 : u32 = (extractBits((shared_stream_0[s_11]), u32((i32(12))), u32((i32(11)))));
-    var element_2 : u32 = _S76 + c_0;
-    var _S77 : u32;
+    var _S78 : u32 = (extractBits((shared_stream_0[s_12]), u32((i32(12))), u32((i32(11)))));
+    var element_2 : u32 = _S78 + c_0;
+    var _S79 : u32;
     if(element_2 < u32(20))
     {
-        _S77 = element_2;
+        _S79 = element_2;
     }
     else
     {
-        _S77 = u32(0);
+        _S79 = u32(0);
     }
-    return _S77 * u32(64);
+    return _S79 * u32(64);
 }
 
 var<workgroup> team_values_0 : array<u32, i32(1280)>;
@@ -1197,20 +1205,20 @@ fn get_field_0( fields_1 : vec2<u32>,  at_0 : u32,  bits_3 : u32) -> u32
     return (value_2 & ((word_below_0(bits_3))));
 }
 
-fn value_at_0( s_12 : u32,  c_1 : u32,  id_2 : u32) -> u32
+fn value_at_0( s_13 : u32,  c_1 : u32,  id_2 : u32) -> u32
 {
-    var _S78 : bool = is_packed_0(s_12);
-    if(_S78)
+    var _S80 : bool = is_packed_0(s_13);
+    if(_S80)
     {
-        var _S79 : vec2<u32> = vertex_at_0(s_12, id_2);
-        var _S80 : u32 = (extractBits((shared_places_0[s_12]), u32((i32(22))), u32((i32(6)))));
-        var _S81 : u32 = c_1 * _S80;
-        var _S82 : u32 = (extractBits((shared_places_0[s_12]), u32((i32(22))), u32((i32(6)))));
-        return get_field_0(_S79, _S81, _S82);
+        var _S81 : vec2<u32> = vertex_at_0(s_13, id_2);
+        var _S82 : u32 = (extractBits((shared_places_0[s_13]), u32((i32(22))), u32((i32(6)))));
+        var _S83 : u32 = c_1 * _S82;
+        var _S84 : u32 = (extractBits((shared_places_0[s_13]), u32((i32(22))), u32((i32(6)))));
+        return get_field_0(_S81, _S83, _S84);
     }
-    var _S83 : u32 = the_values_0;
-    var _S84 : u32 = word_of_0(s_12, id_2);
-    return all_values_0[_S83 + (_S84 + c_1)];
+    var _S85 : u32 = the_values_0;
+    var _S86 : u32 = word_of_0(s_13, id_2);
+    return all_values_0[_S85 + (_S86 + c_1)];
 }
 
 fn load_boundary_0()
@@ -1230,64 +1238,64 @@ fn load_boundary_0()
             id_3 = id_3 + u32(32);
             continue;
         }
-        var s_13 : u32 = u32(0);
+        var s_14 : u32 = u32(0);
         for(;;)
         {
-            if(s_13 < stream_end_0)
+            if(s_14 < stream_end_0)
             {
             }
             else
             {
                 break;
             }
-            var _S85 : bool = is_packed_0(s_13);
-            var _S86 : vec2<u32>;
-            if(_S85)
+            var _S87 : bool = is_packed_0(s_14);
+            var _S88 : vec2<u32>;
+            if(_S87)
             {
-                var _S87 : vec2<u32> = vertex_at_0(s_13, id_3);
-                _S86 = _S87;
+                var _S89 : vec2<u32> = vertex_at_0(s_14, id_3);
+                _S88 = _S89;
             }
             else
             {
-                _S86 = vec2<u32>(u32(0));
+                _S88 = vec2<u32>(u32(0));
             }
-            var _S88 : u32 = (extractBits((shared_places_0[s_13]), u32((i32(22))), u32((i32(6)))));
+            var _S90 : u32 = (extractBits((shared_places_0[s_14]), u32((i32(22))), u32((i32(6)))));
             var c_2 : u32 = u32(0);
             for(;;)
             {
-                var _S89 : u32 = (extractBits((shared_stream_0[s_13]), u32((i32(0))), u32((i32(3)))));
-                if(c_2 < _S89)
+                var _S91 : u32 = (extractBits((shared_stream_0[s_14]), u32((i32(0))), u32((i32(3)))));
+                if(c_2 < _S91)
                 {
                 }
                 else
                 {
                     break;
                 }
-                var _S90 : u32 = value_element_0(s_13, c_2);
-                var _S91 : bool = is_packed_0(s_13);
-                var _S92 : u32;
-                if(_S91)
+                var _S92 : u32 = value_element_0(s_14, c_2);
+                var _S93 : bool = is_packed_0(s_14);
+                var _S94 : u32;
+                if(_S93)
                 {
-                    _S92 = get_field_0(_S86, c_2 * _S88, _S88);
+                    _S94 = get_field_0(_S88, c_2 * _S90, _S90);
                 }
                 else
                 {
-                    var _S93 : u32 = value_at_0(s_13, c_2, id_3);
-                    _S92 = _S93;
+                    var _S95 : u32 = value_at_0(s_14, c_2, id_3);
+                    _S94 = _S95;
                 }
-                team_values_0[_S90 + id_3] = _S92;
+                team_values_0[_S92 + id_3] = _S94;
                 c_2 = c_2 + u32(1);
             }
-            s_13 = s_13 + u32(1);
+            s_14 = s_14 + u32(1);
         }
         id_3 = id_3 + u32(32);
     }
     return;
 }
 
-fn listed_streams_0( s_14 : u32,  end_2 : u32) -> u32
+fn listed_streams_0( s_15 : u32,  end_2 : u32) -> u32
 {
-    var next_0 : u32 = s_14;
+    var next_0 : u32 = s_15;
     var elements_0 : u32 = u32(0);
     for(;;)
     {
@@ -1299,16 +1307,16 @@ fn listed_streams_0( s_14 : u32,  end_2 : u32) -> u32
             break;
         }
         var elements_1 : u32 = elements_0 + ((((the_blob_0[u32(8) + u32(7) * next_0] >> (u32(8)))) & (u32(7))));
-        var _S94 : bool;
-        if(next_0 > s_14)
+        var _S96 : bool;
+        if(next_0 > s_15)
         {
-            _S94 = elements_1 > u32(4);
+            _S96 = elements_1 > u32(4);
         }
         else
         {
-            _S94 = false;
+            _S96 = false;
         }
-        if(_S94)
+        if(_S96)
         {
             break;
         }
@@ -1318,9 +1326,9 @@ fn listed_streams_0( s_14 : u32,  end_2 : u32) -> u32
     return next_0;
 }
 
-fn interior_code_of_0( s_15 : u32) -> u32
+fn interior_code_of_0( s_16 : u32) -> u32
 {
-    return ((team_codes_0[s_15]) & (u32(255)));
+    return ((team_codes_0[s_16]) & (u32(255)));
 }
 
 fn reference_length_of_0( r_2 : u32) -> u32
@@ -1328,9 +1336,9 @@ fn reference_length_of_0( r_2 : u32) -> u32
     return ((team_references_0[(r_2 & (u32(63)))]) >> (u32(8)));
 }
 
-fn seam_vertices_of_0( s_16 : u32) -> u32
+fn seam_vertices_of_0( s_17 : u32) -> u32
 {
-    var rest_3 : vec2<u32> = team_seam_refs_0[s_16];
+    var rest_3 : vec2<u32> = team_seam_refs_0[s_17];
     var count_5 : u32 = u32(0);
     for(;;)
     {
@@ -1350,24 +1358,24 @@ fn seam_vertices_of_0( s_16 : u32) -> u32
 
 fn interior_ones_0( begin_2 : u32,  end_3 : u32) -> u32
 {
-    var s_17 : u32 = begin_2;
+    var s_18 : u32 = begin_2;
     var ones_0 : u32 = u32(0);
     for(;;)
     {
-        if(s_17 < end_3)
+        if(s_18 < end_3)
         {
         }
         else
         {
             break;
         }
-        if((interior_code_of_0(s_17)) != u32(255))
+        if((interior_code_of_0(s_18)) != u32(255))
         {
-            var _S95 : u32 = traversed_count_0 + seam_vertices_of_0(s_17);
-            var _S96 : u32 = (extractBits((shared_stream_0[s_17]), u32((i32(0))), u32((i32(3)))));
-            ones_0 = ones_0 + _S95 * _S96;
+            var _S97 : u32 = traversed_count_0 + seam_vertices_of_0(s_18);
+            var _S98 : u32 = (extractBits((shared_stream_0[s_18]), u32((i32(0))), u32((i32(3)))));
+            ones_0 = ones_0 + _S97 * _S98;
         }
-        s_17 = s_17 + u32(1);
+        s_18 = s_18 + u32(1);
     }
     return ones_0;
 }
@@ -1378,10 +1386,10 @@ fn list_ones_0( p_15 : u32,  n_4 : u32)
 {
     var word_2 : u32;
     var before_3 : u32;
-    var _S97 : u32 = (p_15 >> (u32(5)));
+    var _S99 : u32 = (p_15 >> (u32(5)));
     var empty_0 : u32 = u32(0);
     var found_0 : u32 = u32(0);
-    var w_1 : u32 = _S97;
+    var w_1 : u32 = _S99;
     for(;;)
     {
         if(found_0 < n_4)
@@ -1397,25 +1405,25 @@ fn list_ones_0( p_15 : u32,  n_4 : u32)
         var before_4 : u32 = found_0;
         for(;;)
         {
-            var _S98 : bool;
+            var _S100 : bool;
             if(k_1 < u32(32))
             {
-                _S98 = found_1 < n_4;
+                _S100 = found_1 < n_4;
             }
             else
             {
-                _S98 = false;
+                _S100 = false;
             }
-            if(_S98)
+            if(_S100)
             {
             }
             else
             {
                 break;
             }
-            var _S99 : u32 = w_1 + k_1;
-            var word_3 : u32 = load_word_0(_S99);
-            if(_S99 == _S97)
+            var _S101 : u32 = w_1 + k_1;
+            var word_3 : u32 = load_word_0(_S101);
+            if(_S101 == _S99)
             {
                 word_2 = (word_3 & ((~word_below_0((p_15 & (u32(31)))))));
             }
@@ -1437,21 +1445,21 @@ fn list_ones_0( p_15 : u32,  n_4 : u32)
                 before_3 = u32(0);
             }
             var found_2 : u32 = found_1 + countOneBits(word_2);
-            var _S100 : u32 = k_1 + u32(1);
+            var _S102 : u32 = k_1 + u32(1);
             empty_0 = before_3;
-            k_1 = _S100;
+            k_1 = _S102;
             found_1 = found_2;
         }
-        var _S101 : bool;
+        var _S103 : bool;
         if(w_1 >= (push_0.blob_words_0))
         {
-            _S101 = true;
+            _S103 = true;
         }
         else
         {
-            _S101 = empty_0 > u32(543);
+            _S103 = empty_0 > u32(543);
         }
-        if(_S101)
+        if(_S103)
         {
             error_0 = u32(8);
             return;
@@ -1460,16 +1468,16 @@ fn list_ones_0( p_15 : u32,  n_4 : u32)
         before_3 = before_4;
         for(;;)
         {
-            var _S102 : bool;
+            var _S104 : bool;
             if(word_2 != u32(0))
             {
-                _S102 = before_3 < n_4;
+                _S104 = before_3 < n_4;
             }
             else
             {
-                _S102 = false;
+                _S104 = false;
             }
-            if(_S102)
+            if(_S104)
             {
             }
             else
@@ -1478,9 +1486,9 @@ fn list_ones_0( p_15 : u32,  n_4 : u32)
             }
             atomicStore(&(team_scratch_0[before_3]), (((w_1 + the_thread_0) << (u32(5)))) + firstbitlow_0(word_2));
             var mine_1 : u32 = (word_2 & ((word_2 - u32(1))));
-            var _S103 : u32 = before_3 + u32(1);
+            var _S105 : u32 = before_3 + u32(1);
             word_2 = mine_1;
-            before_3 = _S103;
+            before_3 = _S105;
         }
         var w_2 : u32 = w_1 + u32(32);
         found_0 = found_1;
@@ -1499,12 +1507,12 @@ fn after_ones_0( p_16 : u32,  n_5 : u32) -> u32
     var word_4 : u32 = ((load_word_0(w_3)) & ((~word_below_0((p_16 & (u32(31)))))));
     var ones_1 : u32 = countOneBits(word_4);
     var empty_1 : u32 = u32(0);
-    var _S104 : u32 = n_5;
+    var _S106 : u32 = n_5;
     var w_4 : u32 = w_3;
     var word_5 : u32 = word_4;
     for(;;)
     {
-        if(ones_1 < _S104)
+        if(ones_1 < _S106)
         {
         }
         else
@@ -1519,29 +1527,29 @@ fn after_ones_0( p_16 : u32,  n_5 : u32) -> u32
         {
             empty_1 = u32(0);
         }
-        var _S105 : bool;
+        var _S107 : bool;
         if(w_4 >= (push_0.blob_words_0))
         {
-            _S105 = true;
+            _S107 = true;
         }
         else
         {
-            _S105 = empty_1 > u32(512);
+            _S107 = empty_1 > u32(512);
         }
-        if(_S105)
+        if(_S107)
         {
             error_0 = u32(8);
             return p_16;
         }
-        var _S106 : u32 = _S104 - ones_1;
+        var _S108 : u32 = _S106 - ones_1;
         var w_5 : u32 = w_4 + u32(1);
         var word_6 : u32 = load_word_0(w_5);
         ones_1 = countOneBits(word_6);
-        _S104 = _S106;
+        _S106 = _S108;
         w_4 = w_5;
         word_5 = word_6;
     }
-    ones_1 = _S104;
+    ones_1 = _S106;
     for(;;)
     {
         if(ones_1 > u32(1))
@@ -1558,23 +1566,23 @@ fn after_ones_0( p_16 : u32,  n_5 : u32) -> u32
     return ((w_4 << (u32(5)))) + firstbitlow_0(word_5) + u32(1);
 }
 
-fn interior_widths_of_0( s_18 : u32) -> u32
+fn interior_widths_of_0( s_19 : u32) -> u32
 {
-    return team_codes_begin_0 + (((team_codes_0[s_18]) >> (u32(8))));
+    return team_codes_begin_0 + (((team_codes_0[s_19]) >> (u32(8))));
 }
 
 var<workgroup> team_seams_0 : array<u32, i32(64)>;
 
 fn loop_id_0( rank_2 : u32) -> u32
 {
-    var _S107 : u32 = atomicLoad(&(team_loop_0[(((rank_2 >> (u32(2)))) & (u32(15)))]));
-    var _S108 : u32 = (extractBits((_S107), u32((i32((rank_2 & (u32(3)))) * i32(8))), u32((i32(6)))));
-    return _S108;
+    var _S109 : u32 = atomicLoad(&(team_loop_0[(((rank_2 >> (u32(2)))) & (u32(15)))]));
+    var _S110 : u32 = (extractBits((_S109), u32((i32((rank_2 & (u32(3)))) * i32(8))), u32((i32(6)))));
+    return _S110;
 }
 
-fn list_seams_0( s_19 : u32) -> u32
+fn list_seams_0( s_20 : u32) -> u32
 {
-    var rest_4 : vec2<u32> = team_seam_refs_0[s_19];
+    var rest_4 : vec2<u32> = team_seam_refs_0[s_20];
     var count_7 : u32 = u32(0);
     for(;;)
     {
@@ -1587,7 +1595,7 @@ fn list_seams_0( s_19 : u32) -> u32
         }
         var r_3 : u32 = mask_lsb_0(rest_4);
         var length_0 : u32 = reference_length_of_0(r_3);
-        var _S109 : u32 = ((team_references_0[r_3]) & (u32(63)));
+        var _S111 : u32 = ((team_references_0[r_3]) & (u32(63)));
         var i_9 : u32 = u32(1) + the_thread_0;
         for(;;)
         {
@@ -1598,8 +1606,8 @@ fn list_seams_0( s_19 : u32) -> u32
             {
                 break;
             }
-            var _S110 : u32 = loop_id_0(_S109 + i_9);
-            team_seams_0[((count_7 + i_9 - u32(1)) & (u32(63)))] = (((_S110 | (((r_3 << (u32(8))))))) | (((i_9 << (u32(16))))));
+            var _S112 : u32 = loop_id_0(_S111 + i_9);
+            team_seams_0[((count_7 + i_9 - u32(1)) & (u32(63)))] = (((_S112 | (((r_3 << (u32(8))))))) | (((i_9 << (u32(16))))));
             i_9 = i_9 + u32(32);
         }
         var count_8 : u32 = count_7 + (length_0 - u32(1));
@@ -1612,16 +1620,16 @@ fn list_seams_0( s_19 : u32) -> u32
 fn width_field_0( position_0 : u32) -> u32
 {
     var w_6 : u32 = load_bits_0(position_0, u32(5));
-    var _S111 : u32;
+    var _S113 : u32;
     if(w_6 == u32(31))
     {
-        _S111 = u32(32);
+        _S113 = u32(32);
     }
     else
     {
-        _S111 = w_6;
+        _S113 = w_6;
     }
-    return _S111;
+    return _S113;
 }
 
 fn fixed_width_0( elements_2 : u32,  widths_1 : u32) -> u32
@@ -1651,16 +1659,16 @@ fn is_exponential_0( code_1 : u32) -> bool
 
 fn exponential_quotient_0( parameter_0 : u32,  q_0 : u32) -> u32
 {
-    var _S112 : bool;
+    var _S114 : bool;
     if(q_0 <= u32(31))
     {
-        _S112 = (parameter_0 + q_0) <= u32(32);
+        _S114 = (parameter_0 + q_0) <= u32(32);
     }
     else
     {
-        _S112 = false;
+        _S114 = false;
     }
-    if(_S112)
+    if(_S114)
     {
         return q_0;
     }
@@ -1672,20 +1680,20 @@ fn coded_value_0( code_2 : u32,  q_1 : u32,  low_1 : ptr<function, u32>) -> u32
 {
     var k_2 : u32 = (code_2 & (u32(31)));
     var exponential_0 : bool = ((code_2 & (u32(32)))) != u32(0);
-    var _S113 : u32;
+    var _S115 : u32;
     if(exponential_0)
     {
-        var _S114 : u32 = exponential_quotient_0(k_2, q_1);
-        _S113 = _S114;
+        var _S116 : u32 = exponential_quotient_0(k_2, q_1);
+        _S115 = _S116;
     }
     else
     {
-        _S113 = q_1;
+        _S115 = q_1;
     }
     var width_1 : u32;
     if(exponential_0)
     {
-        width_1 = k_2 + _S113;
+        width_1 = k_2 + _S115;
     }
     else
     {
@@ -1695,9 +1703,9 @@ fn coded_value_0( code_2 : u32,  q_1 : u32,  low_1 : ptr<function, u32>) -> u32
     (*low_1) = (*low_1) + width_1;
     if(exponential_0)
     {
-        _S113 = ((u32(1) << (_S113))) - u32(1);
+        _S115 = ((u32(1) << (_S115))) - u32(1);
     }
-    return ((_S113 << (k_2))) + bits_4;
+    return ((_S115 << (k_2))) + bits_4;
 }
 
 fn unzigzag_0( u_0 : u32) -> u32
@@ -1705,18 +1713,18 @@ fn unzigzag_0( u_0 : u32) -> u32
     return (((u_0 >> (u32(1)))) ^ ((u32(0) - ((u_0 & (u32(1)))))));
 }
 
-fn read_interior_residuals_0( s_20 : u32,  code_3 : u32,  widths_2 : u32,  low_2 : u32,  seams_2 : u32,  count_9 : u32,  ones_2 : u32,  unary_begin_0 : u32)
+fn read_interior_residuals_0( s_21 : u32,  code_3 : u32,  widths_2 : u32,  low_2 : u32,  seams_2 : u32,  count_9 : u32,  ones_2 : u32,  unary_begin_0 : u32)
 {
-    var n_6 : u32 = (extractBits((shared_stream_0[s_20]), u32((i32(0))), u32((i32(3)))));
-    var _S115 : bool = code_3 == u32(255);
-    var _S116 : u32;
-    if(_S115)
+    var n_6 : u32 = (extractBits((shared_stream_0[s_21]), u32((i32(0))), u32((i32(3)))));
+    var _S117 : bool = code_3 == u32(255);
+    var _S118 : u32;
+    if(_S117)
     {
-        _S116 = fixed_width_0(n_6, widths_2);
+        _S118 = fixed_width_0(n_6, widths_2);
     }
     else
     {
-        _S116 = u32(0);
+        _S118 = u32(0);
     }
     var item_0 : u32 = the_thread_0;
     for(;;)
@@ -1741,25 +1749,25 @@ fn read_interior_residuals_0( s_20 : u32,  code_3 : u32,  widths_2 : u32,  low_2
             }
             else
             {
-                var _S117 : u32 = item_0 / n_6;
-                i_10 = _S117;
+                var _S119 : u32 = item_0 / n_6;
+                i_10 = _S119;
             }
         }
         var c_4 : u32 = item_0 - i_10 * n_6;
-        var _S118 : u32;
+        var _S120 : u32;
         if(i_10 < seams_2)
         {
-            _S118 = team_seams_0[(i_10 & (u32(63)))];
+            _S120 = team_seams_0[(i_10 & (u32(63)))];
         }
         else
         {
-            _S118 = ((team_traversal_0[((i_10 - seams_2) & (u32(63)))]) >> (u32(16)));
+            _S120 = ((team_traversal_0[((i_10 - seams_2) & (u32(63)))]) >> (u32(16)));
         }
-        var id_4 : u32 = (_S118 & (u32(63)));
+        var id_4 : u32 = (_S120 & (u32(63)));
         var residual_0 : u32;
-        if(_S115)
+        if(_S117)
         {
-            residual_0 = load_bits_0(low_2 + i_10 * _S116 + fixed_width_0(c_4, widths_2), width_field_0(widths_2 + u32(5) * c_4));
+            residual_0 = load_bits_0(low_2 + i_10 * _S118 + fixed_width_0(c_4, widths_2), width_field_0(widths_2 + u32(5) * c_4));
         }
         else
         {
@@ -1769,32 +1777,32 @@ fn read_interior_residuals_0( s_20 : u32,  code_3 : u32,  widths_2 : u32,  low_2
             }
             else
             {
-                var _S119 : u32 = atomicLoad(&(team_scratch_0[ones_2 + item_0 - u32(1)]));
-                residual_0 = _S119 + u32(1);
+                var _S121 : u32 = atomicLoad(&(team_scratch_0[ones_2 + item_0 - u32(1)]));
+                residual_0 = _S121 + u32(1);
             }
-            var _S120 : u32 = atomicLoad(&(team_scratch_0[ones_2 + item_0]));
-            var quotient_0 : u32 = _S120 - residual_0;
+            var _S122 : u32 = atomicLoad(&(team_scratch_0[ones_2 + item_0]));
+            var quotient_0 : u32 = _S122 - residual_0;
             if(quotient_0 > u32(16383))
             {
                 error_0 = u32(8);
             }
             var at_1 : u32;
-            var _S121 : u32 = low_2 + item_0 * ((code_3 & (u32(31))));
-            var _S122 : u32;
+            var _S123 : u32 = low_2 + item_0 * ((code_3 & (u32(31))));
+            var _S124 : u32;
             if(is_exponential_0(code_3))
             {
-                _S122 = residual_0 - unary_begin_0 - item_0;
+                _S124 = residual_0 - unary_begin_0 - item_0;
             }
             else
             {
-                _S122 = u32(0);
+                _S124 = u32(0);
             }
-            at_1 = _S121 + _S122;
-            var _S123 : u32 = coded_value_0(code_3, quotient_0, &(at_1));
-            residual_0 = _S123;
+            at_1 = _S123 + _S124;
+            var _S125 : u32 = coded_value_0(code_3, quotient_0, &(at_1));
+            residual_0 = _S125;
         }
-        var _S124 : u32 = value_element_0(s_20, c_4);
-        team_values_0[_S124 + id_4] = unzigzag_0(residual_0);
+        var _S126 : u32 = value_element_0(s_21, c_4);
+        team_values_0[_S126 + id_4] = unzigzag_0(residual_0);
         item_0 = item_0 + u32(32);
     }
     return;
@@ -1804,39 +1812,39 @@ fn low_size_0( code_4 : u32,  elements_3 : u32,  widths_3 : u32,  n_7 : u32,  ze
 {
     if(code_4 == u32(255))
     {
-        var _S125 : u32 = n_7 / elements_3;
-        return _S125 * fixed_width_0(elements_3, widths_3);
+        var _S127 : u32 = n_7 / elements_3;
+        return _S127 * fixed_width_0(elements_3, widths_3);
     }
-    var _S126 : u32 = n_7 * ((code_4 & (u32(31))));
-    var _S127 : u32;
+    var _S128 : u32 = n_7 * ((code_4 & (u32(31))));
+    var _S129 : u32;
     if(is_exponential_0(code_4))
     {
-        _S127 = zeros_0;
+        _S129 = zeros_0;
     }
     else
     {
-        _S127 = u32(0);
+        _S129 = u32(0);
     }
-    return _S126 + _S127;
+    return _S128 + _S129;
 }
 
 fn read_interior_0( sound_0 : bool)
 {
-    var _S128 : bool;
+    var _S130 : bool;
     var p_17 : u32 = team_interior_0;
     var phase_0 : u32 = u32(0);
     for(;;)
     {
-        var _S129 : bool;
+        var _S131 : bool;
         if(phase_0 < u32(2))
         {
-            _S129 = phase_0 < (push_0.streams_0);
+            _S131 = phase_0 < (push_0.streams_0);
         }
         else
         {
-            _S129 = false;
+            _S131 = false;
         }
-        if(_S129)
+        if(_S131)
         {
         }
         else
@@ -1846,37 +1854,37 @@ fn read_interior_0( sound_0 : bool)
         var next_list_0 : u32 = phase_0;
         var p_18 : u32 = p_17;
         var ones_3 : u32 = u32(0);
-        var s_21 : u32 = phase_0;
+        var s_22 : u32 = phase_0;
         var listed_0 : u32 = u32(0);
         var low_3 : u32 = p_17;
         for(;;)
         {
-            var _S130 : bool = phase_0 == u32(0);
-            var _S131 : u32;
-            if(_S130)
+            var _S132 : bool = phase_0 == u32(0);
+            var _S133 : u32;
+            if(_S132)
             {
-                _S131 = u32(1);
+                _S133 = u32(1);
             }
             else
             {
-                _S131 = push_0.streams_0;
+                _S133 = push_0.streams_0;
             }
-            if(s_21 < _S131)
+            if(s_22 < _S133)
             {
             }
             else
             {
                 break;
             }
-            var n_8 : u32 = (extractBits((shared_stream_0[s_21]), u32((i32(0))), u32((i32(3)))));
+            var n_8 : u32 = (extractBits((shared_stream_0[s_22]), u32((i32(0))), u32((i32(3)))));
             workgroupBarrier();
             var listed_1 : u32;
             var seams_3 : u32;
             var low_4 : u32;
             var count_10 : u32;
-            if(s_21 == next_list_0)
+            if(s_22 == next_list_0)
             {
-                if(_S130)
+                if(_S132)
                 {
                     listed_1 = u32(1);
                 }
@@ -1884,11 +1892,11 @@ fn read_interior_0( sound_0 : bool)
                 {
                     listed_1 = push_0.streams_0;
                 }
-                var next_list_1 : u32 = listed_streams_0(s_21, listed_1);
+                var next_list_1 : u32 = listed_streams_0(s_22, listed_1);
                 if(sound_0)
                 {
-                    var _S132 : u32 = interior_ones_0(s_21, next_list_1);
-                    seams_3 = min(_S132, u32(256));
+                    var _S134 : u32 = interior_ones_0(s_22, next_list_1);
+                    seams_3 = min(_S134, u32(256));
                 }
                 else
                 {
@@ -1899,26 +1907,26 @@ fn read_interior_0( sound_0 : bool)
                     list_ones_0(p_18, seams_3);
                 }
                 workgroupBarrier();
-                if(s_21 == phase_0)
+                if(s_22 == phase_0)
                 {
-                    _S128 = sound_0;
+                    _S130 = sound_0;
                 }
                 else
                 {
-                    _S128 = false;
+                    _S130 = false;
                 }
-                if(_S128)
+                if(_S130)
                 {
                     if(seams_3 > u32(0))
                     {
-                        var _S133 : u32 = atomicLoad(&(team_scratch_0[seams_3 - u32(1)]));
-                        low_4 = _S133 + u32(1);
+                        var _S135 : u32 = atomicLoad(&(team_scratch_0[seams_3 - u32(1)]));
+                        low_4 = _S135 + u32(1);
                     }
                     else
                     {
                         low_4 = p_18;
                     }
-                    if(_S130)
+                    if(_S132)
                     {
                         count_10 = u32(1);
                     }
@@ -1926,9 +1934,9 @@ fn read_interior_0( sound_0 : bool)
                     {
                         count_10 = stream_total_0;
                     }
-                    var _S134 : u32 = interior_ones_0(next_list_1, count_10);
-                    var _S135 : u32 = after_ones_0(low_4, _S134);
-                    low_4 = _S135;
+                    var _S136 : u32 = interior_ones_0(next_list_1, count_10);
+                    var _S137 : u32 = after_ones_0(low_4, _S136);
+                    low_4 = _S137;
                 }
                 else
                 {
@@ -1943,12 +1951,12 @@ fn read_interior_0( sound_0 : bool)
                 listed_1 = listed_0;
                 low_4 = low_3;
             }
-            var code_5 : u32 = interior_code_of_0(s_21);
-            var widths_4 : u32 = interior_widths_of_0(s_21);
+            var code_5 : u32 = interior_code_of_0(s_22);
+            var widths_4 : u32 = interior_widths_of_0(s_22);
             if(sound_0)
             {
-                var _S136 : u32 = list_seams_0(s_21);
-                seams_3 = _S136;
+                var _S138 : u32 = list_seams_0(s_22);
+                seams_3 = _S138;
             }
             else
             {
@@ -1956,13 +1964,13 @@ fn read_interior_0( sound_0 : bool)
             }
             if(sound_0)
             {
-                _S128 = error_0 == u32(0);
+                _S130 = error_0 == u32(0);
             }
             else
             {
-                _S128 = false;
+                _S130 = false;
             }
-            if(_S128)
+            if(_S130)
             {
                 count_10 = min(seams_3 + traversed_count_0, u32(64)) * n_8;
             }
@@ -1970,9 +1978,9 @@ fn read_interior_0( sound_0 : bool)
             {
                 count_10 = u32(0);
             }
-            var _S137 : bool = code_5 != u32(255);
+            var _S139 : bool = code_5 != u32(255);
             var count_11 : u32;
-            if(_S137)
+            if(_S139)
             {
                 count_11 = min(count_10, ones_3 - listed_1);
             }
@@ -1981,22 +1989,22 @@ fn read_interior_0( sound_0 : bool)
                 count_11 = count_10;
             }
             workgroupBarrier();
-            read_interior_residuals_0(s_21, code_5, widths_4, low_4, seams_3, count_11, listed_1, p_18);
-            var _S138 : bool;
-            if(_S137)
+            read_interior_residuals_0(s_22, code_5, widths_4, low_4, seams_3, count_11, listed_1, p_18);
+            var _S140 : bool;
+            if(_S139)
             {
-                _S138 = count_11 > u32(0);
+                _S140 = count_11 > u32(0);
             }
             else
             {
-                _S138 = false;
+                _S140 = false;
             }
             var next_1 : u32;
-            if(_S138)
+            if(_S140)
             {
                 var listed_2 : u32 = listed_1 + count_11;
-                var _S139 : u32 = atomicLoad(&(team_scratch_0[listed_2 - u32(1)]));
-                next_1 = _S139 + u32(1);
+                var _S141 : u32 = atomicLoad(&(team_scratch_0[listed_2 - u32(1)]));
+                next_1 = _S141 + u32(1);
                 listed_0 = listed_2;
             }
             else
@@ -2004,28 +2012,28 @@ fn read_interior_0( sound_0 : bool)
                 next_1 = p_18;
                 listed_0 = listed_1;
             }
-            var _S140 : u32 = low_size_0(code_5, n_8, widths_4, count_11, next_1 - p_18 - count_11);
-            var low_5 : u32 = low_4 + _S140;
-            var _S141 : u32 = s_21 + u32(1);
+            var _S142 : u32 = low_size_0(code_5, n_8, widths_4, count_11, next_1 - p_18 - count_11);
+            var low_5 : u32 = low_4 + _S142;
+            var _S143 : u32 = s_22 + u32(1);
             p_18 = next_1;
-            s_21 = _S141;
+            s_22 = _S143;
             low_3 = low_5;
         }
         if(sound_0)
         {
-            _S128 = (max(p_18, low_3)) > (u32(8) * (byte_length_0 - u32(8)));
+            _S130 = (max(p_18, low_3)) > (u32(8) * (byte_length_0 - u32(8)));
         }
         else
         {
-            _S128 = false;
+            _S130 = false;
         }
-        if(_S128)
+        if(_S130)
         {
             error_0 = u32(8);
         }
-        var _S142 : u32 = phase_0 + u32(1);
+        var _S144 : u32 = phase_0 + u32(1);
         p_17 = low_3;
-        phase_0 = _S142;
+        phase_0 = _S144;
     }
     workgroupBarrier();
     return;
@@ -2035,29 +2043,29 @@ fn agree_0() -> bool
 {
     if(error_0 != u32(0))
     {
-        var _S143 : u32 = atomicMax(&(team_error_0), error_0);
+        var _S145 : u32 = atomicMax(&(team_error_0), error_0);
     }
     workgroupBarrier();
-    var _S144 : u32 = atomicLoad(&(team_error_0));
-    error_0 = _S144;
-    return _S144 == u32(0);
+    var _S146 : u32 = atomicLoad(&(team_error_0));
+    error_0 = _S146;
+    return _S146 == u32(0);
 }
 
 fn any_stream_predicts_0( predictors_0 : u32) -> bool
 {
-    var s_22 : u32 = u32(0);
+    var s_23 : u32 = u32(0);
     var found_3 : u32 = u32(0);
     for(;;)
     {
-        if(s_22 < (push_0.streams_0))
+        if(s_23 < (push_0.streams_0))
         {
         }
         else
         {
             break;
         }
-        var found_4 : u32 = (found_3 | (((u32(1) << (((the_blob_0[u32(8) + u32(7) * s_22] >> (u32(24)))))))));
-        s_22 = s_22 + u32(1);
+        var found_4 : u32 = (found_3 | (((u32(1) << (((the_blob_0[u32(8) + u32(7) * s_23] >> (u32(24)))))))));
+        s_23 = s_23 + u32(1);
         found_3 = found_4;
     }
     return ((found_3 & (predictors_0))) != u32(0);
@@ -2065,22 +2073,22 @@ fn any_stream_predicts_0( predictors_0 : u32) -> bool
 
 fn excess_0( x_1 : u32,  y_1 : u32) -> u32
 {
-    var _S145 : u32;
+    var _S147 : u32;
     if(x_1 > y_1)
     {
-        _S145 = x_1 - y_1;
+        _S147 = x_1 - y_1;
     }
     else
     {
-        _S145 = u32(0);
+        _S147 = u32(0);
     }
-    return _S145;
+    return _S147;
 }
 
 fn geo_shift_0() -> u32
 {
-    var _S146 : u32 = (extractBits((shared_stream_0[u32(0)]), u32((i32(3))), u32((i32(6)))));
-    return excess_0(_S146, u32(13));
+    var _S148 : u32 = (extractBits((shared_stream_0[u32(0)]), u32((i32(3))), u32((i32(6)))));
+    return excess_0(_S148, u32(13));
 }
 
 struct Triple_0
@@ -2092,11 +2100,11 @@ struct Triple_0
 
 fn Triple_x24init_0( x_3 : u32,  y_3 : u32,  z_2 : u32) -> Triple_0
 {
-    var _S147 : Triple_0;
-    _S147.x_2 = x_3;
-    _S147.y_2 = y_3;
-    _S147.z_1 = z_2;
-    return _S147;
+    var _S149 : Triple_0;
+    _S149.x_2 = x_3;
+    _S149.y_2 = y_3;
+    _S149.z_1 = z_2;
+    return _S149;
 }
 
 fn grid_position_0( id_5 : u32) -> Triple_0
@@ -2111,20 +2119,20 @@ fn shift_right_0( x_4 : u32,  n_9 : u32) -> u32
 
 fn shifted_0( v_1 : Triple_0,  n_10 : u32) -> Triple_0
 {
-    var _S148 : Triple_0 = v_1;
-    _S148.x_2 = shift_right_0(_S148.x_2, n_10);
-    _S148.y_2 = shift_right_0(_S148.y_2, n_10);
-    _S148.z_1 = shift_right_0(_S148.z_1, n_10);
-    return _S148;
+    var _S150 : Triple_0 = v_1;
+    _S150.x_2 = shift_right_0(_S150.x_2, n_10);
+    _S150.y_2 = shift_right_0(_S150.y_2, n_10);
+    _S150.z_1 = shift_right_0(_S150.z_1, n_10);
+    return _S150;
 }
 
 fn difference_0( to_0 : Triple_0,  from_0 : Triple_0) -> Triple_0
 {
-    var _S149 : Triple_0 = to_0;
-    _S149.x_2 = _S149.x_2 - from_0.x_2;
-    _S149.y_2 = _S149.y_2 - from_0.y_2;
-    _S149.z_1 = _S149.z_1 - from_0.z_1;
-    return _S149;
+    var _S151 : Triple_0 = to_0;
+    _S151.x_2 = _S151.x_2 - from_0.x_2;
+    _S151.y_2 = _S151.y_2 - from_0.y_2;
+    _S151.z_1 = _S151.z_1 - from_0.z_1;
+    return _S151;
 }
 
 fn triangle_normal_0( triangle_1 : u32,  h_3 : u32) -> Triple_0
@@ -2158,16 +2166,16 @@ fn sum_team_normals_0( sound_1 : bool)
     var t_4 : u32 = the_thread_0;
     for(;;)
     {
-        var _S150 : bool;
+        var _S152 : bool;
         if(t_4 < triangle_count_0)
         {
-            _S150 = sound_1;
+            _S152 = sound_1;
         }
         else
         {
-            _S150 = false;
+            _S152 = false;
         }
-        if(_S150)
+        if(_S152)
         {
         }
         else
@@ -2175,8 +2183,8 @@ fn sum_team_normals_0( sound_1 : bool)
             break;
         }
         var triangle_2 : u32 = packed_triangle_0(t_4);
-        var _S151 : u32 = geo_shift_0();
-        var _S152 : Triple_0 = triangle_normal_0(triangle_2, _S151);
+        var _S153 : u32 = geo_shift_0();
+        var _S154 : Triple_0 = triangle_normal_0(triangle_2, _S153);
         var corner_0 : u32 = u32(0);
         for(;;)
         {
@@ -2187,10 +2195,10 @@ fn sum_team_normals_0( sound_1 : bool)
             {
                 break;
             }
-            var place_2 : u32 = u32(3) * ((((triangle_2 >> ((u32(8) * corner_0)))) & (u32(63))));
-            var _S153 : u32 = atomicAdd(&(team_scratch_0[place_2]), _S152.x_2);
-            var _S154 : u32 = atomicAdd(&(team_scratch_0[place_2 + u32(1)]), _S152.y_2);
-            var _S155 : u32 = atomicAdd(&(team_scratch_0[place_2 + u32(2)]), _S152.z_1);
+            var place_3 : u32 = u32(3) * ((((triangle_2 >> ((u32(8) * corner_0)))) & (u32(63))));
+            var _S155 : u32 = atomicAdd(&(team_scratch_0[place_3]), _S154.x_2);
+            var _S156 : u32 = atomicAdd(&(team_scratch_0[place_3 + u32(1)]), _S154.y_2);
+            var _S157 : u32 = atomicAdd(&(team_scratch_0[place_3 + u32(2)]), _S154.z_1);
             corner_0 = corner_0 + u32(1);
         }
         t_4 = t_4 + u32(32);
@@ -2201,16 +2209,16 @@ fn sum_team_normals_0( sound_1 : bool)
 
 fn magnitude_0( x_5 : u32) -> u32
 {
-    var _S156 : u32;
+    var _S158 : u32;
     if(i32(x_5) < i32(0))
     {
-        _S156 = u32(0) - x_5;
+        _S158 = u32(0) - x_5;
     }
     else
     {
-        _S156 = x_5;
+        _S158 = x_5;
     }
-    return _S156;
+    return _S158;
 }
 
 fn magnitudes_0( v_2 : Triple_0) -> u32
@@ -2241,9 +2249,9 @@ fn octahedral_prediction_0( normal_x_0 : u32,  normal_y_0 : u32,  normal_z_0 : u
     var y_4 : u32 = ((magnitude_0(normal_y_0)) >> (k_3));
     var sum_2 : u32 = x_7 + y_4 + (((magnitude_0(normal_z_0)) >> (k_3)));
     var q_2 : OctPair_0;
-    var _S157 : u32 = (limit_0 >> (u32(1)));
-    q_2.u_1 = _S157;
-    q_2.v_3 = _S157;
+    var _S159 : u32 = (limit_0 >> (u32(1)));
+    q_2.u_1 = _S159;
+    q_2.v_3 = _S159;
     if(sum_2 == u32(0))
     {
         return q_2;
@@ -2283,21 +2291,21 @@ fn octahedral_prediction_0( normal_x_0 : u32,  normal_y_0 : u32,  normal_z_0 : u
     {
         v_4 = sum_2 + v_4;
     }
-    var _S158 : u32 = u32(2) * sum_2;
-    var _S159 : u32 = (u_2 * limit_0 + sum_2) / _S158;
-    q_2.u_1 = _S159;
-    var _S160 : u32 = (v_4 * limit_0 + sum_2) / _S158;
-    q_2.v_3 = _S160;
+    var _S160 : u32 = u32(2) * sum_2;
+    var _S161 : u32 = (u_2 * limit_0 + sum_2) / _S160;
+    q_2.u_1 = _S161;
+    var _S162 : u32 = (v_4 * limit_0 + sum_2) / _S160;
+    q_2.v_3 = _S162;
     return q_2;
 }
 
-fn bits_mask_0( s_23 : u32) -> u32
+fn bits_mask_0( s_24 : u32) -> u32
 {
-    var _S161 : u32 = (extractBits((shared_stream_0[s_23]), u32((i32(3))), u32((i32(6)))));
-    return word_below_0(_S161);
+    var _S163 : u32 = (extractBits((shared_stream_0[s_24]), u32((i32(3))), u32((i32(6)))));
+    return word_below_0(_S163);
 }
 
-fn predict_team_geo_0( s_24 : u32)
+fn predict_team_geo_0( s_25 : u32)
 {
     var i_12 : u32 = the_thread_0;
     for(;;)
@@ -2310,12 +2318,12 @@ fn predict_team_geo_0( s_24 : u32)
             break;
         }
         var id_6 : u32 = (extractBits((team_traversal_0[i_12]), u32((i32(16))), u32((i32(6)))));
-        var place_3 : u32 = u32(3) * id_6;
-        var _S162 : u32 = atomicLoad(&(team_scratch_0[place_3]));
-        var _S163 : u32 = atomicLoad(&(team_scratch_0[place_3 + u32(1)]));
-        var _S164 : u32 = atomicLoad(&(team_scratch_0[place_3 + u32(2)]));
-        var _S165 : u32 = (extractBits((shared_stream_0[s_24]), u32((i32(3))), u32((i32(6)))));
-        var _S166 : OctPair_0 = octahedral_prediction_0(_S162, _S163, _S164, (_S165 & (u32(31))));
+        var place_4 : u32 = u32(3) * id_6;
+        var _S164 : u32 = atomicLoad(&(team_scratch_0[place_4]));
+        var _S165 : u32 = atomicLoad(&(team_scratch_0[place_4 + u32(1)]));
+        var _S166 : u32 = atomicLoad(&(team_scratch_0[place_4 + u32(2)]));
+        var _S167 : u32 = (extractBits((shared_stream_0[s_25]), u32((i32(3))), u32((i32(6)))));
+        var _S168 : OctPair_0 = octahedral_prediction_0(_S164, _S165, _S166, (_S167 & (u32(31))));
         var c_5 : u32 = u32(0);
         for(;;)
         {
@@ -2326,19 +2334,19 @@ fn predict_team_geo_0( s_24 : u32)
             {
                 break;
             }
-            var _S167 : u32 = value_element_0(s_24, c_5);
-            var _S168 : u32;
+            var _S169 : u32 = value_element_0(s_25, c_5);
+            var _S170 : u32;
             if(c_5 == u32(0))
             {
-                _S168 = _S166.u_1;
+                _S170 = _S168.u_1;
             }
             else
             {
-                _S168 = _S166.v_3;
+                _S170 = _S168.v_3;
             }
-            var _S169 : u32 = _S168 + team_values_0[_S167 + id_6];
-            var _S170 : u32 = bits_mask_0(s_24);
-            team_values_0[_S167 + id_6] = (_S169 & (_S170));
+            var _S171 : u32 = _S170 + team_values_0[_S169 + id_6];
+            var _S172 : u32 = bits_mask_0(s_25);
+            team_values_0[_S169 + id_6] = (_S171 & (_S172));
             c_5 = c_5 + u32(1);
         }
         i_12 = i_12 + u32(32);
@@ -2346,115 +2354,115 @@ fn predict_team_geo_0( s_24 : u32)
     return;
 }
 
-fn runs_backwards_0( h_4 : Header_0,  r_4 : u32,  s_25 : u32) -> bool
+fn runs_backwards_0( h_4 : Header_0,  r_4 : u32,  s_26 : u32) -> bool
 {
-    return mask_test_0(((h_4.foreign_refs_1) & ((~team_seam_refs_0[s_25]))), r_4);
+    return mask_test_0(((h_4.foreign_refs_1) & ((~team_seam_refs_0[s_26]))), r_4);
 }
 
 fn mask_msb_0( m_8 : vec2<u32>) -> u32
 {
-    var _S171 : u32 = m_8.y;
-    var _S172 : u32;
-    if(_S171 != u32(0))
+    var _S173 : u32 = m_8.y;
+    var _S174 : u32;
+    if(_S173 != u32(0))
     {
-        _S172 = u32(32) + firstbithigh_0(_S171);
+        _S174 = u32(32) + firstbithigh_0(_S173);
     }
     else
     {
-        var _S173 : u32 = m_8.x;
-        if(_S173 != u32(0))
+        var _S175 : u32 = m_8.x;
+        if(_S175 != u32(0))
         {
-            _S172 = firstbithigh_0(_S173);
+            _S174 = firstbithigh_0(_S175);
         }
         else
         {
-            _S172 = u32(64);
+            _S174 = u32(64);
         }
     }
-    return _S172;
+    return _S174;
 }
 
 fn loop_begin_0( h_5 : Header_0,  r_5 : u32) -> u32
 {
     var before_5 : vec2<u32> = ((h_5.loop_ends_2) & ((mask_below_0(r_5))));
-    var _S174 : u32;
+    var _S176 : u32;
     if(mask_any_0(before_5))
     {
-        _S174 = mask_msb_0(before_5) + u32(1);
+        _S176 = mask_msb_0(before_5) + u32(1);
     }
     else
     {
-        _S174 = u32(0);
+        _S176 = u32(0);
     }
-    return _S174;
+    return _S176;
 }
 
 fn next_reference_0( h_6 : Header_0,  r_6 : u32) -> u32
 {
-    var _S175 : u32;
+    var _S177 : u32;
     if(mask_test_0(h_6.loop_ends_2, r_6))
     {
-        _S175 = loop_begin_0(h_6, r_6);
+        _S177 = loop_begin_0(h_6, r_6);
     }
     else
     {
-        _S175 = r_6 + u32(1);
+        _S177 = r_6 + u32(1);
     }
-    return _S175;
+    return _S177;
 }
 
 fn first_id_0( r_7 : u32) -> u32
 {
-    var _S176 : u32 = loop_id_0(team_references_0[(r_7 & (u32(63)))]);
-    return _S176;
+    var _S178 : u32 = loop_id_0(team_references_0[(r_7 & (u32(63)))]);
+    return _S178;
 }
 
 fn run_id_0( h_7 : Header_0,  r_8 : u32,  backwards_0 : bool,  i_13 : u32) -> u32
 {
     var length_1 : u32 = reference_length_of_0(r_8);
-    var place_4 : u32;
+    var place_5 : u32;
     if(backwards_0)
     {
-        place_4 = length_1 - i_13;
+        place_5 = length_1 - i_13;
     }
     else
     {
-        place_4 = i_13;
+        place_5 = i_13;
     }
-    if(place_4 == length_1)
+    if(place_5 == length_1)
     {
-        var _S177 : u32 = first_id_0(next_reference_0(h_7, r_8));
-        return _S177;
+        var _S179 : u32 = first_id_0(next_reference_0(h_7, r_8));
+        return _S179;
     }
-    var _S178 : u32 = loop_id_0((((team_references_0[(r_8 & (u32(63)))]) & (u32(63)))) + place_4);
-    return _S178;
+    var _S180 : u32 = loop_id_0((((team_references_0[(r_8 & (u32(63)))]) & (u32(63)))) + place_5);
+    return _S180;
 }
 
-fn chain_step_of_0( h_8 : Header_0,  s_26 : u32,  item_1 : u32,  step_0 : ptr<function, u32>) -> bool
+fn chain_step_of_0( h_8 : Header_0,  s_27 : u32,  item_1 : u32,  step_0 : ptr<function, u32>) -> bool
 {
     var r_9 : u32 = ((mask_count_0((team_ranks_0 & ((mask_below_0(item_1 + u32(1)))))) - u32(1)) & (u32(63)));
     var length_2 : u32 = reference_length_of_0(r_9);
-    var backwards_1 : bool = runs_backwards_0(h_8, r_9, s_26);
+    var backwards_1 : bool = runs_backwards_0(h_8, r_9, s_27);
     var i_14 : u32 = item_1 - (((team_references_0[r_9]) & (u32(63))));
     (*step_0) = u32(4278190080);
-    var _S179 : bool;
+    var _S181 : bool;
     if(i_14 == u32(0))
     {
-        _S179 = true;
+        _S181 = true;
     }
     else
     {
-        _S179 = i_14 >= length_2;
+        _S181 = i_14 >= length_2;
     }
-    if(_S179)
+    if(_S181)
     {
-        _S179 = true;
+        _S181 = true;
     }
     else
     {
-        _S179 = mask_test_0(h_8.private_refs_1, r_9);
+        _S181 = mask_test_0(h_8.private_refs_1, r_9);
     }
-    if(_S179)
+    if(_S181)
     {
         return false;
     }
@@ -2467,19 +2475,19 @@ fn chain_step_of_0( h_8 : Header_0,  s_26 : u32,  item_1 : u32,  step_0 : ptr<fu
     {
         i_15 = i_14;
     }
-    var _S180 : u32 = run_id_0(h_8, r_9, backwards_1, i_15);
-    var _S181 : u32 = run_id_0(h_8, r_9, backwards_1, i_15 - u32(1));
-    var _S182 : u32 = run_id_0(h_8, r_9, backwards_1, length_2);
+    var _S182 : u32 = run_id_0(h_8, r_9, backwards_1, i_15);
+    var _S183 : u32 = run_id_0(h_8, r_9, backwards_1, i_15 - u32(1));
+    var _S184 : u32 = run_id_0(h_8, r_9, backwards_1, length_2);
     if(i_15 < u32(2))
     {
         i_15 = u32(255);
     }
     else
     {
-        var _S183 : u32 = run_id_0(h_8, r_9, backwards_1, i_15 - u32(2));
-        i_15 = _S183;
+        var _S185 : u32 = run_id_0(h_8, r_9, backwards_1, i_15 - u32(2));
+        i_15 = _S185;
     }
-    (*step_0) = pack4_0(_S180, _S181, _S182, i_15);
+    (*step_0) = pack4_0(_S182, _S183, _S184, i_15);
     return true;
 }
 
@@ -2491,22 +2499,22 @@ fn dot3_0( v_5 : Triple_0,  w_7 : Triple_0) -> u32
 fn signed_quotient_0( x_8 : u32,  d_0 : u32) -> u32
 {
     var quotient_1 : u32 = magnitude_0(x_8) / d_0;
-    var _S184 : u32;
+    var _S186 : u32;
     if(i32(x_8) < i32(0))
     {
-        _S184 = u32(0) - quotient_1;
+        _S186 = u32(0) - quotient_1;
     }
     else
     {
-        _S184 = quotient_1;
+        _S186 = quotient_1;
     }
-    return _S184;
+    return _S186;
 }
 
 struct Weights_0
 {
      exist_0 : bool,
-     s_27 : u32,
+     s_28 : u32,
      u_3 : u32,
 };
 
@@ -2536,35 +2544,35 @@ fn affine_weights_0( a_2 : u32,  b_1 : u32,  o_0 : u32,  v_6 : u32) -> Weights_0
     var determinant_0 : u32 = product_0 - ef_0 * ef_0;
     var d_1 : u32 = (determinant_0 >> (u32(8)));
     var w_8 : Weights_0;
-    var _S185 : bool;
+    var _S187 : bool;
     if(i32(determinant_0) > ((i32(product_0) >> (u32(5)))))
     {
-        _S185 = d_1 != u32(0);
+        _S187 = d_1 != u32(0);
     }
     else
     {
-        _S185 = false;
+        _S187 = false;
     }
-    w_8.exist_0 = _S185;
-    w_8.s_27 = u32(0);
+    w_8.exist_0 = _S187;
+    w_8.s_28 = u32(0);
     w_8.u_3 = u32(0);
-    if(!_S185)
+    if(!_S187)
     {
         return w_8;
     }
-    var _S186 : u32 = signed_quotient_0(re_1 * ff_1 - rf_1 * ef_0, d_1);
-    w_8.s_27 = _S186;
-    var _S187 : u32 = signed_quotient_0(rf_1 * ee_1 - re_1 * ef_0, d_1);
-    w_8.u_3 = _S187;
-    if((magnitude_0(_S186)) < u32(1024))
+    var _S188 : u32 = signed_quotient_0(re_1 * ff_1 - rf_1 * ef_0, d_1);
+    w_8.s_28 = _S188;
+    var _S189 : u32 = signed_quotient_0(rf_1 * ee_1 - re_1 * ef_0, d_1);
+    w_8.u_3 = _S189;
+    if((magnitude_0(_S188)) < u32(1024))
     {
-        _S185 = (magnitude_0(w_8.u_3)) < u32(1024);
+        _S187 = (magnitude_0(w_8.u_3)) < u32(1024);
     }
     else
     {
-        _S185 = false;
+        _S187 = false;
     }
-    w_8.exist_0 = _S185;
+    w_8.exist_0 = _S187;
     return w_8;
 }
 
@@ -2578,90 +2586,90 @@ fn line_weights_0( a_3 : u32,  b_2 : u32,  v_7 : u32) -> Weights_0
     var ee_2 : u32 = dot3_0(e_4, e_4);
     var re_2 : u32 = dot3_0(shifted_0(r_12, h_10), e_4);
     var w_9 : Weights_0;
-    var _S188 : i32 = i32(ee_2);
-    var _S189 : bool;
-    if(_S188 > i32(0))
+    var _S190 : i32 = i32(ee_2);
+    var _S191 : bool;
+    if(_S190 > i32(0))
     {
-        _S189 = i32(re_2) >= i32(0);
+        _S191 = i32(re_2) >= i32(0);
     }
     else
     {
-        _S189 = false;
+        _S191 = false;
     }
-    if(_S189)
+    if(_S191)
     {
-        _S189 = i32(re_2) <= _S188;
+        _S191 = i32(re_2) <= _S190;
     }
     else
     {
-        _S189 = false;
+        _S191 = false;
     }
-    w_9.exist_0 = _S189;
-    w_9.s_27 = u32(0);
+    w_9.exist_0 = _S191;
+    w_9.s_28 = u32(0);
     w_9.u_3 = u32(0);
-    if(_S189)
+    if(_S191)
     {
-        var _S190 : u32 = (re_2 * u32(256) + ((ee_2 >> (u32(1))))) / ee_2;
-        w_9.s_27 = _S190;
+        var _S192 : u32 = (re_2 * u32(256) + ((ee_2 >> (u32(1))))) / ee_2;
+        w_9.s_28 = _S192;
     }
     return w_9;
 }
 
 fn pack_weights_0( w_10 : Weights_0) -> u32
 {
-    var _S191 : u32;
+    var _S193 : u32;
     if(w_10.exist_0)
     {
-        _S191 = ((((((w_10.s_27) & (u32(4095)))) | ((((((w_10.u_3) & (u32(4095)))) << (u32(12))))))) | (u32(2147483648)));
+        _S193 = ((((((w_10.s_28) & (u32(4095)))) | ((((((w_10.u_3) & (u32(4095)))) << (u32(12))))))) | (u32(2147483648)));
     }
     else
     {
-        _S191 = u32(0);
+        _S193 = u32(0);
     }
-    return _S191;
+    return _S193;
 }
 
-fn find_weights_0( h_11 : Header_0,  s_28 : u32,  chains_2 : bool)
+fn find_weights_0( h_11 : Header_0,  s_29 : u32,  chains_2 : bool)
 {
-    var _S192 : u32;
+    var _S194 : u32;
     if(chains_2)
     {
         if((h_11.references_1) > u32(0))
         {
-            _S192 = mask_count_0(team_boundary_0);
+            _S194 = mask_count_0(team_boundary_0);
         }
         else
         {
-            _S192 = u32(0);
+            _S194 = u32(0);
         }
     }
     else
     {
-        _S192 = traversed_count_0;
+        _S194 = traversed_count_0;
     }
     var item_2 : u32 = the_thread_0;
     for(;;)
     {
-        if(item_2 < _S192)
+        if(item_2 < _S194)
         {
         }
         else
         {
             break;
         }
-        var _S193 : u32 = (item_2 & (u32(63)));
-        var step_1 : u32 = ((((((((team_traversal_0[_S193]) >> (u32(16)))) & (u32(255)))) | ((((((team_traversal_0[_S193]) & (u32(65535)))) << (u32(8))))))) | ((((team_traversal_0[_S193]) & (u32(4278190080))))));
-        var _S194 : bool;
+        var _S195 : u32 = (item_2 & (u32(63)));
+        var step_1 : u32 = ((((((((team_traversal_0[_S195]) >> (u32(16)))) & (u32(255)))) | ((((((team_traversal_0[_S195]) & (u32(65535)))) << (u32(8))))))) | ((((team_traversal_0[_S195]) & (u32(4278190080))))));
+        var _S196 : bool;
         if(chains_2)
         {
-            var _S195 : bool = chain_step_of_0(h_11, s_28, item_2, &(step_1));
-            _S194 = !_S195;
+            var _S197 : bool = chain_step_of_0(h_11, s_29, item_2, &(step_1));
+            _S196 = !_S197;
         }
         else
         {
-            _S194 = false;
+            _S196 = false;
         }
-        if(_S194)
+        if(_S196)
         {
             item_2 = item_2 + u32(32);
             continue;
@@ -2673,24 +2681,24 @@ fn find_weights_0( h_11 : Header_0,  s_28 : u32,  chains_2 : bool)
         var b_3 : u32 = (((step_1 >> (u32(16)))) & (u32(63)));
         if(((step_1 >> (u32(24)))) != u32(255))
         {
-            var _S196 : Weights_0 = affine_weights_0(a_4, b_3, (((step_1 >> (u32(24)))) & (u32(63))), v_8);
-            w_11 = _S196;
+            var _S198 : Weights_0 = affine_weights_0(a_4, b_3, (((step_1 >> (u32(24)))) & (u32(63))), v_8);
+            w_11 = _S198;
         }
-        var _S197 : bool;
+        var _S199 : bool;
         if(chains_2)
         {
-            _S197 = !w_11.exist_0;
+            _S199 = !w_11.exist_0;
         }
         else
         {
-            _S197 = false;
+            _S199 = false;
         }
-        if(_S197)
+        if(_S199)
         {
-            var _S198 : Weights_0 = line_weights_0(a_4, b_3, v_8);
-            w_11 = _S198;
+            var _S200 : Weights_0 = line_weights_0(a_4, b_3, v_8);
+            w_11 = _S200;
         }
-        team_seams_0[_S193] = pack_weights_0(w_11);
+        team_seams_0[_S195] = pack_weights_0(w_11);
         item_2 = item_2 + u32(32);
     }
     return;
@@ -2698,14 +2706,14 @@ fn find_weights_0( h_11 : Header_0,  s_28 : u32,  chains_2 : bool)
 
 fn element_total_0() -> u32
 {
-    var _S199 : u32 = (extractBits((shared_stream_0[stream_end_0 - u32(1)]), u32((i32(12))), u32((i32(11)))));
-    var _S200 : u32 = (extractBits((shared_stream_0[stream_end_0 - u32(1)]), u32((i32(0))), u32((i32(3)))));
-    return min(_S199 + _S200, u32(20));
+    var _S201 : u32 = (extractBits((shared_stream_0[stream_end_0 - u32(1)]), u32((i32(12))), u32((i32(11)))));
+    var _S202 : u32 = (extractBits((shared_stream_0[stream_end_0 - u32(1)]), u32((i32(0))), u32((i32(3)))));
+    return min(_S201 + _S202, u32(20));
 }
 
 fn stream_of_element_0( element_3 : u32) -> vec2<u32>
 {
-    var s_29 : u32 = u32(0);
+    var s_30 : u32 = u32(0);
     var next_2 : u32 = u32(1);
     for(;;)
     {
@@ -2716,59 +2724,59 @@ fn stream_of_element_0( element_3 : u32) -> vec2<u32>
         {
             break;
         }
-        var _S201 : u32 = (extractBits((shared_stream_0[next_2]), u32((i32(12))), u32((i32(11)))));
-        if(element_3 >= _S201)
+        var _S203 : u32 = (extractBits((shared_stream_0[next_2]), u32((i32(12))), u32((i32(11)))));
+        if(element_3 >= _S203)
         {
-            s_29 = next_2;
+            s_30 = next_2;
         }
         next_2 = next_2 + u32(1);
     }
-    var _S202 : u32 = (extractBits((shared_stream_0[s_29]), u32((i32(12))), u32((i32(11)))));
-    return vec2<u32>(s_29, element_3 - _S202);
+    var _S204 : u32 = (extractBits((shared_stream_0[s_30]), u32((i32(12))), u32((i32(11)))));
+    return vec2<u32>(s_30, element_3 - _S204);
 }
 
-fn Weights_x24init_0( exist_1 : bool,  s_30 : u32,  u_4 : u32) -> Weights_0
+fn Weights_x24init_0( exist_1 : bool,  s_31 : u32,  u_4 : u32) -> Weights_0
 {
-    var _S203 : Weights_0;
-    _S203.exist_0 = exist_1;
-    _S203.s_27 = s_30;
-    _S203.u_3 = u_4;
-    return _S203;
+    var _S205 : Weights_0;
+    _S205.exist_0 = exist_1;
+    _S205.s_28 = s_31;
+    _S205.u_3 = u_4;
+    return _S205;
 }
 
 fn unpack_weights_0( word_8 : u32) -> Weights_0
 {
-    var _S204 : i32 = i32(word_8);
-    var _S205 : i32 = (extractBits((_S204), u32((i32(0))), u32((i32(12)))));
-    var _S206 : u32 = u32(_S205);
-    var _S207 : i32 = (extractBits((_S204), u32((i32(12))), u32((i32(12)))));
-    return Weights_x24init_0(true, _S206, u32(_S207));
+    var _S206 : i32 = i32(word_8);
+    var _S207 : i32 = (extractBits((_S206), u32((i32(0))), u32((i32(12)))));
+    var _S208 : u32 = u32(_S207);
+    var _S209 : i32 = (extractBits((_S206), u32((i32(12))), u32((i32(12)))));
+    return Weights_x24init_0(true, _S208, u32(_S209));
 }
 
 fn affine_point_0( w_12 : Weights_0,  a_5 : u32,  b_4 : u32,  o_1 : u32) -> u32
 {
-    return a_5 + shift_right_0(w_12.s_27 * (b_4 - a_5) + w_12.u_3 * (o_1 - a_5) + u32(128), u32(8));
+    return a_5 + shift_right_0(w_12.s_28 * (b_4 - a_5) + w_12.u_3 * (o_1 - a_5) + u32(128), u32(8));
 }
 
 fn divide_0( x_9 : u32,  n_14 : u32) -> u32
 {
-    var _S208 : u32 = x_9 / n_14;
-    return _S208;
+    var _S210 : u32 = x_9 / n_14;
+    return _S210;
 }
 
 fn toward_0( a_6 : u32,  b_5 : u32,  n_15 : u32) -> u32
 {
-    var _S209 : u32 = divide_0(b_5 - a_6 + ((n_15 >> (u32(1)))) + ((n_15 << (u32(24)))), n_15);
-    return a_6 + _S209 - u32(16777216);
+    var _S211 : u32 = divide_0(b_5 - a_6 + ((n_15 >> (u32(1)))) + ((n_15 << (u32(24)))), n_15);
+    return a_6 + _S211 - u32(16777216);
 }
 
-fn predict_chain_0( h_12 : Header_0,  r_13 : u32,  s_31 : u32,  element_4 : u32)
+fn predict_chain_0( h_12 : Header_0,  r_13 : u32,  s_32 : u32,  element_4 : u32)
 {
-    var _S210 : u32 = (extractBits((shared_stream_0[s_31]), u32((i32(9))), u32((i32(3)))));
+    var _S212 : u32 = (extractBits((shared_stream_0[s_32]), u32((i32(9))), u32((i32(3)))));
     var base_3 : u32 = min(element_4, u32(19)) * u32(64);
-    var _S211 : u32 = bits_mask_0(s_31);
+    var _S213 : u32 = bits_mask_0(s_32);
     var length_3 : u32 = reference_length_of_0(r_13);
-    var backwards_2 : bool = runs_backwards_0(h_12, r_13, s_31);
+    var backwards_2 : bool = runs_backwards_0(h_12, r_13, s_32);
     var rank_3 : u32 = ((team_references_0[(r_13 & (u32(63)))]) & (u32(63)));
     var to_1 : u32 = first_id_0(next_reference_0(h_12, r_13));
     var prev_0 : u32;
@@ -2778,20 +2786,20 @@ fn predict_chain_0( h_12 : Header_0,  r_13 : u32,  s_31 : u32,  element_4 : u32)
     }
     else
     {
-        var _S212 : u32 = loop_id_0(rank_3);
-        prev_0 = _S212;
+        var _S214 : u32 = loop_id_0(rank_3);
+        prev_0 = _S214;
     }
     var prev_1 : u32 = team_values_0[base_3 + prev_0];
     if(backwards_2)
     {
-        var _S213 : u32 = loop_id_0(rank_3);
-        prev_0 = _S213;
+        var _S215 : u32 = loop_id_0(rank_3);
+        prev_0 = _S215;
     }
     else
     {
         prev_0 = to_1;
     }
-    var _S214 : u32 = team_values_0[base_3 + prev_0];
+    var _S216 : u32 = team_values_0[base_3 + prev_0];
     prev_0 = prev_1;
     var before_6 : u32 = prev_1;
     var left_0 : u32 = length_3;
@@ -2804,22 +2812,22 @@ fn predict_chain_0( h_12 : Header_0,  r_13 : u32,  s_31 : u32,  element_4 : u32)
         {
             break;
         }
-        var _S215 : u32;
+        var _S217 : u32;
         if(backwards_2)
         {
-            _S215 = left_0 - u32(1);
+            _S217 = left_0 - u32(1);
         }
         else
         {
-            _S215 = length_3 + u32(1) - left_0;
+            _S217 = length_3 + u32(1) - left_0;
         }
-        var place_5 : u32 = rank_3 + _S215;
-        var _S216 : u32 = loop_id_0(place_5);
-        var v_9 : u32 = base_3 + _S216;
+        var place_6 : u32 = rank_3 + _S217;
+        var _S218 : u32 = loop_id_0(place_6);
+        var v_9 : u32 = base_3 + _S218;
         var weights_0 : u32;
-        if(_S210 == u32(5))
+        if(_S212 == u32(5))
         {
-            weights_0 = team_seams_0[(place_5 & (u32(63)))];
+            weights_0 = team_seams_0[(place_6 & (u32(63)))];
         }
         else
         {
@@ -2828,102 +2836,88 @@ fn predict_chain_0( h_12 : Header_0,  r_13 : u32,  s_31 : u32,  element_4 : u32)
         var point_0 : u32;
         if(weights_0 != u32(0))
         {
-            var _S217 : Weights_0 = unpack_weights_0(weights_0);
-            point_0 = affine_point_0(_S217, prev_0, _S214, before_6);
+            var _S219 : Weights_0 = unpack_weights_0(weights_0);
+            point_0 = affine_point_0(_S219, prev_0, _S216, before_6);
         }
         else
         {
-            if(_S210 != u32(2))
+            if(_S212 != u32(2))
             {
-                var _S218 : u32 = toward_0(prev_0, _S214, left_0);
-                point_0 = _S218;
+                var _S220 : u32 = toward_0(prev_0, _S216, left_0);
+                point_0 = _S220;
             }
             else
             {
                 point_0 = prev_0;
             }
         }
-        var prev_2 : u32 = ((point_0 + team_values_0[v_9]) & (_S211));
+        var prev_2 : u32 = ((point_0 + team_values_0[v_9]) & (_S213));
         team_values_0[v_9] = prev_2;
-        var _S219 : u32 = left_0 - u32(1);
+        var _S221 : u32 = left_0 - u32(1);
         before_6 = prev_0;
         prev_0 = prev_2;
-        left_0 = _S219;
+        left_0 = _S221;
     }
     return;
 }
 
-fn predict_chains_0( h_13 : Header_0,  s_32 : u32,  only_seams_0 : bool)
+fn predict_chains_0( h_13 : Header_0,  s_33 : u32,  only_seams_0 : bool)
 {
-    var one_0 : bool = s_32 < u32(8);
-    var _S220 : u32;
+    var one_0 : bool = s_33 < u32(8);
+    var _S222 : u32;
     if(one_0)
     {
-        var _S221 : u32 = (extractBits((shared_stream_0[s_32]), u32((i32(12))), u32((i32(11)))));
-        _S220 = _S221;
+        var _S223 : u32 = (extractBits((shared_stream_0[s_33]), u32((i32(12))), u32((i32(11)))));
+        _S222 = _S223;
     }
     else
     {
-        _S220 = u32(0);
+        _S222 = u32(0);
     }
     var item_3 : u32;
     if(one_0)
     {
-        var _S222 : u32 = (extractBits((shared_stream_0[s_32]), u32((i32(0))), u32((i32(3)))));
-        item_3 = _S222;
+        var _S224 : u32 = (extractBits((shared_stream_0[s_33]), u32((i32(0))), u32((i32(3)))));
+        item_3 = _S224;
     }
     else
     {
-        var _S223 : u32 = element_total_0();
-        item_3 = _S223;
+        var _S225 : u32 = element_total_0();
+        item_3 = _S225;
     }
-    var _S224 : u32 = max(item_3, u32(1));
+    var _S226 : u32 = max(item_3, u32(1));
     item_3 = the_thread_0;
     for(;;)
     {
-        if(item_3 < (h_13.references_1 * _S224))
+        if(item_3 < (h_13.references_1 * _S226))
         {
         }
         else
         {
             break;
         }
-        var r_14 : u32 = item_3 / _S224;
-        var element_5 : u32 = _S220 + item_3 - r_14 * _S224;
+        var r_14 : u32 = item_3 / _S226;
+        var element_5 : u32 = _S222 + item_3 - r_14 * _S226;
         var of_0 : u32;
         if(one_0)
         {
-            of_0 = s_32;
+            of_0 = s_33;
         }
         else
         {
-            var _S225 : vec2<u32> = stream_of_element_0(element_5);
-            of_0 = _S225.x;
+            var _S227 : vec2<u32> = stream_of_element_0(element_5);
+            of_0 = _S227.x;
         }
         if(mask_test_0(h_13.private_refs_1, r_14))
         {
             item_3 = item_3 + u32(32);
             continue;
         }
-        var _S226 : bool;
+        var _S228 : bool;
         if(!one_0)
         {
-            var _S227 : u32 = (extractBits((shared_stream_0[of_0]), u32((i32(9))), u32((i32(3)))));
-            _S226 = _S227 == u32(5);
-        }
-        else
-        {
-            _S226 = false;
-        }
-        if(_S226)
-        {
-            item_3 = item_3 + u32(32);
-            continue;
-        }
-        var _S228 : bool;
-        if(only_seams_0)
-        {
-            _S228 = !mask_test_0(team_seam_refs_0[of_0], r_14);
+            var _S229 : u32 = (extractBits((shared_stream_0[of_0]), u32((i32(9))), u32((i32(3)))));
+            _S228 = _S229 == u32(5);
         }
         else
         {
@@ -2934,73 +2928,87 @@ fn predict_chains_0( h_13 : Header_0,  s_32 : u32,  only_seams_0 : bool)
             item_3 = item_3 + u32(32);
             continue;
         }
+        var _S230 : bool;
+        if(only_seams_0)
+        {
+            _S230 = !mask_test_0(team_seam_refs_0[of_0], r_14);
+        }
+        else
+        {
+            _S230 = false;
+        }
+        if(_S230)
+        {
+            item_3 = item_3 + u32(32);
+            continue;
+        }
         predict_chain_0(h_13, r_14, of_0, element_5);
         item_3 = item_3 + u32(32);
     }
     return;
 }
 
-fn predict_element_0( s_33 : u32,  c_6 : u32)
+fn predict_element_0( s_34 : u32,  c_6 : u32)
 {
-    var predictor_0 : u32 = (extractBits((shared_stream_0[s_33]), u32((i32(9))), u32((i32(3)))));
-    var _S229 : u32 = bits_mask_0(s_33);
-    var _S230 : u32 = value_element_0(s_33, c_6);
+    var predictor_0 : u32 = (extractBits((shared_stream_0[s_34]), u32((i32(9))), u32((i32(3)))));
+    var _S231 : u32 = bits_mask_0(s_34);
+    var _S232 : u32 = value_element_0(s_34, c_6);
     var copies_0 : bool = predictor_0 == u32(2);
     var damped_0 : bool = predictor_0 == u32(3);
-    var _S231 : bool = predictor_0 == u32(5);
-    var _S232 : bool;
+    var _S233 : bool = predictor_0 == u32(5);
+    var _S234 : bool;
     if(predictor_0 != u32(1))
     {
-        _S232 = !copies_0;
+        _S234 = !copies_0;
     }
     else
     {
-        _S232 = false;
-    }
-    var _S233 : u32;
-    if(damped_0)
-    {
-        _S233 = u32(3);
-    }
-    else
-    {
-        _S233 = u32(1);
-    }
-    var _S234 : u32;
-    if(damped_0)
-    {
-        _S234 = u32(4294967294);
-    }
-    else
-    {
-        _S234 = u32(4294967295);
+        _S234 = false;
     }
     var _S235 : u32;
     if(damped_0)
     {
-        _S235 = u32(2);
+        _S235 = u32(3);
     }
     else
     {
-        _S235 = u32(0);
+        _S235 = u32(1);
     }
-    var _S236 : i32;
+    var _S236 : u32;
     if(damped_0)
     {
-        _S236 = i32(2);
+        _S236 = u32(4294967294);
     }
     else
     {
-        _S236 = i32(0);
+        _S236 = u32(4294967295);
     }
-    var _S237 : i32;
+    var _S237 : u32;
+    if(damped_0)
+    {
+        _S237 = u32(2);
+    }
+    else
+    {
+        _S237 = u32(0);
+    }
+    var _S238 : i32;
+    if(damped_0)
+    {
+        _S238 = i32(2);
+    }
+    else
+    {
+        _S238 = i32(0);
+    }
+    var _S239 : i32;
     if(copies_0)
     {
-        _S237 = i32(0);
+        _S239 = i32(0);
     }
     else
     {
-        _S237 = i32(1);
+        _S239 = i32(1);
     }
     var i_16 : u32 = u32(0);
     for(;;)
@@ -3013,13 +3021,13 @@ fn predict_element_0( s_33 : u32,  c_6 : u32)
             break;
         }
         var triangle_3 : u32 = team_traversal_0[i_16];
-        var _S238 : u32 = (extractBits((team_traversal_0[i_16]), u32((i32(16))), u32((i32(6)))));
-        var residual_1 : u32 = team_values_0[_S230 + _S238];
-        var a_7 : u32 = team_values_0[_S230 + ((triangle_3 & (u32(63))))];
-        var _S239 : u32 = (extractBits((triangle_3), u32((i32(8))), u32((i32(6)))));
-        var b_6 : u32 = team_values_0[_S230 + _S239];
-        var _S240 : u32 = (extractBits((triangle_3), u32((i32(24))), u32((i32(6)))));
-        var o_2 : u32 = team_values_0[_S230 + _S240];
+        var _S240 : u32 = (extractBits((team_traversal_0[i_16]), u32((i32(16))), u32((i32(6)))));
+        var residual_1 : u32 = team_values_0[_S232 + _S240];
+        var a_7 : u32 = team_values_0[_S232 + ((triangle_3 & (u32(63))))];
+        var _S241 : u32 = (extractBits((triangle_3), u32((i32(8))), u32((i32(6)))));
+        var b_6 : u32 = team_values_0[_S232 + _S241];
+        var _S242 : u32 = (extractBits((triangle_3), u32((i32(24))), u32((i32(6)))));
+        var o_2 : u32 = team_values_0[_S232 + _S242];
         var sum_3 : u32;
         if(copies_0)
         {
@@ -3030,7 +3038,7 @@ fn predict_element_0( s_33 : u32,  c_6 : u32)
             sum_3 = a_7 + b_6;
         }
         var across_0 : bool;
-        if(_S232)
+        if(_S234)
         {
             across_0 = triangle_3 < u32(4278190080);
         }
@@ -3041,42 +3049,42 @@ fn predict_element_0( s_33 : u32,  c_6 : u32)
         var point_1 : u32;
         if(across_0)
         {
-            point_1 = _S233 * sum_3 + _S234 * o_2 + _S235;
+            point_1 = _S235 * sum_3 + _S236 * o_2 + _S237;
         }
         else
         {
             point_1 = sum_3;
         }
-        var _S241 : i32 = i32(point_1);
-        var _S242 : i32;
+        var _S243 : i32 = i32(point_1);
+        var _S244 : i32;
         if(across_0)
         {
-            _S242 = _S236;
+            _S244 = _S238;
         }
         else
         {
-            _S242 = _S237;
+            _S244 = _S239;
         }
-        var _S243 : u32 = u32((_S241 >> (u32(_S242))));
+        var _S245 : u32 = u32((_S243 >> (u32(_S244))));
         var point_2 : u32;
-        if(_S231)
+        if(_S233)
         {
             var weights_1 : u32 = team_seams_0[i_16];
             if((team_seams_0[i_16]) != u32(0))
             {
-                var _S244 : Weights_0 = unpack_weights_0(weights_1);
-                point_2 = affine_point_0(_S244, a_7, b_6, o_2);
+                var _S246 : Weights_0 = unpack_weights_0(weights_1);
+                point_2 = affine_point_0(_S246, a_7, b_6, o_2);
             }
             else
             {
-                point_2 = _S243;
+                point_2 = _S245;
             }
         }
         else
         {
-            point_2 = _S243;
+            point_2 = _S245;
         }
-        team_values_0[_S230 + _S238] = ((point_2 + residual_1) & (_S229));
+        team_values_0[_S232 + _S240] = ((point_2 + residual_1) & (_S231));
         i_16 = i_16 + u32(1);
     }
     return;
@@ -3087,23 +3095,23 @@ fn predict_0( h_14 : Header_0,  sound_2 : bool,  only_seams_1 : bool,  has_chain
     var geo_0 : bool = any_stream_predicts_0(u32(16));
     var affine_0 : bool = any_stream_predicts_0(u32(32));
     var traversal_0 : u32 = push_0.streams_0 + u32(1);
-    var _S245 : bool;
+    var _S247 : bool;
     if(geo_0)
     {
-        _S245 = true;
+        _S247 = true;
     }
     else
     {
-        _S245 = affine_0;
+        _S247 = affine_0;
     }
-    var _S246 : u32;
-    if(_S245)
+    var _S248 : u32;
+    if(_S247)
     {
-        _S246 = traversal_0 + u32(1);
+        _S248 = traversal_0 + u32(1);
     }
     else
     {
-        _S246 = traversal_0;
+        _S248 = traversal_0;
     }
     var step_2 : u32;
     if(has_chains_0)
@@ -3116,7 +3124,7 @@ fn predict_0( h_14 : Header_0,  sound_2 : bool,  only_seams_1 : bool,  has_chain
     }
     for(;;)
     {
-        if(step_2 <= _S246)
+        if(step_2 <= _S248)
         {
         }
         else
@@ -3126,139 +3134,139 @@ fn predict_0( h_14 : Header_0,  sound_2 : bool,  only_seams_1 : bool,  has_chain
         var chains_3 : bool = step_2 < traversal_0;
         if(chains_3)
         {
-            _S245 = step_2 > u32(0);
+            _S247 = step_2 > u32(0);
         }
         else
         {
-            _S245 = false;
+            _S247 = false;
         }
-        var s_34 : u32;
-        if(_S245)
-        {
-            s_34 = step_2 - u32(1);
-        }
-        else
-        {
-            s_34 = u32(8);
-        }
-        var _S247 : bool = s_34 < u32(8);
-        var _S248 : bool;
+        var s_35 : u32;
         if(_S247)
         {
-            _S248 = ((the_blob_0[u32(8) + u32(7) * s_34] >> (u32(24)))) != u32(5);
+            s_35 = step_2 - u32(1);
         }
         else
         {
-            _S248 = false;
+            s_35 = u32(8);
         }
-        if(_S248)
+        var _S249 : bool = s_35 < u32(8);
+        var _S250 : bool;
+        if(_S249)
+        {
+            _S250 = ((the_blob_0[u32(8) + u32(7) * s_35] >> (u32(24)))) != u32(5);
+        }
+        else
+        {
+            _S250 = false;
+        }
+        if(_S250)
         {
             step_2 = step_2 + u32(1);
             continue;
         }
         workgroupBarrier();
         var after_0 : bool = step_2 > traversal_0;
-        var _S249 : bool;
+        var _S251 : bool;
         if(after_0)
         {
-            _S249 = geo_0;
+            _S251 = geo_0;
         }
         else
         {
-            _S249 = false;
+            _S251 = false;
         }
-        if(_S249)
+        if(_S251)
         {
             sum_team_normals_0(sound_2);
         }
         var of_1 : u32 = u32(0);
         for(;;)
         {
-            var _S250 : bool;
+            var _S252 : bool;
             if(of_1 < stream_end_0)
             {
-                _S250 = after_0;
+                _S252 = after_0;
             }
             else
             {
-                _S250 = false;
+                _S252 = false;
             }
-            var _S251 : bool;
-            if(_S250)
+            var _S253 : bool;
+            if(_S252)
             {
-                _S251 = sound_2;
+                _S253 = sound_2;
             }
             else
             {
-                _S251 = false;
+                _S253 = false;
             }
-            if(_S251)
+            if(_S253)
             {
             }
             else
             {
                 break;
             }
-            var _S252 : u32 = (extractBits((shared_stream_0[of_1]), u32((i32(9))), u32((i32(3)))));
-            if(_S252 == u32(4))
+            var _S254 : u32 = (extractBits((shared_stream_0[of_1]), u32((i32(9))), u32((i32(3)))));
+            if(_S254 == u32(4))
             {
                 predict_team_geo_0(of_1);
             }
             of_1 = of_1 + u32(1);
         }
-        var _S253 : bool;
+        var _S255 : bool;
         if(after_0)
         {
-            _S253 = affine_0;
+            _S255 = affine_0;
         }
         else
         {
-            _S253 = _S247;
+            _S255 = _S249;
         }
-        if(_S253)
+        if(_S255)
         {
             if(sound_2)
             {
-                find_weights_0(h_14, s_34, chains_3);
+                find_weights_0(h_14, s_35, chains_3);
             }
             workgroupBarrier();
         }
-        var _S254 : bool;
+        var _S256 : bool;
         if(chains_3)
         {
-            _S254 = sound_2;
+            _S256 = sound_2;
         }
         else
         {
-            _S254 = false;
+            _S256 = false;
         }
-        if(_S254)
+        if(_S256)
         {
-            predict_chains_0(h_14, s_34, only_seams_1);
+            predict_chains_0(h_14, s_35, only_seams_1);
         }
         var element_6 : u32 = the_thread_0;
         for(;;)
         {
-            var _S255 : u32 = element_total_0();
-            var _S256 : bool;
-            if(element_6 < _S255)
+            var _S257 : u32 = element_total_0();
+            var _S258 : bool;
+            if(element_6 < _S257)
             {
-                _S256 = !chains_3;
+                _S258 = !chains_3;
             }
             else
             {
-                _S256 = false;
+                _S258 = false;
             }
-            var _S257 : bool;
-            if(_S256)
+            var _S259 : bool;
+            if(_S258)
             {
-                _S257 = sound_2;
+                _S259 = sound_2;
             }
             else
             {
-                _S257 = false;
+                _S259 = false;
             }
-            if(_S257)
+            if(_S259)
             {
             }
             else
@@ -3266,20 +3274,20 @@ fn predict_0( h_14 : Header_0,  sound_2 : bool,  only_seams_1 : bool,  has_chain
                 break;
             }
             var of_2 : vec2<u32> = stream_of_element_0(element_6);
-            var _S258 : u32 = of_2.x;
-            var predictor_1 : u32 = (extractBits((shared_stream_0[_S258]), u32((i32(9))), u32((i32(3)))));
-            var _S259 : bool;
+            var _S260 : u32 = of_2.x;
+            var predictor_1 : u32 = (extractBits((shared_stream_0[_S260]), u32((i32(9))), u32((i32(3)))));
+            var _S261 : bool;
             if(after_0)
             {
-                _S259 = predictor_1 == u32(5);
+                _S261 = predictor_1 == u32(5);
             }
             else
             {
-                _S259 = predictor_1 < u32(4);
+                _S261 = predictor_1 < u32(4);
             }
-            if(_S259)
+            if(_S261)
             {
-                predict_element_0(_S258, of_2.y);
+                predict_element_0(_S260, of_2.y);
             }
             element_6 = element_6 + u32(32);
         }
@@ -3290,45 +3298,45 @@ fn predict_0( h_14 : Header_0,  sound_2 : bool,  only_seams_1 : bool,  has_chain
 
 fn put_field_0( at_2 : u32,  value_3 : u32) -> vec2<u32>
 {
-    var _S260 : vec2<u32>;
+    var _S262 : vec2<u32>;
     if(at_2 < u32(32))
     {
-        _S260 = vec2<u32>((value_3 << (at_2)), (((value_3 >> (u32(1)))) >> ((u32(31) - at_2))));
+        _S262 = vec2<u32>((value_3 << (at_2)), (((value_3 >> (u32(1)))) >> ((u32(31) - at_2))));
     }
     else
     {
-        _S260 = vec2<u32>(u32(0), (value_3 << ((at_2 - u32(32)))));
+        _S262 = vec2<u32>(u32(0), (value_3 << ((at_2 - u32(32)))));
     }
-    return _S260;
+    return _S262;
 }
 
-fn put_vertex_0( s_35 : u32,  id_7 : u32,  fields_2 : vec2<u32>)
+fn put_vertex_0( s_36 : u32,  id_7 : u32,  fields_2 : vec2<u32>)
 {
-    var word_9 : u32 = word_of_0(s_35, id_7);
-    var _S261 : u32 = (extractBits((shared_places_0[s_35]), u32((i32(16))), u32((i32(6)))));
-    if(_S261 == u32(1))
+    var word_9 : u32 = word_of_0(s_36, id_7);
+    var _S263 : u32 = (extractBits((shared_places_0[s_36]), u32((i32(28))), u32((i32(2)))));
+    if(_S263 == u32(1))
     {
         all_values_0[the_values_0 + word_9] = fields_2.x;
     }
     else
     {
-        var _S262 : u32 = u32(2) * ((word_9 >> (u32(1))));
-        all_values_0[the_values_0 + _S262] = fields_2.x;
-        all_values_0[the_values_0 + _S262 + u32(1)] = fields_2.y;
+        var _S264 : u32 = u32(2) * ((word_9 >> (u32(1))));
+        all_values_0[the_values_0 + _S264] = fields_2.x;
+        all_values_0[the_values_0 + _S264 + u32(1)] = fields_2.y;
     }
     return;
 }
 
-fn put_value_0( s_36 : u32,  c_7 : u32,  id_8 : u32,  value_4 : u32)
+fn put_value_0( s_37 : u32,  c_7 : u32,  id_8 : u32,  value_4 : u32)
 {
-    var _S263 : u32 = bits_mask_0(s_36);
-    var inside_0 : u32 = (value_4 & (_S263));
-    var _S264 : bool = is_packed_0(s_36);
-    if(!_S264)
+    var _S265 : u32 = bits_mask_0(s_37);
+    var inside_0 : u32 = (value_4 & (_S265));
+    var _S266 : bool = is_packed_0(s_37);
+    if(!_S266)
     {
-        var _S265 : u32 = the_values_0;
-        var _S266 : u32 = word_of_0(s_36, id_8);
-        all_values_0[_S265 + (_S266 + c_7)] = inside_0;
+        var _S267 : u32 = the_values_0;
+        var _S268 : u32 = word_of_0(s_37, id_8);
+        all_values_0[_S267 + (_S268 + c_7)] = inside_0;
         return;
     }
     var before_7 : vec2<u32>;
@@ -3338,11 +3346,11 @@ fn put_value_0( s_36 : u32,  c_7 : u32,  id_8 : u32,  value_4 : u32)
     }
     else
     {
-        var _S267 : vec2<u32> = vertex_at_0(s_36, id_8);
-        before_7 = _S267;
+        var _S269 : vec2<u32> = vertex_at_0(s_37, id_8);
+        before_7 = _S269;
     }
-    var _S268 : u32 = (extractBits((shared_places_0[s_36]), u32((i32(22))), u32((i32(6)))));
-    put_vertex_0(s_36, id_8, (before_7 | ((put_field_0(c_7 * _S268, inside_0)))));
+    var _S270 : u32 = (extractBits((shared_places_0[s_37]), u32((i32(22))), u32((i32(6)))));
+    put_vertex_0(s_37, id_8, (before_7 | ((put_field_0(c_7 * _S270, inside_0)))));
     return;
 }
 
@@ -3363,49 +3371,49 @@ fn store_values_0( known_0 : vec2<u32>)
             id_9 = id_9 + u32(32);
             continue;
         }
-        var s_37 : u32 = u32(0);
+        var s_38 : u32 = u32(0);
         for(;;)
         {
-            if(s_37 < stream_end_0)
+            if(s_38 < stream_end_0)
             {
             }
             else
             {
                 break;
             }
-            var _S269 : vec2<u32> = vec2<u32>(u32(0));
+            var _S271 : vec2<u32> = vec2<u32>(u32(0));
             var c_8 : u32 = u32(0);
-            var fields_3 : vec2<u32> = _S269;
+            var fields_3 : vec2<u32> = _S271;
             for(;;)
             {
-                var _S270 : u32 = (extractBits((shared_stream_0[s_37]), u32((i32(0))), u32((i32(3)))));
-                if(c_8 < _S270)
+                var _S272 : u32 = (extractBits((shared_stream_0[s_38]), u32((i32(0))), u32((i32(3)))));
+                if(c_8 < _S272)
                 {
                 }
                 else
                 {
                     break;
                 }
-                var _S271 : u32 = value_element_0(s_37, c_8);
-                var value_5 : u32 = team_values_0[_S271 + id_9];
-                var _S272 : bool = is_packed_0(s_37);
-                if(_S272)
+                var _S273 : u32 = value_element_0(s_38, c_8);
+                var value_5 : u32 = team_values_0[_S273 + id_9];
+                var _S274 : bool = is_packed_0(s_38);
+                if(_S274)
                 {
-                    var _S273 : u32 = (extractBits((shared_places_0[s_37]), u32((i32(22))), u32((i32(6)))));
-                    fields_3 = (fields_3 | ((put_field_0(c_8 * _S273, value_5))));
+                    var _S275 : u32 = (extractBits((shared_places_0[s_38]), u32((i32(22))), u32((i32(6)))));
+                    fields_3 = (fields_3 | ((put_field_0(c_8 * _S275, value_5))));
                 }
                 else
                 {
-                    put_value_0(s_37, c_8, id_9, value_5);
+                    put_value_0(s_38, c_8, id_9, value_5);
                 }
                 c_8 = c_8 + u32(1);
             }
-            var _S274 : bool = is_packed_0(s_37);
-            if(_S274)
+            var _S276 : bool = is_packed_0(s_38);
+            if(_S276)
             {
-                put_vertex_0(s_37, id_9, fields_3);
+                put_vertex_0(s_38, id_9, fields_3);
             }
-            s_37 = s_37 + u32(1);
+            s_38 = s_38 + u32(1);
         }
         id_9 = id_9 + u32(32);
     }
@@ -3416,18 +3424,18 @@ fn interior_shader_0()
 {
     open_job_0(push_0.first_0 + the_workgroup_0.x);
     var summary_0 : u32 = atomicLoad(&(the_summaries_0[job_place_0]));
-    var places_0 : Places_std430_0 = all_places_0[job_place_0];
-    var _S275 : bool;
+    var places_0 : Places_std430_0 = all_places_0[job_meshlet_0];
+    var _S277 : bool;
     if(((summary_0 >> (u32(16)))) == u32(0))
     {
-        _S275 = (places_0.interior_0) != u32(4294967295);
+        _S277 = (places_0.interior_0) != u32(4294967295);
     }
     else
     {
-        _S275 = false;
+        _S277 = false;
     }
     var live_0 : u32;
-    if(_S275)
+    if(_S277)
     {
         live_0 = u32(1);
     }
@@ -3435,8 +3443,8 @@ fn interior_shader_0()
     {
         live_0 = u32(0);
     }
-    var _S276 : u32 = (extractBits((places_0.counts_0), u32((i32(13))), u32((i32(3)))));
-    var state_0 : u32 = uniform_word_0((live_0 | (((_S276 << (u32(1)))))));
+    var _S278 : u32 = (extractBits((places_0.counts_0), u32((i32(13))), u32((i32(3)))));
+    var state_0 : u32 = uniform_word_0((live_0 | (((_S278 << (u32(1)))))));
     if(((state_0 & (u32(1)))) == u32(0))
     {
         return;
@@ -3459,21 +3467,21 @@ fn interior_shader_0()
     vertex_count_0 = min((((summary_0 >> (u32(8)))) & (u32(127))), u32(64));
     team_boundary_0 = connected_0.boundary_0;
     open_team_0();
-    var s_38 : u32 = the_thread_0;
+    var s_39 : u32 = the_thread_0;
     for(;;)
     {
-        if(s_38 < stream_total_0)
+        if(s_39 < stream_total_0)
         {
         }
         else
         {
             break;
         }
-        team_seam_refs_0[s_38] = mask_none_0();
-        s_38 = s_38 + u32(32);
+        team_seam_refs_0[s_39] = mask_none_0();
+        s_39 = s_39 + u32(32);
     }
-    var _S277 : u32 = (extractBits((places_0.counts_0), u32((i32(7))), u32((i32(6)))));
-    read_interior_codes_0(places_0.codes_0, mask_any_0(((mask_below_0(_S277)) & ((~(((places_0.foreign_refs_0) | ((places_0.private_refs_0)))))))));
+    var _S279 : u32 = (extractBits((places_0.counts_0), u32((i32(7))), u32((i32(6)))));
+    read_interior_codes_0(places_0.codes_0, mask_any_0(((mask_below_0(_S279)) & ((~(((places_0.foreign_refs_0) | ((places_0.private_refs_0)))))))));
     workgroupBarrier();
     if(the_thread_0 == u32(0))
     {
@@ -3485,8 +3493,8 @@ fn interior_shader_0()
     h_15.flags_0 = u32(0);
     if(seams_4)
     {
-        var _S278 : Header_0 = find_seams_of_0();
-        h_15 = _S278;
+        var _S280 : Header_0 = find_seams_of_0();
+        h_15 = _S280;
     }
     workgroupBarrier();
     list_traversal_0();
@@ -3497,22 +3505,22 @@ fn interior_shader_0()
     workgroupBarrier();
     if(sound_3)
     {
-        var _S279 : vec2<u32>;
+        var _S281 : vec2<u32>;
         if((h_15.flags_0) != u32(0))
         {
-            _S279 = mask_none_0();
+            _S281 = mask_none_0();
         }
         else
         {
-            _S279 = (team_boundary_0 & ((~places_0.waiting_0)));
+            _S281 = (team_boundary_0 & ((~places_0.waiting_0)));
         }
-        store_values_0(_S279);
+        store_values_0(_S281);
     }
     else
     {
         if(the_thread_0 == u32(0))
         {
-            var _S280 : u32 = atomicOr(&(the_summaries_0[job_place_0]), (error_0 << (u32(16))));
+            var _S282 : u32 = atomicOr(&(the_summaries_0[job_place_0]), (error_0 << (u32(16))));
         }
     }
     return;

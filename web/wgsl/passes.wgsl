@@ -1,4 +1,4 @@
-// Translated from shaders/decoders/lengths.comp, shaders/decoders/corners.comp, shaders/decoders/chains.comp, shaders/decoders/traversal.comp, shaders/decoders/geo.comp by web/build_wgsl.py: do not edit.
+// Translated from shaders/decoders/lengths.comp, shaders/decoders/corners.comp, shaders/decoders/chains.comp, shaders/decoders/traversal.comp, shaders/decoders/geo.comp by tools/build_wgsl.py: do not edit.
 struct Push_std140_0
 {
     @align(16) blob_words_0 : u32,
@@ -196,42 +196,50 @@ fn words_of_0( s_2 : u32) -> u32
     return ((_S7 * _S8 + u32(31)) >> (u32(5)));
 }
 
-var<workgroup> shared_places_0 : array<u32, i32(64)>;
-
-fn share_value_places_0()
+fn value_place_0( s_3 : u32) -> vec2<u32>
 {
-    var s_3 : u32 = the_thread_0;
+    var before_1 : u32 = u32(0);
+    var words_0 : u32 = u32(0);
     for(;;)
     {
-        if(s_3 < stream_total_0)
+        if(before_1 < s_3)
         {
         }
         else
         {
             break;
         }
-        var before_1 : u32 = u32(0);
-        var words_0 : u32 = u32(0);
-        for(;;)
+        var _S9 : u32 = words_of_0(before_1);
+        var words_1 : u32 = words_0 + _S9;
+        before_1 = before_1 + u32(1);
+        words_0 = words_1;
+    }
+    var _S10 : u32 = u32(64) * words_0;
+    var _S11 : u32 = words_of_0(s_3);
+    return vec2<u32>(_S10, _S11);
+}
+
+var<workgroup> shared_places_0 : array<u32, i32(64)>;
+
+fn share_value_places_0()
+{
+    var s_4 : u32 = the_thread_0;
+    for(;;)
+    {
+        if(s_4 < stream_total_0)
         {
-            if(before_1 < s_3)
-            {
-            }
-            else
-            {
-                break;
-            }
-            var _S9 : u32 = words_of_0(before_1);
-            var words_1 : u32 = words_0 + _S9;
-            before_1 = before_1 + u32(1);
-            words_0 = words_1;
         }
-        var _S10 : u32 = ((u32(64) * words_0) & (u32(65535)));
-        var _S11 : u32 = words_of_0(s_3);
-        var _S12 : u32 = (_S10 | (((_S11 << (u32(16))))));
-        var _S13 : u32 = field_of_0(s_3);
-        shared_places_0[s_3] = (_S12 | (((_S13 << (u32(22))))));
-        s_3 = s_3 + u32(64);
+        else
+        {
+            break;
+        }
+        var place_0 : vec2<u32> = value_place_0(s_4);
+        var _S12 : u32 = ((((place_0.x) & (u32(65535)))) | ((((((place_0.y) & (u32(63)))) << (u32(16))))));
+        var _S13 : u32 = field_of_0(s_4);
+        var _S14 : u32 = (_S12 | (((_S13 << (u32(22))))));
+        var _S15 : u32 = words_of_0(s_4);
+        shared_places_0[s_4] = (_S14 | ((((min(_S15, u32(3))) << (u32(28))))));
+        s_4 = s_4 + u32(64);
     }
     workgroupBarrier();
     return;
@@ -262,14 +270,14 @@ var<private> present_0 : bool;
 
 fn open_pass_0( threads_0 : u32) -> bool
 {
-    var _S14 : u32 = the_thread_0 / threads_0;
-    member_0 = _S14;
-    var _S15 : u32 = the_thread_0 % threads_0;
-    first_item_0 = _S15;
-    var _S16 : u32 = push_0.first_0;
-    var _S17 : u32 = the_workgroup_0.x;
-    var _S18 : u32 = u32(64) / threads_0;
-    var number_0 : u32 = _S16 + _S17 * _S18 + member_0;
+    var _S16 : u32 = the_thread_0 / threads_0;
+    member_0 = _S16;
+    var _S17 : u32 = the_thread_0 % threads_0;
+    first_item_0 = _S17;
+    var _S18 : u32 = push_0.first_0;
+    var _S19 : u32 = the_workgroup_0.x;
+    var _S20 : u32 = u32(64) / threads_0;
+    var number_0 : u32 = _S18 + _S19 * _S20 + member_0;
     open_job_0(min(number_0, push_0.meshlets_0 - u32(1)));
     share_streams_0(job_streams_0());
     share_value_places_0();
@@ -282,67 +290,67 @@ fn open_pass_0( threads_0 : u32) -> bool
     symbol_s_0 = connectivity_0[job_place_0].splits_0;
     error_0 = u32(0);
     var summary_0 : u32 = atomicLoad(&(the_summaries_0[job_place_0]));
-    var _S19 : bool = number_0 < (push_0.meshlets_0);
-    present_0 = _S19;
-    var _S20 : bool;
-    if(_S19)
+    var _S21 : bool = number_0 < (push_0.meshlets_0);
+    present_0 = _S21;
+    var _S22 : bool;
+    if(_S21)
     {
-        _S20 = ((summary_0 >> (u32(16)))) == u32(0);
+        _S22 = ((summary_0 >> (u32(16)))) == u32(0);
     }
     else
     {
-        _S20 = false;
+        _S22 = false;
     }
-    return _S20;
+    return _S22;
 }
 
 fn word_below_0( n_0 : u32) -> u32
 {
-    var _S21 : u32;
+    var _S23 : u32;
     if(n_0 >= u32(32))
     {
-        _S21 = u32(4294967295);
+        _S23 = u32(4294967295);
     }
     else
     {
-        _S21 = ((u32(1) << (n_0))) - u32(1);
+        _S23 = ((u32(1) << (n_0))) - u32(1);
     }
-    return _S21;
+    return _S23;
 }
 
 fn mask_below_0( n_1 : u32) -> vec2<u32>
 {
-    var _S22 : u32 = word_below_0(n_1);
-    var _S23 : u32;
+    var _S24 : u32 = word_below_0(n_1);
+    var _S25 : u32;
     if(n_1 <= u32(32))
     {
-        _S23 = u32(0);
+        _S25 = u32(0);
     }
     else
     {
-        _S23 = word_below_0(n_1 - u32(32));
+        _S25 = word_below_0(n_1 - u32(32));
     }
-    return vec2<u32>(_S22, _S23);
+    return vec2<u32>(_S24, _S25);
 }
 
 fn mask_shl1_0( m_0 : vec2<u32>) -> vec2<u32>
 {
-    var _S24 : u32 = m_0.x;
-    return vec2<u32>((_S24 << (u32(1))), ((((m_0.y) << (u32(1)))) | (((_S24 >> (u32(31)))))));
+    var _S26 : u32 = m_0.x;
+    return vec2<u32>((_S26 << (u32(1))), ((((m_0.y) << (u32(1)))) | (((_S26 >> (u32(31)))))));
 }
 
 fn mask_bit_0( i_3 : u32) -> vec2<u32>
 {
-    var _S25 : vec2<u32>;
+    var _S27 : vec2<u32>;
     if(((i_3 & (u32(32)))) == u32(0))
     {
-        _S25 = vec2<u32>((u32(1) << (((i_3 & (u32(31)))))), u32(0));
+        _S27 = vec2<u32>((u32(1) << (((i_3 & (u32(31)))))), u32(0));
     }
     else
     {
-        _S25 = vec2<u32>(u32(0), (u32(1) << (((i_3 & (u32(31)))))));
+        _S27 = vec2<u32>(u32(0), (u32(1) << (((i_3 & (u32(31)))))));
     }
-    return _S25;
+    return _S27;
 }
 
 fn lone_references_0( loop_ends_1 : vec2<u32>) -> vec2<u32>
@@ -381,38 +389,38 @@ fn header_of_0( m_1 : u32) -> Header_0
     }
     var h_0 : Header_0;
     h_0.meshlet_0 = m_1;
-    var _S26 : u32 = (extractBits((places_0.counts_0), u32((i32(0))), u32((i32(7)))));
-    h_0.triangles_0 = _S26;
-    var _S27 : u32 = (extractBits((places_0.counts_0), u32((i32(7))), u32((i32(6)))));
-    h_0.references_1 = _S27;
-    var _S28 : u32 = (extractBits((places_0.counts_0), u32((i32(13))), u32((i32(3)))));
-    h_0.flags_0 = _S28;
-    var _S29 : u32 = (extractBits((places_0.counts_0), u32((i32(16))), u32((i32(3)))));
-    h_0.length_width_0 = _S29;
-    var _S30 : u32 = (extractBits((places_0.counts_0), u32((i32(19))), u32((i32(5)))));
-    h_0.delta_width_0 = _S30;
-    var _S31 : u32 = (extractBits((places_0.counts_0), u32((i32(24))), u32((i32(3)))));
-    h_0.slot_width_0 = _S31;
-    var _S32 : u32 = _S30 + _S31;
-    var _S33 : u32;
-    if(((_S28 & (u32(4)))) != u32(0))
+    var _S28 : u32 = (extractBits((places_0.counts_0), u32((i32(0))), u32((i32(7)))));
+    h_0.triangles_0 = _S28;
+    var _S29 : u32 = (extractBits((places_0.counts_0), u32((i32(7))), u32((i32(6)))));
+    h_0.references_1 = _S29;
+    var _S30 : u32 = (extractBits((places_0.counts_0), u32((i32(13))), u32((i32(3)))));
+    h_0.flags_0 = _S30;
+    var _S31 : u32 = (extractBits((places_0.counts_0), u32((i32(16))), u32((i32(3)))));
+    h_0.length_width_0 = _S31;
+    var _S32 : u32 = (extractBits((places_0.counts_0), u32((i32(19))), u32((i32(5)))));
+    h_0.delta_width_0 = _S32;
+    var _S33 : u32 = (extractBits((places_0.counts_0), u32((i32(24))), u32((i32(3)))));
+    h_0.slot_width_0 = _S33;
+    var _S34 : u32 = _S32 + _S33;
+    var _S35 : u32;
+    if(((_S30 & (u32(4)))) != u32(0))
     {
-        _S33 = stream_total_0 - u32(1);
+        _S35 = stream_total_0 - u32(1);
     }
     else
     {
-        _S33 = u32(0);
+        _S35 = u32(0);
     }
-    h_0.entry_width_0 = _S32 + _S33;
+    h_0.entry_width_0 = _S34 + _S35;
     h_0.lengths_1 = places_0.lengths_0;
     h_0.entries_1 = places_0.entries_0;
     h_0.codes_1 = places_0.codes_0;
     h_0.foreign_refs_1 = places_0.foreign_refs_0;
     h_0.private_refs_1 = places_0.private_refs_0;
     h_0.loop_ends_2 = places_0.loop_ends_0;
-    var _S34 : vec2<u32> = ((mask_below_0(h_0.references_1)) & ((~(((places_0.foreign_refs_0) | ((places_0.private_refs_0)))))));
-    h_0.owned_refs_0 = _S34;
-    h_0.sized_refs_0 = (_S34 | ((((places_0.private_refs_0) & ((~lone_references_0(places_0.loop_ends_0)))))));
+    var _S36 : vec2<u32> = ((mask_below_0(h_0.references_1)) & ((~(((places_0.foreign_refs_0) | ((places_0.private_refs_0)))))));
+    h_0.owned_refs_0 = _S36;
+    h_0.sized_refs_0 = (_S36 | ((((places_0.private_refs_0) & ((~lone_references_0(places_0.loop_ends_0)))))));
     return h_0;
 }
 
@@ -429,16 +437,16 @@ var<workgroup> shared_lengths_0 : array<u32, i32(512)>;
 
 fn mask_test_0( m_2 : vec2<u32>,  i_4 : u32) -> bool
 {
-    var _S35 : u32;
+    var _S37 : u32;
     if(((i_4 & (u32(32)))) == u32(0))
     {
-        _S35 = m_2.x;
+        _S37 = m_2.x;
     }
     else
     {
-        _S35 = m_2.y;
+        _S37 = m_2.y;
     }
-    return ((((_S35 >> (((i_4 & (u32(31))))))) & (u32(1)))) != u32(0);
+    return ((((_S37 >> (((i_4 & (u32(31))))))) & (u32(1)))) != u32(0);
 }
 
 fn mask_count_0( m_3 : vec2<u32>) -> u32
@@ -448,11 +456,11 @@ fn mask_count_0( m_3 : vec2<u32>) -> u32
 
 fn nth_bit_0( m_4 : vec2<u32>,  n_2 : u32) -> u32
 {
-    var _S36 : u32 = m_4.x;
-    var low_0 : u32 = countOneBits(_S36);
-    var _S37 : bool = n_2 < low_0;
+    var _S38 : u32 = m_4.x;
+    var low_0 : u32 = countOneBits(_S38);
+    var _S39 : bool = n_2 < low_0;
     var half_width_0 : u32;
-    if(_S37)
+    if(_S39)
     {
         half_width_0 = u32(0);
     }
@@ -461,26 +469,26 @@ fn nth_bit_0( m_4 : vec2<u32>,  n_2 : u32) -> u32
         half_width_0 = u32(32);
     }
     var word_0 : u32;
-    if(_S37)
+    if(_S39)
     {
-        word_0 = _S36;
+        word_0 = _S38;
     }
     else
     {
         word_0 = m_4.y;
     }
-    var _S38 : u32;
+    var _S40 : u32;
     if(n_2 >= low_0)
     {
-        _S38 = n_2 - low_0;
+        _S40 = n_2 - low_0;
     }
     else
     {
-        _S38 = n_2;
+        _S40 = n_2;
     }
-    var _S39 : u32 = half_width_0;
+    var _S41 : u32 = half_width_0;
     half_width_0 = u32(16);
-    var at_0 : u32 = _S39;
+    var at_0 : u32 = _S41;
     for(;;)
     {
         if(half_width_0 > u32(0))
@@ -491,12 +499,12 @@ fn nth_bit_0( m_4 : vec2<u32>,  n_2 : u32) -> u32
             break;
         }
         var ones_0 : u32 = countOneBits((word_0 & ((word_below_0(half_width_0)))));
-        if(_S38 >= ones_0)
+        if(_S40 >= ones_0)
         {
-            var _S40 : u32 = _S38 - ones_0;
+            var _S42 : u32 = _S40 - ones_0;
             var at_1 : u32 = at_0 + half_width_0;
             word_0 = (word_0 >> (half_width_0));
-            _S38 = _S40;
+            _S40 = _S42;
             at_0 = at_1;
         }
         half_width_0 = (half_width_0 >> (u32(1)));
@@ -558,21 +566,21 @@ fn entry_position_0( h_4 : Header_0,  r_2 : u32) -> u32
 fn entry_owner_0( h_5 : Header_0,  entry_0 : u32) -> u32
 {
     var delta_0 : u32 = load_bits_0(entry_0, h_5.delta_width_0);
-    var _S41 : bool = delta_0 > (h_5.meshlet_0);
-    if(_S41)
+    var _S43 : bool = delta_0 > (h_5.meshlet_0);
+    if(_S43)
     {
         error_0 = u32(5);
     }
-    var _S42 : u32;
-    if(_S41)
+    var _S44 : u32;
+    if(_S43)
     {
-        _S42 = u32(0);
+        _S44 = u32(0);
     }
     else
     {
-        _S42 = h_5.meshlet_0 - delta_0;
+        _S44 = h_5.meshlet_0 - delta_0;
     }
-    return _S42;
+    return _S44;
 }
 
 fn entry_slot_0( h_6 : Header_0,  entry_1 : u32) -> u32
@@ -587,41 +595,41 @@ fn mask_any_0( m_5 : vec2<u32>) -> bool
 
 fn mask_clear_lsb_0( m_6 : vec2<u32>) -> vec2<u32>
 {
-    var _S43 : u32 = m_6.x;
-    var _S44 : vec2<u32>;
-    if(_S43 != u32(0))
+    var _S45 : u32 = m_6.x;
+    var _S46 : vec2<u32>;
+    if(_S45 != u32(0))
     {
-        _S44 = vec2<u32>((_S43 & ((_S43 - u32(1)))), m_6.y);
+        _S46 = vec2<u32>((_S45 & ((_S45 - u32(1)))), m_6.y);
     }
     else
     {
-        var _S45 : u32 = m_6.y;
-        _S44 = vec2<u32>(u32(0), (_S45 & ((_S45 - u32(1)))));
+        var _S47 : u32 = m_6.y;
+        _S46 = vec2<u32>(u32(0), (_S47 & ((_S47 - u32(1)))));
     }
-    return _S44;
+    return _S46;
 }
 
 fn mask_lsb_0( m_7 : vec2<u32>) -> u32
 {
-    var _S46 : u32 = m_7.x;
-    var _S47 : u32;
-    if(_S46 != u32(0))
+    var _S48 : u32 = m_7.x;
+    var _S49 : u32;
+    if(_S48 != u32(0))
     {
-        _S47 = firstbitlow_0(_S46);
+        _S49 = firstbitlow_0(_S48);
     }
     else
     {
-        var _S48 : u32 = m_7.y;
-        if(_S48 != u32(0))
+        var _S50 : u32 = m_7.y;
+        if(_S50 != u32(0))
         {
-            _S47 = u32(32) + firstbitlow_0(_S48);
+            _S49 = u32(32) + firstbitlow_0(_S50);
         }
         else
         {
-            _S47 = u32(64);
+            _S49 = u32(64);
         }
     }
-    return _S47;
+    return _S49;
 }
 
 fn slot_reference_0( h_7 : Header_0,  slot_0 : u32) -> u32
@@ -630,26 +638,26 @@ fn slot_reference_0( h_7 : Header_0,  slot_0 : u32) -> u32
     var i_6 : u32 = u32(0);
     for(;;)
     {
-        var _S49 : bool;
+        var _S51 : bool;
         if(i_6 < slot_0)
         {
-            _S49 = mask_any_0(rest_0);
+            _S51 = mask_any_0(rest_0);
         }
         else
         {
-            _S49 = false;
+            _S51 = false;
         }
-        if(_S49)
+        if(_S51)
         {
         }
         else
         {
             break;
         }
-        var _S50 : vec2<u32> = mask_clear_lsb_0(rest_0);
-        var _S51 : u32 = i_6 + u32(1);
-        rest_0 = _S50;
-        i_6 = _S51;
+        var _S52 : vec2<u32> = mask_clear_lsb_0(rest_0);
+        var _S53 : u32 = i_6 + u32(1);
+        rest_0 = _S52;
+        i_6 = _S53;
     }
     if(!mask_any_0(rest_0))
     {
@@ -670,10 +678,10 @@ fn measured_length_0( h_8 : Header_0,  r_3 : u32) -> u32
         return stored_length_0(h_8, r_3);
     }
     var entry_2 : u32 = entry_position_0(h_8, r_3);
-    var _S52 : u32 = entry_owner_0(h_8, entry_2);
-    var owner_0 : Header_0 = header_of_0(_S52);
-    var _S53 : u32 = slot_reference_0(owner_0, entry_slot_0(h_8, entry_2));
-    return stored_length_0(owner_0, (_S53 & (u32(63))));
+    var _S54 : u32 = entry_owner_0(h_8, entry_2);
+    var owner_0 : Header_0 = header_of_0(_S54);
+    var _S55 : u32 = slot_reference_0(owner_0, entry_slot_0(h_8, entry_2));
+    return stored_length_0(owner_0, (_S55 & (u32(63))));
 }
 
 fn load_words3_0( i_7 : u32) -> vec3<u32>
@@ -684,9 +692,9 @@ fn load_words3_0( i_7 : u32) -> vec3<u32>
 fn load_mask_0( p_1 : u32,  n_4 : u32) -> vec2<u32>
 {
     var words_3 : vec3<u32> = load_words3_0((p_1 >> (u32(5))));
-    var _S54 : u32 = words_3.y;
-    var _S55 : u32 = (p_1 & (u32(31)));
-    return (vec2<u32>(funnel_0(words_3.x, _S54, _S55), funnel_0(_S54, words_3.z, _S55)) & ((mask_below_0(n_4))));
+    var _S56 : u32 = words_3.y;
+    var _S57 : u32 = (p_1 & (u32(31)));
+    return (vec2<u32>(funnel_0(words_3.x, _S56, _S57), funnel_0(_S56, words_3.z, _S57)) & ((mask_below_0(n_4))));
 }
 
 fn get_field_0( fields_0 : vec2<u32>,  at_2 : u32,  bits_1 : u32) -> u32
@@ -705,13 +713,13 @@ fn get_field_0( fields_0 : vec2<u32>,  at_2 : u32,  bits_1 : u32) -> u32
 
 fn chain_vertices_0( h_9 : Header_0,  reference_0 : u32) -> vec2<u32>
 {
-    var _S56 : vec2<u32> = vec2<u32>(u32(0));
-    var _S57 : vec2<u32> = load_mask_0(h_9.lengths_1, u32(64));
+    var _S58 : vec2<u32> = vec2<u32>(u32(0));
+    var _S59 : vec2<u32> = load_mask_0(h_9.lengths_1, u32(64));
     var rest_1 : vec2<u32> = h_9.sized_refs_0;
-    var window_0 : vec2<u32> = _S57;
+    var window_0 : vec2<u32> = _S59;
     var used_0 : u32 = u32(0);
     var p_2 : u32 = h_9.lengths_1;
-    var count_0 : vec2<u32> = _S56;
+    var count_0 : vec2<u32> = _S58;
     for(;;)
     {
         if(mask_any_0(rest_1))
@@ -743,16 +751,16 @@ fn chain_vertices_0( h_9 : Header_0,  reference_0 : u32) -> vec2<u32>
         {
             inner_0 = u32(0);
         }
-        var _S58 : u32;
+        var _S60 : u32;
         if(r_4 < reference_0)
         {
-            _S58 = inner_0;
+            _S60 = inner_0;
         }
         else
         {
-            _S58 = u32(0);
+            _S60 = u32(0);
         }
-        var count_1 : vec2<u32> = count_0 + vec2<u32>(inner_0, _S58);
+        var count_1 : vec2<u32> = count_0 + vec2<u32>(inner_0, _S60);
         var used_2 : u32 = used_1 + h_9.length_width_0;
         rest_1 = mask_clear_lsb_0(rest_1);
         used_0 = used_2;
@@ -761,26 +769,26 @@ fn chain_vertices_0( h_9 : Header_0,  reference_0 : u32) -> vec2<u32>
     return count_0;
 }
 
-fn code_at_0( p_4 : ptr<function, u32>,  s_4 : u32,  of_chains_0 : bool) -> u32
+fn code_at_0( p_4 : ptr<function, u32>,  s_5 : u32,  of_chains_0 : bool) -> u32
 {
     var field_2 : u32 = load_bits_0((*p_4), u32(3));
     (*p_4) = (*p_4) + u32(3);
     if(field_2 == u32(7))
     {
-        var _S59 : u32 = (extractBits((shared_stream_0[s_4]), u32((i32(0))), u32((i32(3)))));
-        (*p_4) = (*p_4) + u32(5) * _S59;
+        var _S61 : u32 = (extractBits((shared_stream_0[s_5]), u32((i32(0))), u32((i32(3)))));
+        (*p_4) = (*p_4) + u32(5) * _S61;
         return u32(255);
     }
     var base_1 : u32;
     if(of_chains_0)
     {
-        var _S60 : u32 = (extractBits((shared_bases_0[s_4]), u32((i32(0))), u32((i32(5)))));
-        base_1 = _S60;
+        var _S62 : u32 = (extractBits((shared_bases_0[s_5]), u32((i32(0))), u32((i32(5)))));
+        base_1 = _S62;
     }
     else
     {
-        var _S61 : u32 = (extractBits((shared_bases_0[s_4]), u32((i32(8))), u32((i32(5)))));
-        base_1 = _S61;
+        var _S63 : u32 = (extractBits((shared_bases_0[s_5]), u32((i32(8))), u32((i32(5)))));
+        base_1 = _S63;
     }
     var rice_0 : bool;
     if(of_chains_0)
@@ -804,7 +812,7 @@ fn code_at_0( p_4 : ptr<function, u32>,  s_4 : u32,  of_chains_0 : bool) -> u32
     {
         error_0 = u32(7);
     }
-    var _S62 : u32 = (k_2 & (u32(31)));
+    var _S64 : u32 = (k_2 & (u32(31)));
     if(rice_0)
     {
         base_1 = u32(0);
@@ -813,29 +821,29 @@ fn code_at_0( p_4 : ptr<function, u32>,  s_4 : u32,  of_chains_0 : bool) -> u32
     {
         base_1 = u32(32);
     }
-    return (_S62 | (base_1));
+    return (_S64 | (base_1));
 }
 
-fn code_at_1( p_5 : ptr<function, u32>,  s_5 : u32,  of_chains_1 : bool) -> u32
+fn code_at_1( p_5 : ptr<function, u32>,  s_6 : u32,  of_chains_1 : bool) -> u32
 {
     var field_3 : u32 = load_bits_0((*p_5), u32(3));
     (*p_5) = (*p_5) + u32(3);
     if(field_3 == u32(7))
     {
-        var _S63 : u32 = (extractBits((shared_stream_0[s_5]), u32((i32(0))), u32((i32(3)))));
-        (*p_5) = (*p_5) + u32(5) * _S63;
+        var _S65 : u32 = (extractBits((shared_stream_0[s_6]), u32((i32(0))), u32((i32(3)))));
+        (*p_5) = (*p_5) + u32(5) * _S65;
         return u32(255);
     }
     var base_2 : u32;
     if(of_chains_1)
     {
-        var _S64 : u32 = (extractBits((shared_bases_0[s_5]), u32((i32(0))), u32((i32(5)))));
-        base_2 = _S64;
+        var _S66 : u32 = (extractBits((shared_bases_0[s_6]), u32((i32(0))), u32((i32(5)))));
+        base_2 = _S66;
     }
     else
     {
-        var _S65 : u32 = (extractBits((shared_bases_0[s_5]), u32((i32(8))), u32((i32(5)))));
-        base_2 = _S65;
+        var _S67 : u32 = (extractBits((shared_bases_0[s_6]), u32((i32(8))), u32((i32(5)))));
+        base_2 = _S67;
     }
     var rice_1 : bool;
     if(of_chains_1)
@@ -859,7 +867,7 @@ fn code_at_1( p_5 : ptr<function, u32>,  s_5 : u32,  of_chains_1 : bool) -> u32
     {
         error_0 = u32(7);
     }
-    var _S66 : u32 = (k_3 & (u32(31)));
+    var _S68 : u32 = (k_3 & (u32(31)));
     if(rice_1)
     {
         base_2 = u32(0);
@@ -868,29 +876,29 @@ fn code_at_1( p_5 : ptr<function, u32>,  s_5 : u32,  of_chains_1 : bool) -> u32
     {
         base_2 = u32(32);
     }
-    return (_S66 | (base_2));
+    return (_S68 | (base_2));
 }
 
-fn code_at_2( p_6 : ptr<function, u32>,  s_6 : u32,  of_chains_2 : bool) -> u32
+fn code_at_2( p_6 : ptr<function, u32>,  s_7 : u32,  of_chains_2 : bool) -> u32
 {
     var field_4 : u32 = load_bits_0((*p_6), u32(3));
     (*p_6) = (*p_6) + u32(3);
     if(field_4 == u32(7))
     {
-        var _S67 : u32 = (extractBits((shared_stream_0[s_6]), u32((i32(0))), u32((i32(3)))));
-        (*p_6) = (*p_6) + u32(5) * _S67;
+        var _S69 : u32 = (extractBits((shared_stream_0[s_7]), u32((i32(0))), u32((i32(3)))));
+        (*p_6) = (*p_6) + u32(5) * _S69;
         return u32(255);
     }
     var base_3 : u32;
     if(of_chains_2)
     {
-        var _S68 : u32 = (extractBits((shared_bases_0[s_6]), u32((i32(0))), u32((i32(5)))));
-        base_3 = _S68;
+        var _S70 : u32 = (extractBits((shared_bases_0[s_7]), u32((i32(0))), u32((i32(5)))));
+        base_3 = _S70;
     }
     else
     {
-        var _S69 : u32 = (extractBits((shared_bases_0[s_6]), u32((i32(8))), u32((i32(5)))));
-        base_3 = _S69;
+        var _S71 : u32 = (extractBits((shared_bases_0[s_7]), u32((i32(8))), u32((i32(5)))));
+        base_3 = _S71;
     }
     var rice_2 : bool;
     if(of_chains_2)
@@ -914,7 +922,7 @@ fn code_at_2( p_6 : ptr<function, u32>,  s_6 : u32,  of_chains_2 : bool) -> u32
     {
         error_0 = u32(7);
     }
-    var _S70 : u32 = (k_4 & (u32(31)));
+    var _S72 : u32 = (k_4 & (u32(31)));
     if(rice_2)
     {
         base_3 = u32(0);
@@ -923,29 +931,29 @@ fn code_at_2( p_6 : ptr<function, u32>,  s_6 : u32,  of_chains_2 : bool) -> u32
     {
         base_3 = u32(32);
     }
-    return (_S70 | (base_3));
+    return (_S72 | (base_3));
 }
 
 fn anchors_begin_0( h_10 : Header_0) -> u32
 {
     var p_7 : u32 = h_10.codes_1;
-    var _S71 : bool = mask_any_0(h_10.owned_refs_0);
-    var s_7 : u32 = u32(0);
+    var _S73 : bool = mask_any_0(h_10.owned_refs_0);
+    var s_8 : u32 = u32(0);
     for(;;)
     {
-        if(s_7 < stream_total_0)
+        if(s_8 < stream_total_0)
         {
         }
         else
         {
             break;
         }
-        if(_S71)
+        if(_S73)
         {
-            var _S72 : u32 = code_at_0(&(p_7), s_7, true);
+            var _S74 : u32 = code_at_0(&(p_7), s_8, true);
         }
-        var _S73 : u32 = code_at_0(&(p_7), s_7, false);
-        s_7 = s_7 + u32(1);
+        var _S75 : u32 = code_at_0(&(p_7), s_8, false);
+        s_8 = s_8 + u32(1);
     }
     return p_7;
 }
@@ -955,26 +963,26 @@ fn mask_none_0() -> vec2<u32>
     return vec2<u32>(u32(0));
 }
 
-fn seam_references_0( h_11 : Header_0,  s_8 : u32) -> vec2<u32>
+fn seam_references_0( h_11 : Header_0,  s_9 : u32) -> vec2<u32>
 {
     var seams_0 : vec2<u32> = mask_none_0();
-    var _S74 : bool;
-    if(s_8 == u32(0))
+    var _S76 : bool;
+    if(s_9 == u32(0))
     {
-        _S74 = true;
+        _S76 = true;
     }
     else
     {
-        _S74 = (((h_11.flags_0) & (u32(4)))) == u32(0);
+        _S76 = (((h_11.flags_0) & (u32(4)))) == u32(0);
     }
-    if(_S74)
+    if(_S76)
     {
         return seams_0;
     }
-    var _S75 : u32 = h_11.entries_1 + h_11.delta_width_0 + h_11.slot_width_0 + s_8 - u32(1);
+    var _S77 : u32 = h_11.entries_1 + h_11.delta_width_0 + h_11.slot_width_0 + s_9 - u32(1);
     var rest_2 : vec2<u32> = h_11.foreign_refs_1;
     var seams_1 : vec2<u32> = seams_0;
-    var share_0 : u32 = _S75;
+    var share_0 : u32 = _S77;
     for(;;)
     {
         if(mask_any_0(rest_2))
@@ -998,9 +1006,9 @@ fn seam_references_0( h_11 : Header_0,  s_8 : u32) -> vec2<u32>
 fn stored_corners_0( h_12 : Header_0,  seams_2 : vec2<u32>) -> vec2<u32>
 {
     var own_0 : vec2<u32> = ((((mask_below_0(h_12.references_1)) & ((~h_12.foreign_refs_1)))) | (seams_2));
-    var _S76 : vec2<u32> = mask_shl1_0((own_0 & ((~h_12.loop_ends_2))));
+    var _S78 : vec2<u32> = mask_shl1_0((own_0 & ((~h_12.loop_ends_2))));
     var rest_3 : vec2<u32> = h_12.loop_ends_2;
-    var before_2 : vec2<u32> = _S76;
+    var before_2 : vec2<u32> = _S78;
     var first_1 : u32 = u32(0);
     for(;;)
     {
@@ -1016,43 +1024,43 @@ fn stored_corners_0( h_12 : Header_0,  seams_2 : vec2<u32>) -> vec2<u32>
         {
             before_2 = (before_2 | ((mask_bit_0(first_1))));
         }
-        var _S77 : u32 = last_0 + u32(1);
+        var _S79 : u32 = last_0 + u32(1);
         rest_3 = mask_clear_lsb_0(rest_3);
-        first_1 = _S77;
+        first_1 = _S79;
     }
     return (own_0 & (before_2));
 }
 
-fn anchors_of_0( h_13 : Header_0,  s_9 : u32,  count_2 : u32) -> u32
+fn anchors_of_0( h_13 : Header_0,  s_10 : u32,  count_2 : u32) -> u32
 {
-    var _S78 : bool;
+    var _S80 : bool;
     if((h_13.references_1) == u32(0))
     {
-        _S78 = true;
+        _S80 = true;
     }
     else
     {
-        if(s_9 > u32(0))
+        if(s_10 > u32(0))
         {
-            _S78 = (((h_13.flags_0) & (u32(4)))) == u32(0);
+            _S80 = (((h_13.flags_0) & (u32(4)))) == u32(0);
         }
         else
         {
-            _S78 = false;
+            _S80 = false;
         }
     }
-    if(_S78)
+    if(_S80)
     {
         return count_2;
     }
-    return mask_count_0(stored_corners_0(h_13, seam_references_0(h_13, s_9)));
+    return mask_count_0(stored_corners_0(h_13, seam_references_0(h_13, s_10)));
 }
 
-fn anchor_widths_0( s_10 : u32,  p_8 : u32) -> u32
+fn anchor_widths_0( s_11 : u32,  p_8 : u32) -> u32
 {
-    var n_5 : u32 = (extractBits((shared_stream_0[s_10]), u32((i32(0))), u32((i32(3)))));
-    var _S79 : u32 = (extractBits((shared_stream_0[s_10]), u32((i32(3))), u32((i32(6)))));
-    var _S80 : u32 = load_bits_0(p_8, u32(3) * n_5);
+    var n_5 : u32 = (extractBits((shared_stream_0[s_11]), u32((i32(0))), u32((i32(3)))));
+    var _S81 : u32 = (extractBits((shared_stream_0[s_11]), u32((i32(3))), u32((i32(6)))));
+    var _S82 : u32 = load_bits_0(p_8, u32(3) * n_5);
     var c_0 : u32 = u32(0);
     var widths_0 : u32 = u32(0);
     for(;;)
@@ -1064,16 +1072,16 @@ fn anchor_widths_0( s_10 : u32,  p_8 : u32) -> u32
         {
             break;
         }
-        var field_5 : u32 = (extractBits((_S80), u32((i32(u32(3) * c_0))), u32((i32(3)))));
+        var field_5 : u32 = (extractBits((_S82), u32((i32(u32(3) * c_0))), u32((i32(3)))));
         var width_0 : u32;
         if(field_5 == u32(7))
         {
-            width_0 = _S79;
+            width_0 = _S81;
         }
         else
         {
-            var _S81 : u32 = (extractBits((shared_bases_0[s_10]), u32((i32(16))), u32((i32(5)))));
-            width_0 = min(_S81 + field_5, _S79);
+            var _S83 : u32 = (extractBits((shared_bases_0[s_11]), u32((i32(16))), u32((i32(5)))));
+            width_0 = min(_S83 + field_5, _S81);
         }
         var widths_1 : u32 = (widths_0 | (((width_0 << ((u32(6) * c_0))))));
         c_0 = c_0 + u32(1);
@@ -1082,21 +1090,21 @@ fn anchor_widths_0( s_10 : u32,  p_8 : u32) -> u32
     return widths_0;
 }
 
-fn further_widths_0( p_9 : u32,  s_11 : u32,  count_3 : u32) -> u32
+fn further_widths_0( p_9 : u32,  s_12 : u32,  count_3 : u32) -> u32
 {
-    var n_6 : u32 = (extractBits((shared_stream_0[s_11]), u32((i32(0))), u32((i32(3)))));
-    var _S82 : u32;
+    var n_6 : u32 = (extractBits((shared_stream_0[s_12]), u32((i32(0))), u32((i32(3)))));
+    var _S84 : u32;
     if(count_3 > u32(1))
     {
-        var _S83 : u32 = (extractBits((shared_stream_0[s_11]), u32((i32(3))), u32((i32(6)))));
-        var _S84 : u32 = anchor_widths_0(s_11, p_9 + n_6 * _S83);
-        _S82 = _S84;
+        var _S85 : u32 = (extractBits((shared_stream_0[s_12]), u32((i32(3))), u32((i32(6)))));
+        var _S86 : u32 = anchor_widths_0(s_12, p_9 + n_6 * _S85);
+        _S84 = _S86;
     }
     else
     {
-        _S82 = u32(0);
+        _S84 = u32(0);
     }
-    return _S82;
+    return _S84;
 }
 
 fn width_sum_0( widths_2 : u32) -> u32
@@ -1104,39 +1112,39 @@ fn width_sum_0( widths_2 : u32) -> u32
     return ((widths_2 & (u32(63)))) + ((((widths_2 >> (u32(6)))) & (u32(63)))) + ((((widths_2 >> (u32(12)))) & (u32(63)))) + ((widths_2 >> (u32(18))));
 }
 
-fn after_anchors_0( p_10 : u32,  s_12 : u32,  count_4 : u32,  widths_3 : u32) -> u32
+fn after_anchors_0( p_10 : u32,  s_13 : u32,  count_4 : u32,  widths_3 : u32) -> u32
 {
-    var n_7 : u32 = (extractBits((shared_stream_0[s_12]), u32((i32(0))), u32((i32(3)))));
-    var _S85 : u32;
+    var n_7 : u32 = (extractBits((shared_stream_0[s_13]), u32((i32(0))), u32((i32(3)))));
+    var _S87 : u32;
     if(count_4 > u32(0))
     {
-        var _S86 : u32 = (extractBits((shared_stream_0[s_12]), u32((i32(3))), u32((i32(6)))));
-        _S85 = p_10 + n_7 * _S86;
+        var _S88 : u32 = (extractBits((shared_stream_0[s_13]), u32((i32(3))), u32((i32(6)))));
+        _S87 = p_10 + n_7 * _S88;
     }
     else
     {
-        _S85 = p_10;
+        _S87 = p_10;
     }
     if(count_4 > u32(1))
     {
-        _S85 = _S85 + (u32(3) * n_7 + (count_4 - u32(1)) * width_sum_0(widths_3));
+        _S87 = _S87 + (u32(3) * n_7 + (count_4 - u32(1)) * width_sum_0(widths_3));
     }
-    return _S85;
+    return _S87;
 }
 
 fn width_field_0( position_0 : u32) -> u32
 {
     var w_0 : u32 = load_bits_0(position_0, u32(5));
-    var _S87 : u32;
+    var _S89 : u32;
     if(w_0 == u32(31))
     {
-        _S87 = u32(32);
+        _S89 = u32(32);
     }
     else
     {
-        _S87 = w_0;
+        _S89 = w_0;
     }
-    return _S87;
+    return _S89;
 }
 
 fn fixed_width_0( elements_0 : u32,  widths_4 : u32) -> u32
@@ -1161,16 +1169,16 @@ fn fixed_width_0( elements_0 : u32,  widths_4 : u32) -> u32
 
 fn low_width_0( code_0 : u32,  elements_1 : u32,  widths_5 : u32) -> u32
 {
-    var _S88 : u32;
+    var _S90 : u32;
     if(code_0 == u32(255))
     {
-        _S88 = fixed_width_0(elements_1, widths_5);
+        _S90 = fixed_width_0(elements_1, widths_5);
     }
     else
     {
-        _S88 = code_0 * elements_1;
+        _S90 = code_0 * elements_1;
     }
-    return _S88;
+    return _S90;
 }
 
 fn length_of_0( r_5 : u32) -> u32
@@ -1185,7 +1193,7 @@ fn id_at_0( rank_0 : u32) -> u32
 
 fn waiting_vertices_0( h_14 : Header_0) -> vec2<u32>
 {
-    var _S89 : vec2<u32> = mask_none_0();
+    var _S91 : vec2<u32> = mask_none_0();
     var waiting_1 : vec2<u32>;
     var r_6 : u32;
     if((h_14.references_1) == u32(0))
@@ -1201,30 +1209,30 @@ fn waiting_vertices_0( h_14 : Header_0) -> vec2<u32>
             {
                 break;
             }
-            var _S90 : vec2<u32> = (waiting_1 & ((~mask_bit_0(((ids_before_0(r_6)) & (u32(63)))))));
-            var _S91 : u32 = r_6 + u32(1);
-            waiting_1 = _S90;
-            r_6 = _S91;
+            var _S92 : vec2<u32> = (waiting_1 & ((~mask_bit_0(((ids_before_0(r_6)) & (u32(63)))))));
+            var _S93 : u32 = r_6 + u32(1);
+            waiting_1 = _S92;
+            r_6 = _S93;
         }
     }
     else
     {
-        waiting_1 = _S89;
+        waiting_1 = _S91;
     }
     r_6 = u32(0);
     var rank_1 : u32 = u32(0);
     for(;;)
     {
-        var _S92 : bool;
+        var _S94 : bool;
         if(r_6 < (h_14.references_1))
         {
-            _S92 = mask_any_0(h_14.private_refs_1);
+            _S94 = mask_any_0(h_14.private_refs_1);
         }
         else
         {
-            _S92 = false;
+            _S94 = false;
         }
-        if(_S92)
+        if(_S94)
         {
         }
         else
@@ -1234,26 +1242,26 @@ fn waiting_vertices_0( h_14 : Header_0) -> vec2<u32>
         var i_8 : u32 = u32(1);
         for(;;)
         {
-            var _S93 : bool;
+            var _S95 : bool;
             if(i_8 < (length_of_0(r_6)))
             {
-                _S93 = mask_test_0(h_14.private_refs_1, r_6);
+                _S95 = mask_test_0(h_14.private_refs_1, r_6);
             }
             else
             {
-                _S93 = false;
+                _S95 = false;
             }
-            if(_S93)
+            if(_S95)
             {
             }
             else
             {
                 break;
             }
-            var _S94 : vec2<u32> = (waiting_1 | ((mask_bit_0(id_at_0(rank_1 + i_8)))));
-            var _S95 : u32 = i_8 + u32(1);
-            waiting_1 = _S94;
-            i_8 = _S95;
+            var _S96 : vec2<u32> = (waiting_1 | ((mask_bit_0(id_at_0(rank_1 + i_8)))));
+            var _S97 : u32 = i_8 + u32(1);
+            waiting_1 = _S96;
+            i_8 = _S97;
         }
         var rank_2 : u32 = rank_1 + length_of_0(r_6);
         r_6 = r_6 + u32(1);
@@ -1272,12 +1280,12 @@ fn after_ones_0( p_11 : u32,  n_8 : u32) -> u32
     var word_1 : u32 = ((load_word_0(w_1)) & ((~word_below_0((p_11 & (u32(31)))))));
     var ones_1 : u32 = countOneBits(word_1);
     var empty_0 : u32 = u32(0);
-    var _S96 : u32 = n_8;
+    var _S98 : u32 = n_8;
     var w_2 : u32 = w_1;
     var word_2 : u32 = word_1;
     for(;;)
     {
-        if(ones_1 < _S96)
+        if(ones_1 < _S98)
         {
         }
         else
@@ -1292,29 +1300,29 @@ fn after_ones_0( p_11 : u32,  n_8 : u32) -> u32
         {
             empty_0 = u32(0);
         }
-        var _S97 : bool;
+        var _S99 : bool;
         if(w_2 >= (push_0.blob_words_0))
         {
-            _S97 = true;
+            _S99 = true;
         }
         else
         {
-            _S97 = empty_0 > u32(512);
+            _S99 = empty_0 > u32(512);
         }
-        if(_S97)
+        if(_S99)
         {
             error_0 = u32(8);
             return p_11;
         }
-        var _S98 : u32 = _S96 - ones_1;
+        var _S100 : u32 = _S98 - ones_1;
         var w_3 : u32 = w_2 + u32(1);
         var word_3 : u32 = load_word_0(w_3);
         ones_1 = countOneBits(word_3);
-        _S96 = _S98;
+        _S98 = _S100;
         w_2 = w_3;
         word_2 = word_3;
     }
-    ones_1 = _S96;
+    ones_1 = _S98;
     for(;;)
     {
         if(ones_1 > u32(1))
@@ -1333,58 +1341,58 @@ fn after_ones_0( p_11 : u32,  n_8 : u32) -> u32
 
 fn place_sections_0( h_15 : Header_0,  live_0 : bool)
 {
-    var _S99 : bool = mask_any_0(h_15.owned_refs_0);
-    var _S100 : u32 = chain_vertices_0(h_15, u32(64)).x;
+    var _S101 : bool = mask_any_0(h_15.owned_refs_0);
+    var _S102 : u32 = chain_vertices_0(h_15, u32(64)).x;
     var p_12 : u32 = anchors_begin_0(h_15);
     var codes_2 : u32 = h_15.codes_1;
-    var _S101 : u32 = mask_count_0(the_starts_0);
-    all_places_0[job_place_0].anchors_0 = p_12;
-    var count_5 : u32 = _S101;
+    var _S103 : u32 = mask_count_0(the_starts_0);
+    all_places_0[job_meshlet_0].anchors_0 = p_12;
+    var count_5 : u32 = _S103;
     var p_13 : u32 = p_12;
-    var s_13 : u32 = u32(0);
+    var s_14 : u32 = u32(0);
     var low_2 : u32 = u32(0);
     var ones_2 : u32 = u32(0);
     for(;;)
     {
-        if(s_13 < stream_total_0)
+        if(s_14 < stream_total_0)
         {
         }
         else
         {
             break;
         }
-        var count_6 : u32 = anchors_of_0(h_15, s_13, count_5);
-        var _S102 : u32 = further_widths_0(p_13, s_13, count_6);
-        var _S103 : u32 = after_anchors_0(p_13, s_13, count_6, _S102);
-        if(!_S99)
+        var count_6 : u32 = anchors_of_0(h_15, s_14, count_5);
+        var _S104 : u32 = further_widths_0(p_13, s_14, count_6);
+        var _S105 : u32 = after_anchors_0(p_13, s_14, count_6, _S104);
+        if(!_S101)
         {
-            var _S104 : u32 = s_13 + u32(1);
+            var _S106 : u32 = s_14 + u32(1);
             count_5 = count_6;
-            p_13 = _S103;
-            s_13 = _S104;
+            p_13 = _S105;
+            s_14 = _S106;
             continue;
         }
-        var n_9 : u32 = (extractBits((shared_stream_0[s_13]), u32((i32(0))), u32((i32(3)))));
-        var code_1 : u32 = code_at_1(&(codes_2), s_13, true);
-        var low_3 : u32 = low_2 + _S100 * low_width_0(code_1, n_9, codes_2 - u32(5) * n_9);
+        var n_9 : u32 = (extractBits((shared_stream_0[s_14]), u32((i32(0))), u32((i32(3)))));
+        var code_1 : u32 = code_at_1(&(codes_2), s_14, true);
+        var low_3 : u32 = low_2 + _S102 * low_width_0(code_1, n_9, codes_2 - u32(5) * n_9);
         var ones_3 : u32;
         if(code_1 != u32(255))
         {
-            ones_3 = ones_2 + _S100 * n_9;
+            ones_3 = ones_2 + _S102 * n_9;
         }
         else
         {
             ones_3 = ones_2;
         }
-        var _S105 : u32 = code_at_1(&(codes_2), s_13, false);
+        var _S107 : u32 = code_at_1(&(codes_2), s_14, false);
         low_2 = low_3;
         ones_2 = ones_3;
-        var _S104 : u32 = s_13 + u32(1);
+        var _S106 : u32 = s_14 + u32(1);
         count_5 = count_6;
-        p_13 = _S103;
-        s_13 = _S104;
+        p_13 = _S105;
+        s_14 = _S106;
     }
-    all_places_0[job_place_0].chains_0 = p_13;
+    all_places_0[job_meshlet_0].chains_0 = p_13;
     if(error_0 == u32(0))
     {
         count_5 = p_13 + low_2;
@@ -1393,17 +1401,17 @@ fn place_sections_0( h_15 : Header_0,  live_0 : bool)
     {
         count_5 = u32(4294967295);
     }
-    all_places_0[job_place_0].quotients_0 = count_5;
-    var _S106 : vec2<u32>;
+    all_places_0[job_meshlet_0].quotients_0 = count_5;
+    var _S108 : vec2<u32>;
     if(live_0)
     {
-        _S106 = waiting_vertices_0(h_15);
+        _S108 = waiting_vertices_0(h_15);
     }
     else
     {
-        _S106 = mask_none_0();
+        _S108 = mask_none_0();
     }
-    all_places_0[job_place_0].waiting_0 = _S106;
+    all_places_0[job_meshlet_0].waiting_0 = _S108;
     var interior_1 : u32 = after_ones_0(p_13 + low_2, ones_2);
     if(error_0 == u32(0))
     {
@@ -1413,46 +1421,46 @@ fn place_sections_0( h_15 : Header_0,  live_0 : bool)
     {
         count_5 = u32(4294967295);
     }
-    all_places_0[job_place_0].interior_0 = count_5;
+    all_places_0[job_meshlet_0].interior_0 = count_5;
     return;
 }
 
 fn mask_msb_0( m_8 : vec2<u32>) -> u32
 {
-    var _S107 : u32 = m_8.y;
-    var _S108 : u32;
-    if(_S107 != u32(0))
+    var _S109 : u32 = m_8.y;
+    var _S110 : u32;
+    if(_S109 != u32(0))
     {
-        _S108 = u32(32) + firstbithigh_0(_S107);
+        _S110 = u32(32) + firstbithigh_0(_S109);
     }
     else
     {
-        var _S109 : u32 = m_8.x;
-        if(_S109 != u32(0))
+        var _S111 : u32 = m_8.x;
+        if(_S111 != u32(0))
         {
-            _S108 = firstbithigh_0(_S109);
+            _S110 = firstbithigh_0(_S111);
         }
         else
         {
-            _S108 = u32(64);
+            _S110 = u32(64);
         }
     }
-    return _S108;
+    return _S110;
 }
 
 fn loop_begin_0( h_16 : Header_0,  r_7 : u32) -> u32
 {
     var before_3 : vec2<u32> = ((h_16.loop_ends_2) & ((mask_below_0(r_7))));
-    var _S110 : u32;
+    var _S112 : u32;
     if(mask_any_0(before_3))
     {
-        _S110 = mask_msb_0(before_3) + u32(1);
+        _S112 = mask_msb_0(before_3) + u32(1);
     }
     else
     {
-        _S110 = u32(0);
+        _S112 = u32(0);
     }
-    return _S110;
+    return _S112;
 }
 
 fn check_length_0( h_17 : Header_0,  r_8 : u32,  rank_3 : u32)
@@ -1463,28 +1471,28 @@ fn check_length_0( h_17 : Header_0,  r_8 : u32,  rank_3 : u32)
     {
         error_0 = u32(4);
     }
-    var _S111 : bool;
+    var _S113 : bool;
     if(r_8 == (loop_begin_0(h_17, r_8)))
     {
-        _S111 = rank_3 != (loop_1.x);
+        _S113 = rank_3 != (loop_1.x);
     }
     else
     {
-        _S111 = false;
+        _S113 = false;
     }
-    if(_S111)
+    if(_S113)
     {
         error_0 = u32(4);
     }
     if(mask_test_0(h_17.loop_ends_2, r_8))
     {
-        _S111 = end_1 != (loop_1.y);
+        _S113 = end_1 != (loop_1.y);
     }
     else
     {
-        _S111 = end_1 > (loop_1.y);
+        _S113 = end_1 > (loop_1.y);
     }
-    if(_S111)
+    if(_S113)
     {
         error_0 = u32(4);
     }
@@ -1505,11 +1513,11 @@ fn place_references_0( h_18 : Header_0,  references_2 : u32)
         {
             break;
         }
-        var _S112 : vec2<u32> = (begins_0 | ((mask_bit_0((rank_4 & (u32(63)))))));
+        var _S114 : vec2<u32> = (begins_0 | ((mask_bit_0((rank_4 & (u32(63)))))));
         var rank_5 : u32 = rank_4 + length_of_0(r_9);
-        var _S113 : u32 = r_9 + u32(1);
-        begins_0 = _S112;
-        r_9 = _S113;
+        var _S115 : u32 = r_9 + u32(1);
+        begins_0 = _S114;
+        r_9 = _S115;
         rank_4 = rank_5;
     }
     connectivity_0[job_place_0].references_0 = begins_0;
@@ -1520,7 +1528,7 @@ fn close_pass_0()
 {
     if(error_0 != u32(0))
     {
-        var _S114 : u32 = atomicOr(&(the_summaries_0[job_place_0]), (error_0 << (u32(16))));
+        var _S116 : u32 = atomicOr(&(the_summaries_0[job_place_0]), (error_0 << (u32(16))));
     }
     return;
 }
@@ -1549,21 +1557,21 @@ fn lengths_shader_0()
         {
             break;
         }
-        var _S115 : u32 = measured_length_0(h_19, r_10);
-        shared_lengths_0[member_0 * u32(64) + r_10] = min(_S115, u32(64));
+        var _S117 : u32 = measured_length_0(h_19, r_10);
+        shared_lengths_0[member_0 * u32(64) + r_10] = min(_S117, u32(64));
         r_10 = r_10 + u32(8);
     }
     workgroupBarrier();
-    var _S116 : bool;
+    var _S118 : bool;
     if(present_0)
     {
-        _S116 = first_item_0 == u32(7);
+        _S118 = first_item_0 == u32(7);
     }
     else
     {
-        _S116 = false;
+        _S118 = false;
     }
-    if(_S116)
+    if(_S118)
     {
         var lengths_error_0 : u32 = error_0;
         error_0 = header_error_0;
@@ -1579,13 +1587,13 @@ fn lengths_shader_0()
     }
     if(references_3 > u32(0))
     {
-        _S116 = (mask_count_0(h_19.loop_ends_2)) != (mask_count_0(the_starts_0));
+        _S118 = (mask_count_0(h_19.loop_ends_2)) != (mask_count_0(the_starts_0));
     }
     else
     {
-        _S116 = false;
+        _S118 = false;
     }
-    if(_S116)
+    if(_S118)
     {
         error_0 = u32(4);
     }
@@ -1594,13 +1602,13 @@ fn lengths_shader_0()
     {
         if(r_10 < references_3)
         {
-            _S116 = error_0 == u32(0);
+            _S118 = error_0 == u32(0);
         }
         else
         {
-            _S116 = false;
+            _S118 = false;
         }
-        if(_S116)
+        if(_S118)
         {
         }
         else
@@ -1648,16 +1656,16 @@ var<workgroup> shared_hops_0 : u32;
 
 fn previous_reference_0( h_20 : Header_0,  r_11 : u32) -> u32
 {
-    var _S117 : u32;
+    var _S119 : u32;
     if(r_11 == (loop_begin_0(h_20, r_11)))
     {
-        _S117 = mask_lsb_0(((h_20.loop_ends_2) & ((~mask_below_0(r_11)))));
+        _S119 = mask_lsb_0(((h_20.loop_ends_2) & ((~mask_below_0(r_11)))));
     }
     else
     {
-        _S117 = r_11 - u32(1);
+        _S119 = r_11 - u32(1);
     }
-    return _S117;
+    return _S119;
 }
 
 struct Places_0
@@ -1678,12 +1686,12 @@ struct Places_0
 
 fn places_of_0( m_9 : u32) -> Places_0
 {
-    var _S118 : Places_0 = Places_0( all_places_0[m_9].foreign_refs_0, all_places_0[m_9].private_refs_0, all_places_0[m_9].loop_ends_0, all_places_0[m_9].counts_0, all_places_0[m_9].lengths_0, all_places_0[m_9].entries_0, all_places_0[m_9].codes_0, all_places_0[m_9].anchors_0, all_places_0[m_9].chains_0, all_places_0[m_9].quotients_0, all_places_0[m_9].interior_0, all_places_0[m_9].waiting_0 );
+    var _S120 : Places_0 = Places_0( all_places_0[m_9].foreign_refs_0, all_places_0[m_9].private_refs_0, all_places_0[m_9].loop_ends_0, all_places_0[m_9].counts_0, all_places_0[m_9].lengths_0, all_places_0[m_9].entries_0, all_places_0[m_9].codes_0, all_places_0[m_9].anchors_0, all_places_0[m_9].chains_0, all_places_0[m_9].quotients_0, all_places_0[m_9].interior_0, all_places_0[m_9].waiting_0 );
     if((all_places_0[m_9].quotients_0) == u32(4294967295))
     {
         error_0 = u32(7);
     }
-    return _S118;
+    return _S120;
 }
 
 fn unzigzag_0( u_0 : u32) -> u32
@@ -1691,99 +1699,99 @@ fn unzigzag_0( u_0 : u32) -> u32
     return (((u_0 >> (u32(1)))) ^ ((u32(0) - ((u_0 & (u32(1)))))));
 }
 
-fn bits_mask_0( s_14 : u32) -> u32
+fn bits_mask_0( s_15 : u32) -> u32
 {
-    var _S119 : u32 = (extractBits((shared_stream_0[s_14]), u32((i32(3))), u32((i32(6)))));
-    return word_below_0(_S119);
+    var _S121 : u32 = (extractBits((shared_stream_0[s_15]), u32((i32(3))), u32((i32(6)))));
+    return word_below_0(_S121);
 }
 
-fn anchor_value_0( s_15 : u32,  p_14 : u32,  index_0 : u32,  widths_6 : u32,  c_2 : u32) -> u32
+fn anchor_value_0( s_16 : u32,  p_14 : u32,  index_0 : u32,  widths_6 : u32,  c_2 : u32) -> u32
 {
-    var n_10 : u32 = (extractBits((shared_stream_0[s_15]), u32((i32(0))), u32((i32(3)))));
-    var bits_2 : u32 = (extractBits((shared_stream_0[s_15]), u32((i32(3))), u32((i32(6)))));
+    var n_10 : u32 = (extractBits((shared_stream_0[s_16]), u32((i32(0))), u32((i32(3)))));
+    var bits_2 : u32 = (extractBits((shared_stream_0[s_16]), u32((i32(3))), u32((i32(6)))));
     var value_3 : u32 = load_bits_0(p_14 + c_2 * bits_2, bits_2);
     var value_4 : u32;
     if(index_0 > u32(0))
     {
-        var _S120 : u32 = u32(6) * c_2;
-        var at_3 : u32 = p_14 + n_10 * (bits_2 + u32(3)) + (index_0 - u32(1)) * width_sum_0(widths_6) + width_sum_0((widths_6 & ((((u32(1) << (_S120))) - u32(1)))));
-        var _S121 : u32 = (extractBits((widths_6), u32((i32(_S120))), u32((i32(6)))));
-        value_4 = value_3 + unzigzag_0(load_bits_0(at_3, _S121));
+        var _S122 : u32 = u32(6) * c_2;
+        var at_3 : u32 = p_14 + n_10 * (bits_2 + u32(3)) + (index_0 - u32(1)) * width_sum_0(widths_6) + width_sum_0((widths_6 & ((((u32(1) << (_S122))) - u32(1)))));
+        var _S123 : u32 = (extractBits((widths_6), u32((i32(_S122))), u32((i32(6)))));
+        value_4 = value_3 + unzigzag_0(load_bits_0(at_3, _S123));
     }
     else
     {
         value_4 = value_3;
     }
-    var _S122 : u32 = bits_mask_0(s_15);
-    return (value_4 & (_S122));
+    var _S124 : u32 = bits_mask_0(s_16);
+    return (value_4 & (_S124));
 }
 
-fn is_packed_0( s_16 : u32) -> bool
+fn is_packed_0( s_17 : u32) -> bool
 {
-    var _S123 : u32 = (extractBits((shared_places_0[s_16]), u32((i32(16))), u32((i32(6)))));
-    return _S123 <= u32(2);
+    var _S125 : u32 = (extractBits((shared_places_0[s_17]), u32((i32(28))), u32((i32(2)))));
+    return _S125 <= u32(2);
 }
 
 fn put_field_0( at_4 : u32,  value_5 : u32) -> vec2<u32>
 {
-    var _S124 : vec2<u32>;
+    var _S126 : vec2<u32>;
     if(at_4 < u32(32))
     {
-        _S124 = vec2<u32>((value_5 << (at_4)), (((value_5 >> (u32(1)))) >> ((u32(31) - at_4))));
+        _S126 = vec2<u32>((value_5 << (at_4)), (((value_5 >> (u32(1)))) >> ((u32(31) - at_4))));
     }
     else
     {
-        _S124 = vec2<u32>(u32(0), (value_5 << ((at_4 - u32(32)))));
+        _S126 = vec2<u32>(u32(0), (value_5 << ((at_4 - u32(32)))));
     }
-    return _S124;
+    return _S126;
 }
 
-fn word_of_0( s_17 : u32,  id_0 : u32) -> u32
+fn word_of_0( s_18 : u32,  id_0 : u32) -> u32
 {
-    var _S125 : u32 = (extractBits((shared_places_0[s_17]), u32((i32(0))), u32((i32(16)))));
-    var _S126 : u32 = (extractBits((shared_places_0[s_17]), u32((i32(16))), u32((i32(6)))));
-    return _S125 + _S126 * ((id_0 & (u32(63))));
+    var _S127 : u32 = (extractBits((shared_places_0[s_18]), u32((i32(0))), u32((i32(16)))));
+    var _S128 : u32 = (extractBits((shared_places_0[s_18]), u32((i32(16))), u32((i32(6)))));
+    return _S127 + _S128 * ((id_0 & (u32(63))));
 }
 
-fn vertex_at_0( s_18 : u32,  id_1 : u32) -> vec2<u32>
+fn vertex_at_0( s_19 : u32,  id_1 : u32) -> vec2<u32>
 {
-    var word_5 : u32 = word_of_0(s_18, id_1);
-    var _S127 : u32 = (extractBits((shared_places_0[s_18]), u32((i32(16))), u32((i32(6)))));
-    if(_S127 == u32(1))
+    var word_5 : u32 = word_of_0(s_19, id_1);
+    var _S129 : u32 = (extractBits((shared_places_0[s_19]), u32((i32(28))), u32((i32(2)))));
+    if(_S129 == u32(1))
     {
         return vec2<u32>(all_values_0[the_values_0 + word_5], u32(0));
     }
-    var _S128 : u32 = u32(2) * ((word_5 >> (u32(1))));
-    return vec2<u32>(all_values_0[the_values_0 + _S128], all_values_0[the_values_0 + _S128 + u32(1)]);
+    var _S130 : u32 = u32(2) * ((word_5 >> (u32(1))));
+    return vec2<u32>(all_values_0[the_values_0 + _S130], all_values_0[the_values_0 + _S130 + u32(1)]);
 }
 
-fn put_vertex_0( s_19 : u32,  id_2 : u32,  fields_1 : vec2<u32>)
+fn put_vertex_0( s_20 : u32,  id_2 : u32,  fields_1 : vec2<u32>)
 {
-    var word_6 : u32 = word_of_0(s_19, id_2);
-    var _S129 : u32 = (extractBits((shared_places_0[s_19]), u32((i32(16))), u32((i32(6)))));
-    if(_S129 == u32(1))
+    var word_6 : u32 = word_of_0(s_20, id_2);
+    var _S131 : u32 = (extractBits((shared_places_0[s_20]), u32((i32(28))), u32((i32(2)))));
+    if(_S131 == u32(1))
     {
         all_values_0[the_values_0 + word_6] = fields_1.x;
     }
     else
     {
-        var _S130 : u32 = u32(2) * ((word_6 >> (u32(1))));
-        all_values_0[the_values_0 + _S130] = fields_1.x;
-        all_values_0[the_values_0 + _S130 + u32(1)] = fields_1.y;
+        var _S132 : u32 = u32(2) * ((word_6 >> (u32(1))));
+        all_values_0[the_values_0 + _S132] = fields_1.x;
+        all_values_0[the_values_0 + _S132 + u32(1)] = fields_1.y;
     }
     return;
 }
 
-fn put_value_0( s_20 : u32,  c_3 : u32,  id_3 : u32,  value_6 : u32)
+fn put_value_0( s_21 : u32,  c_3 : u32,  id_3 : u32,  value_6 : u32)
 {
-    var _S131 : u32 = bits_mask_0(s_20);
-    var inside_0 : u32 = (value_6 & (_S131));
-    var _S132 : bool = is_packed_0(s_20);
-    if(!_S132)
+    var _S133 : u32 = bits_mask_0(s_21);
+    var inside_0 : u32 = (value_6 & (_S133));
+    var _S134 : bool = is_packed_0(s_21);
+    if(!_S134)
     {
-        var _S133 : u32 = the_values_0;
-        var _S134 : u32 = word_of_0(s_20, id_3);
-        all_values_0[_S133 + (_S134 + c_3)] = inside_0;
+        var _S135 : u32 = the_values_0;
+        var _S136 : u32 = word_of_0(s_21, id_3);
+        all_values_0[_S135 + (_S136 + c_3)] = inside_0;
         return;
     }
     var before_5 : vec2<u32>;
@@ -1793,53 +1801,53 @@ fn put_value_0( s_20 : u32,  c_3 : u32,  id_3 : u32,  value_6 : u32)
     }
     else
     {
-        var _S135 : vec2<u32> = vertex_at_0(s_20, id_3);
-        before_5 = _S135;
+        var _S137 : vec2<u32> = vertex_at_0(s_21, id_3);
+        before_5 = _S137;
     }
-    var _S136 : u32 = (extractBits((shared_places_0[s_20]), u32((i32(22))), u32((i32(6)))));
-    put_vertex_0(s_20, id_3, (before_5 | ((put_field_0(c_3 * _S136, inside_0)))));
+    var _S138 : u32 = (extractBits((shared_places_0[s_21]), u32((i32(22))), u32((i32(6)))));
+    put_vertex_0(s_21, id_3, (before_5 | ((put_field_0(c_3 * _S138, inside_0)))));
     return;
 }
 
 fn read_anchor_0( h_21 : Header_0,  index_1 : u32,  wanted_0 : u32,  id_4 : u32)
 {
-    var _S137 : Places_0 = places_of_0(h_21.meshlet_0);
-    var _S138 : u32 = mask_count_0(the_starts_0);
-    var p_15 : u32 = _S137.anchors_0;
-    var count_7 : u32 = _S138;
+    var _S139 : Places_0 = places_of_0(h_21.meshlet_0);
+    var _S140 : u32 = mask_count_0(the_starts_0);
+    var p_15 : u32 = _S139.anchors_0;
+    var count_7 : u32 = _S140;
     var widths_7 : u32 = u32(0);
-    var s_21 : u32 = u32(0);
+    var s_22 : u32 = u32(0);
     for(;;)
     {
-        if(s_21 <= wanted_0)
+        if(s_22 <= wanted_0)
         {
         }
         else
         {
             break;
         }
-        if(s_21 == u32(0))
+        if(s_22 == u32(0))
         {
         }
         else
         {
-            var _S139 : u32 = after_anchors_0(p_15, s_21 - u32(1), count_7, widths_7);
-            p_15 = _S139;
+            var _S141 : u32 = after_anchors_0(p_15, s_22 - u32(1), count_7, widths_7);
+            p_15 = _S141;
         }
-        var count_8 : u32 = anchors_of_0(h_21, s_21, count_7);
-        var _S140 : u32 = further_widths_0(p_15, s_21, count_8);
-        var _S141 : u32 = s_21 + u32(1);
+        var count_8 : u32 = anchors_of_0(h_21, s_22, count_7);
+        var _S142 : u32 = further_widths_0(p_15, s_22, count_8);
+        var _S143 : u32 = s_22 + u32(1);
         count_7 = count_8;
-        widths_7 = _S140;
-        s_21 = _S141;
+        widths_7 = _S142;
+        s_22 = _S143;
     }
-    var _S142 : vec2<u32> = vec2<u32>(u32(0));
+    var _S144 : vec2<u32> = vec2<u32>(u32(0));
     var c_4 : u32 = u32(0);
-    var fields_2 : vec2<u32> = _S142;
+    var fields_2 : vec2<u32> = _S144;
     for(;;)
     {
-        var _S143 : u32 = (extractBits((shared_stream_0[wanted_0]), u32((i32(0))), u32((i32(3)))));
-        if(c_4 < _S143)
+        var _S145 : u32 = (extractBits((shared_stream_0[wanted_0]), u32((i32(0))), u32((i32(3)))));
+        if(c_4 < _S145)
         {
         }
         else
@@ -1847,11 +1855,11 @@ fn read_anchor_0( h_21 : Header_0,  index_1 : u32,  wanted_0 : u32,  id_4 : u32)
             break;
         }
         var value_7 : u32 = anchor_value_0(wanted_0, p_15, index_1, widths_7, c_4);
-        var _S144 : bool = is_packed_0(wanted_0);
-        if(_S144)
+        var _S146 : bool = is_packed_0(wanted_0);
+        if(_S146)
         {
-            var _S145 : u32 = (extractBits((shared_places_0[wanted_0]), u32((i32(22))), u32((i32(6)))));
-            fields_2 = (fields_2 | ((put_field_0(c_4 * _S145, value_7))));
+            var _S147 : u32 = (extractBits((shared_places_0[wanted_0]), u32((i32(22))), u32((i32(6)))));
+            fields_2 = (fields_2 | ((put_field_0(c_4 * _S147, value_7))));
         }
         else
         {
@@ -1859,8 +1867,8 @@ fn read_anchor_0( h_21 : Header_0,  index_1 : u32,  wanted_0 : u32,  id_4 : u32)
         }
         c_4 = c_4 + u32(1);
     }
-    var _S146 : bool = is_packed_0(wanted_0);
-    if(_S146)
+    var _S148 : bool = is_packed_0(wanted_0);
+    if(_S148)
     {
         put_vertex_0(wanted_0, id_4, fields_2);
     }
@@ -1869,65 +1877,35 @@ fn read_anchor_0( h_21 : Header_0,  index_1 : u32,  wanted_0 : u32,  id_4 : u32)
 
 fn owner_of_0( h_22 : Header_0,  r_12 : u32) -> u32
 {
-    var _S147 : u32 = entry_owner_0(h_22, entry_position_0(h_22, r_12));
-    return _S147;
+    var _S149 : u32 = entry_owner_0(h_22, entry_position_0(h_22, r_12));
+    return _S149;
 }
 
 fn next_reference_0( h_23 : Header_0,  r_13 : u32) -> u32
 {
-    var _S148 : u32;
+    var _S150 : u32;
     if(mask_test_0(h_23.loop_ends_2, r_13))
     {
-        _S148 = loop_begin_0(h_23, r_13);
+        _S150 = loop_begin_0(h_23, r_13);
     }
     else
     {
-        _S148 = r_13 + u32(1);
+        _S150 = r_13 + u32(1);
     }
-    return _S148;
+    return _S150;
 }
 
-fn read_corner_0( own_1 : Header_0,  j_0 : u32,  s_22 : u32,  id_5 : u32)
+fn read_corner_0( own_1 : Header_0,  j_0 : u32,  s_23 : u32,  id_5 : u32)
 {
     var h_24 : Header_0 = own_1;
-    var _S149 : u32 = j_0;
+    var _S151 : u32 = j_0;
     var hop_0 : u32 = u32(0);
     for(;;)
     {
-        var _S150 : bool;
+        var _S152 : bool;
         if(hop_0 <= shared_hops_0)
         {
-            _S150 = error_0 == u32(0);
-        }
-        else
-        {
-            _S150 = false;
-        }
-        if(_S150)
-        {
-        }
-        else
-        {
-            break;
-        }
-        var seams_3 : vec2<u32> = seam_references_0(h_24, s_22);
-        var shared_refs_0 : vec2<u32> = ((h_24.foreign_refs_1) & ((~seams_3)));
-        var _S151 : bool = (h_24.references_1) > u32(0);
-        var before_6 : u32;
-        if(_S151)
-        {
-            before_6 = ((previous_reference_0(h_24, _S149)) & (u32(63)));
-        }
-        else
-        {
-            before_6 = u32(0);
-        }
-        var follow_0 : bool = mask_test_0(shared_refs_0, _S149);
-        var follow_before_0 : bool = mask_test_0(shared_refs_0, before_6);
-        var _S152 : bool;
-        if(!follow_0)
-        {
-            _S152 = !follow_before_0;
+            _S152 = error_0 == u32(0);
         }
         else
         {
@@ -1935,59 +1913,89 @@ fn read_corner_0( own_1 : Header_0,  j_0 : u32,  s_22 : u32,  id_5 : u32)
         }
         if(_S152)
         {
-            if(_S151)
-            {
-                _S149 = mask_count_0(((stored_corners_0(h_24, seams_3)) & ((mask_below_0(_S149)))));
-            }
-            read_anchor_0(h_24, _S149, s_22, id_5);
-            return;
-        }
-        var _S153 : bool;
-        if(follow_0)
-        {
-            _S153 = follow_before_0;
         }
         else
         {
-            _S153 = false;
+            break;
         }
-        var follow_1 : bool;
+        var seams_3 : vec2<u32> = seam_references_0(h_24, s_23);
+        var shared_refs_0 : vec2<u32> = ((h_24.foreign_refs_1) & ((~seams_3)));
+        var _S153 : bool = (h_24.references_1) > u32(0);
+        var before_6 : u32;
         if(_S153)
         {
-            var _S154 : u32 = owner_of_0(h_24, before_6);
-            var _S155 : u32 = owner_of_0(h_24, _S149);
-            follow_1 = _S154 >= _S155;
+            before_6 = ((previous_reference_0(h_24, _S151)) & (u32(63)));
+        }
+        else
+        {
+            before_6 = u32(0);
+        }
+        var follow_0 : bool = mask_test_0(shared_refs_0, _S151);
+        var follow_before_0 : bool = mask_test_0(shared_refs_0, before_6);
+        var _S154 : bool;
+        if(!follow_0)
+        {
+            _S154 = !follow_before_0;
+        }
+        else
+        {
+            _S154 = false;
+        }
+        if(_S154)
+        {
+            if(_S153)
+            {
+                _S151 = mask_count_0(((stored_corners_0(h_24, seams_3)) & ((mask_below_0(_S151)))));
+            }
+            read_anchor_0(h_24, _S151, s_23, id_5);
+            return;
+        }
+        var _S155 : bool;
+        if(follow_0)
+        {
+            _S155 = follow_before_0;
+        }
+        else
+        {
+            _S155 = false;
+        }
+        var follow_1 : bool;
+        if(_S155)
+        {
+            var _S156 : u32 = owner_of_0(h_24, before_6);
+            var _S157 : u32 = owner_of_0(h_24, _S151);
+            follow_1 = _S156 >= _S157;
         }
         else
         {
             follow_1 = follow_0;
         }
-        var _S156 : u32;
+        var _S158 : u32;
         if(follow_1)
         {
-            _S156 = _S149;
+            _S158 = _S151;
         }
         else
         {
-            _S156 = before_6;
+            _S158 = before_6;
         }
-        var entry_3 : u32 = entry_position_0(h_24, _S156);
+        var entry_3 : u32 = entry_position_0(h_24, _S158);
         var slot_1 : u32 = entry_slot_0(h_24, entry_3);
-        var _S157 : u32 = entry_owner_0(h_24, entry_3);
-        var h_25 : Header_0 = header_of_0(_S157);
-        var _S158 : u32 = slot_reference_0(h_25, slot_1);
-        var reference_1 : u32 = (_S158 & (u32(63)));
+        var _S159 : u32 = entry_owner_0(h_24, entry_3);
+        var h_25 : Header_0 = header_of_0(_S159);
+        var _S160 : u32 = slot_reference_0(h_25, slot_1);
+        var reference_1 : u32 = (_S160 & (u32(63)));
         if(follow_1)
         {
-            _S149 = ((next_reference_0(h_25, reference_1)) & (u32(63)));
+            _S151 = ((next_reference_0(h_25, reference_1)) & (u32(63)));
         }
         else
         {
-            _S149 = reference_1;
+            _S151 = reference_1;
         }
-        var _S159 : u32 = hop_0 + u32(1);
+        var _S161 : u32 = hop_0 + u32(1);
         h_24 = h_25;
-        hop_0 = _S159;
+        hop_0 = _S161;
     }
     if(error_0 == u32(0))
     {
@@ -2002,27 +2010,35 @@ fn corners_shader_0()
     {
         shared_hops_0 = u32(8);
     }
-    var _S160 : bool = open_pass_0(u32(8));
-    if(!_S160)
+    var _S162 : bool = open_pass_0(u32(8));
+    var _S163 : bool;
+    if(!_S162)
+    {
+        _S163 = true;
+    }
+    else
+    {
+        _S163 = (the_workgroup_0.y) >= stream_end_0;
+    }
+    if(_S163)
     {
         return;
     }
     var h_26 : Header_0 = open_header_0();
-    var _S161 : bool = (h_26.references_1) == u32(0);
-    var _S162 : u32;
-    if(_S161)
+    var _S164 : bool = (h_26.references_1) == u32(0);
+    var _S165 : u32;
+    if(_S164)
     {
-        _S162 = mask_count_0(the_starts_0);
+        _S165 = mask_count_0(the_starts_0);
     }
     else
     {
-        _S162 = h_26.references_1;
+        _S165 = h_26.references_1;
     }
     var j_1 : u32 = first_item_0;
     for(;;)
     {
-        var _S163 : bool;
-        if(j_1 < _S162)
+        if(j_1 < _S165)
         {
             _S163 = error_0 == u32(0);
         }
@@ -2038,7 +2054,7 @@ fn corners_shader_0()
             break;
         }
         var id_6 : u32;
-        if(_S161)
+        if(_S164)
         {
             id_6 = ((ids_before_0(j_1)) & (u32(63)));
         }
@@ -2072,10 +2088,10 @@ struct Run_0
 
 fn Run_x24init_0( rank_9 : u32,  steps_1 : u32) -> Run_0
 {
-    var _S164 : Run_0;
-    _S164.rank_8 = rank_9;
-    _S164.steps_0 = steps_1;
-    return _S164;
+    var _S166 : Run_0;
+    _S166.rank_8 = rank_9;
+    _S166.steps_0 = steps_1;
+    return _S166;
 }
 
 fn run_of_0( r_14 : u32) -> Run_0
@@ -2096,27 +2112,27 @@ fn run_of_0( r_14 : u32) -> Run_0
 
 fn first_stream_0() -> u32
 {
-    var s_23 : u32 = the_workgroup_0.y;
+    var s_24 : u32 = the_workgroup_0.y;
     var later_1 : bool;
-    if(s_23 > u32(0))
+    if(s_24 > u32(0))
     {
-        var _S165 : u32 = (extractBits((shared_stream_0[s_23]), u32((i32(9))), u32((i32(3)))));
-        later_1 = _S165 == u32(5);
+        var _S167 : u32 = (extractBits((shared_stream_0[s_24]), u32((i32(9))), u32((i32(3)))));
+        later_1 = _S167 == u32(5);
     }
     else
     {
         later_1 = false;
     }
-    var _S166 : u32;
+    var _S168 : u32;
     if(later_1)
     {
-        _S166 = stream_end_0;
+        _S168 = stream_end_0;
     }
     else
     {
-        _S166 = s_23;
+        _S168 = s_24;
     }
-    return _S166;
+    return _S168;
 }
 
 struct Source_0
@@ -2130,13 +2146,13 @@ struct Source_0
 
 fn Source_x24init_0( total_1 : u32,  first_3 : u32,  codes_4 : u32,  low_5 : u32,  quotients_2 : u32) -> Source_0
 {
-    var _S167 : Source_0;
-    _S167.total_0 = total_1;
-    _S167.first_2 = first_3;
-    _S167.codes_3 = codes_4;
-    _S167.low_4 = low_5;
-    _S167.quotients_1 = quotients_2;
-    return _S167;
+    var _S169 : Source_0;
+    _S169.total_0 = total_1;
+    _S169.first_2 = first_3;
+    _S169.codes_3 = codes_4;
+    _S169.low_4 = low_5;
+    _S169.quotients_1 = quotients_2;
+    return _S169;
 }
 
 fn source_of_0( h_27 : Header_0,  r_15 : u32) -> Source_0
@@ -2146,8 +2162,8 @@ fn source_of_0( h_27 : Header_0,  r_15 : u32) -> Source_0
     var reference_2 : u32;
     if(foreign_0)
     {
-        var _S168 : u32 = entry_owner_0(h_27, entry_4);
-        reference_2 = _S168;
+        var _S170 : u32 = entry_owner_0(h_27, entry_4);
+        reference_2 = _S170;
     }
     else
     {
@@ -2156,8 +2172,8 @@ fn source_of_0( h_27 : Header_0,  r_15 : u32) -> Source_0
     var owner_1 : Header_0 = header_of_0(reference_2);
     if(foreign_0)
     {
-        var _S169 : u32 = slot_reference_0(owner_1, entry_slot_0(h_27, entry_4));
-        reference_2 = (_S169 & (u32(63)));
+        var _S171 : u32 = slot_reference_0(owner_1, entry_slot_0(h_27, entry_4));
+        reference_2 = (_S171 & (u32(63)));
     }
     else
     {
@@ -2172,9 +2188,9 @@ var<private> residual_code_0 : u32;
 
 fn fixed_widths_0( position_1 : u32,  n_11 : u32) -> vec2<u32>
 {
-    var _S170 : vec2<u32> = vec2<u32>(u32(0));
+    var _S172 : vec2<u32> = vec2<u32>(u32(0));
     var c_5 : u32 = u32(0);
-    var widths_8 : vec2<u32> = _S170;
+    var widths_8 : vec2<u32> = _S172;
     for(;;)
     {
         if(c_5 < n_11)
@@ -2202,11 +2218,11 @@ struct UnaryReader_0
 
 fn UnaryReader_x24init_0( window_2 : u32,  base_5 : u32,  cursor_1 : u32) -> UnaryReader_0
 {
-    var _S171 : UnaryReader_0;
-    _S171.window_1 = window_2;
-    _S171.base_4 = base_5;
-    _S171.cursor_0 = cursor_1;
-    return _S171;
+    var _S173 : UnaryReader_0;
+    _S173.window_1 = window_2;
+    _S173.base_4 = base_5;
+    _S173.cursor_0 = cursor_1;
+    return _S173;
 }
 
 fn seek_unary_0( p_16 : u32) -> UnaryReader_0
@@ -2225,24 +2241,24 @@ var<private> low_words_0 : vec2<u32>;
 fn seek_low_0( p_17 : u32)
 {
     low_position_0 = p_17;
-    var _S172 : u32 = (p_17 >> (u32(5)));
-    low_index_0 = _S172;
-    low_words_0 = load_words2_0(_S172);
+    var _S174 : u32 = (p_17 >> (u32(5)));
+    low_index_0 = _S174;
+    low_words_0 = load_words2_0(_S174);
     return;
 }
 
 fn last_id_0( h_28 : Header_0,  r_16 : u32,  run_0 : Run_0) -> u32
 {
-    var _S173 : u32;
+    var _S175 : u32;
     if(mask_test_0(h_28.loop_ends_2, r_16))
     {
-        _S173 = loop_of_0(h_28, r_16).x;
+        _S175 = loop_of_0(h_28, r_16).x;
     }
     else
     {
-        _S173 = run_0.rank_8 + run_0.steps_0;
+        _S175 = run_0.rank_8 + run_0.steps_0;
     }
-    return id_at_0(_S173);
+    return id_at_0(_S175);
 }
 
 fn inner_ids_0( run_1 : Run_0) -> vec2<u32>
@@ -2261,13 +2277,13 @@ struct Chain_0
 
 fn Chain_x24init_0( steps_3 : u32,  from_1 : u32,  to_1 : u32,  inner_2 : vec2<u32>,  backwards_1 : bool) -> Chain_0
 {
-    var _S174 : Chain_0;
-    _S174.steps_2 = steps_3;
-    _S174.from_0 = from_1;
-    _S174.to_0 = to_1;
-    _S174.inner_1 = inner_2;
-    _S174.backwards_0 = backwards_1;
-    return _S174;
+    var _S176 : Chain_0;
+    _S176.steps_2 = steps_3;
+    _S176.from_0 = from_1;
+    _S176.to_0 = to_1;
+    _S176.inner_1 = inner_2;
+    _S176.backwards_0 = backwards_1;
+    return _S176;
 }
 
 fn chain_of_0( h_29 : Header_0,  r_17 : u32,  run_2 : Run_0) -> Chain_0
@@ -2276,25 +2292,25 @@ fn chain_of_0( h_29 : Header_0,  r_17 : u32,  run_2 : Run_0) -> Chain_0
     var begin_1 : u32 = id_at_0(run_2.rank_8);
     var end_3 : u32 = last_id_0(h_29, r_17, run_2);
     var inner_3 : vec2<u32> = inner_ids_0(run_2);
-    var _S175 : u32;
+    var _S177 : u32;
     if(foreign_1)
     {
-        _S175 = end_3;
+        _S177 = end_3;
     }
     else
     {
-        _S175 = begin_1;
+        _S177 = begin_1;
     }
-    var _S176 : u32;
+    var _S178 : u32;
     if(foreign_1)
     {
-        _S176 = begin_1;
+        _S178 = begin_1;
     }
     else
     {
-        _S176 = end_3;
+        _S178 = end_3;
     }
-    return Chain_x24init_0(run_2.steps_0, _S175, _S176, inner_3, foreign_1);
+    return Chain_x24init_0(run_2.steps_0, _S177, _S178, inner_3, foreign_1);
 }
 
 fn pack4_0( x_0 : u32,  y_0 : u32,  z_0 : u32,  w_4 : u32) -> u32
@@ -2311,46 +2327,46 @@ struct Triple_0
 
 fn Triple_x24init_0( x_2 : u32,  y_2 : u32,  z_2 : u32) -> Triple_0
 {
-    var _S177 : Triple_0;
-    _S177.x_1 = x_2;
-    _S177.y_1 = y_2;
-    _S177.z_1 = z_2;
-    return _S177;
+    var _S179 : Triple_0;
+    _S179.x_1 = x_2;
+    _S179.y_1 = y_2;
+    _S179.z_1 = z_2;
+    return _S179;
 }
 
 fn grid_position_0( id_7 : u32) -> Triple_0
 {
     var word_7 : u32 = word_of_0(u32(0), id_7);
-    var _S178 : bool = is_packed_0(u32(0));
-    if(!_S178)
+    var _S180 : bool = is_packed_0(u32(0));
+    if(!_S180)
     {
         return Triple_x24init_0(all_values_0[the_values_0 + word_7], all_values_0[the_values_0 + (word_7 + u32(1))], all_values_0[the_values_0 + (word_7 + u32(2))]);
     }
-    var _S179 : u32 = u32(2) * ((word_7 >> (u32(1))));
-    return Triple_x24init_0((all_values_0[the_values_0 + _S179] & (u32(2097151))), (((((all_values_0[the_values_0 + _S179] >> (u32(21)))) | (((all_values_0[the_values_0 + _S179 + u32(1)] << (u32(11))))))) & (u32(2097151))), (((all_values_0[the_values_0 + _S179 + u32(1)] >> (u32(10)))) & (u32(2097151))));
+    var _S181 : u32 = u32(2) * ((word_7 >> (u32(1))));
+    return Triple_x24init_0((all_values_0[the_values_0 + _S181] & (u32(2097151))), (((((all_values_0[the_values_0 + _S181] >> (u32(21)))) | (((all_values_0[the_values_0 + _S181 + u32(1)] << (u32(11))))))) & (u32(2097151))), (((all_values_0[the_values_0 + _S181 + u32(1)] >> (u32(10)))) & (u32(2097151))));
 }
 
 fn difference_0( to_2 : Triple_0,  from_2 : Triple_0) -> Triple_0
 {
-    var _S180 : Triple_0 = to_2;
-    _S180.x_1 = _S180.x_1 - from_2.x_1;
-    _S180.y_1 = _S180.y_1 - from_2.y_1;
-    _S180.z_1 = _S180.z_1 - from_2.z_1;
-    return _S180;
+    var _S182 : Triple_0 = to_2;
+    _S182.x_1 = _S182.x_1 - from_2.x_1;
+    _S182.y_1 = _S182.y_1 - from_2.y_1;
+    _S182.z_1 = _S182.z_1 - from_2.z_1;
+    return _S182;
 }
 
 fn magnitude_0( x_3 : u32) -> u32
 {
-    var _S181 : u32;
+    var _S183 : u32;
     if(i32(x_3) < i32(0))
     {
-        _S181 = u32(0) - x_3;
+        _S183 = u32(0) - x_3;
     }
     else
     {
-        _S181 = x_3;
+        _S183 = x_3;
     }
-    return _S181;
+    return _S183;
 }
 
 fn magnitudes_0( v_0 : Triple_0) -> u32
@@ -2365,16 +2381,16 @@ fn bit_length_0( x_4 : u32) -> u32
 
 fn excess_0( x_5 : u32,  y_3 : u32) -> u32
 {
-    var _S182 : u32;
+    var _S184 : u32;
     if(x_5 > y_3)
     {
-        _S182 = x_5 - y_3;
+        _S184 = x_5 - y_3;
     }
     else
     {
-        _S182 = u32(0);
+        _S184 = u32(0);
     }
-    return _S182;
+    return _S184;
 }
 
 fn shift_right_0( x_6 : u32,  n_12 : u32) -> u32
@@ -2384,11 +2400,11 @@ fn shift_right_0( x_6 : u32,  n_12 : u32) -> u32
 
 fn shifted_0( v_1 : Triple_0,  n_13 : u32) -> Triple_0
 {
-    var _S183 : Triple_0 = v_1;
-    _S183.x_1 = shift_right_0(_S183.x_1, n_13);
-    _S183.y_1 = shift_right_0(_S183.y_1, n_13);
-    _S183.z_1 = shift_right_0(_S183.z_1, n_13);
-    return _S183;
+    var _S185 : Triple_0 = v_1;
+    _S185.x_1 = shift_right_0(_S185.x_1, n_13);
+    _S185.y_1 = shift_right_0(_S185.y_1, n_13);
+    _S185.z_1 = shift_right_0(_S185.z_1, n_13);
+    return _S185;
 }
 
 fn dot3_0( v_2 : Triple_0,  w_5 : Triple_0) -> u32
@@ -2399,34 +2415,34 @@ fn dot3_0( v_2 : Triple_0,  w_5 : Triple_0) -> u32
 fn signed_quotient_0( x_7 : u32,  d_0 : u32) -> u32
 {
     var quotient_0 : u32 = magnitude_0(x_7) / d_0;
-    var _S184 : u32;
+    var _S186 : u32;
     if(i32(x_7) < i32(0))
     {
-        _S184 = u32(0) - quotient_0;
+        _S186 = u32(0) - quotient_0;
     }
     else
     {
-        _S184 = quotient_0;
+        _S186 = quotient_0;
     }
-    return _S184;
+    return _S186;
 }
 
 struct Weights_0
 {
      exist_0 : bool,
-     s_24 : u32,
+     s_25 : u32,
      u_1 : u32,
 };
 
 fn affine_weights_0( a_0 : u32,  b_0 : u32,  o_0 : u32,  v_3 : u32) -> Weights_0
 {
     var origin_0 : Triple_0 = grid_position_0(a_0);
-    var _S185 : Triple_0 = grid_position_0(b_0);
-    var e_0 : Triple_0 = difference_0(_S185, origin_0);
-    var _S186 : Triple_0 = grid_position_0(o_0);
-    var f_0 : Triple_0 = difference_0(_S186, origin_0);
-    var _S187 : Triple_0 = grid_position_0(v_3);
-    var r_18 : Triple_0 = difference_0(_S187, origin_0);
+    var _S187 : Triple_0 = grid_position_0(b_0);
+    var e_0 : Triple_0 = difference_0(_S187, origin_0);
+    var _S188 : Triple_0 = grid_position_0(o_0);
+    var f_0 : Triple_0 = difference_0(_S188, origin_0);
+    var _S189 : Triple_0 = grid_position_0(v_3);
+    var r_18 : Triple_0 = difference_0(_S189, origin_0);
     var h_30 : u32 = excess_0(bit_length_0(((((magnitudes_0(e_0)) | ((magnitudes_0(f_0))))) | ((magnitudes_0(r_18))))), u32(14));
     var e_1 : Triple_0 = shifted_0(e_0, h_30);
     var f_1 : Triple_0 = shifted_0(f_0, h_30);
@@ -2447,75 +2463,75 @@ fn affine_weights_0( a_0 : u32,  b_0 : u32,  o_0 : u32,  v_3 : u32) -> Weights_0
     var determinant_0 : u32 = product_0 - ef_0 * ef_0;
     var d_1 : u32 = (determinant_0 >> (u32(8)));
     var w_6 : Weights_0;
-    var _S188 : bool;
+    var _S190 : bool;
     if(i32(determinant_0) > ((i32(product_0) >> (u32(5)))))
     {
-        _S188 = d_1 != u32(0);
+        _S190 = d_1 != u32(0);
     }
     else
     {
-        _S188 = false;
+        _S190 = false;
     }
-    w_6.exist_0 = _S188;
-    w_6.s_24 = u32(0);
+    w_6.exist_0 = _S190;
+    w_6.s_25 = u32(0);
     w_6.u_1 = u32(0);
-    if(!_S188)
+    if(!_S190)
     {
         return w_6;
     }
-    var _S189 : u32 = signed_quotient_0(re_1 * ff_1 - rf_1 * ef_0, d_1);
-    w_6.s_24 = _S189;
-    var _S190 : u32 = signed_quotient_0(rf_1 * ee_1 - re_1 * ef_0, d_1);
-    w_6.u_1 = _S190;
-    if((magnitude_0(_S189)) < u32(1024))
+    var _S191 : u32 = signed_quotient_0(re_1 * ff_1 - rf_1 * ef_0, d_1);
+    w_6.s_25 = _S191;
+    var _S192 : u32 = signed_quotient_0(rf_1 * ee_1 - re_1 * ef_0, d_1);
+    w_6.u_1 = _S192;
+    if((magnitude_0(_S191)) < u32(1024))
     {
-        _S188 = (magnitude_0(w_6.u_1)) < u32(1024);
+        _S190 = (magnitude_0(w_6.u_1)) < u32(1024);
     }
     else
     {
-        _S188 = false;
+        _S190 = false;
     }
-    w_6.exist_0 = _S188;
+    w_6.exist_0 = _S190;
     return w_6;
 }
 
 fn line_weights_0( a_1 : u32,  b_1 : u32,  v_4 : u32) -> Weights_0
 {
     var origin_1 : Triple_0 = grid_position_0(a_1);
-    var _S191 : Triple_0 = grid_position_0(b_1);
-    var e_2 : Triple_0 = difference_0(_S191, origin_1);
-    var _S192 : Triple_0 = grid_position_0(v_4);
-    var r_20 : Triple_0 = difference_0(_S192, origin_1);
+    var _S193 : Triple_0 = grid_position_0(b_1);
+    var e_2 : Triple_0 = difference_0(_S193, origin_1);
+    var _S194 : Triple_0 = grid_position_0(v_4);
+    var r_20 : Triple_0 = difference_0(_S194, origin_1);
     var h_31 : u32 = excess_0(bit_length_0(((magnitudes_0(e_2)) | ((magnitudes_0(r_20))))), u32(10));
     var e_3 : Triple_0 = shifted_0(e_2, h_31);
     var ee_2 : u32 = dot3_0(e_3, e_3);
     var re_2 : u32 = dot3_0(shifted_0(r_20, h_31), e_3);
     var w_7 : Weights_0;
-    var _S193 : i32 = i32(ee_2);
-    var _S194 : bool;
-    if(_S193 > i32(0))
+    var _S195 : i32 = i32(ee_2);
+    var _S196 : bool;
+    if(_S195 > i32(0))
     {
-        _S194 = i32(re_2) >= i32(0);
+        _S196 = i32(re_2) >= i32(0);
     }
     else
     {
-        _S194 = false;
+        _S196 = false;
     }
-    if(_S194)
+    if(_S196)
     {
-        _S194 = i32(re_2) <= _S193;
+        _S196 = i32(re_2) <= _S195;
     }
     else
     {
-        _S194 = false;
+        _S196 = false;
     }
-    w_7.exist_0 = _S194;
-    w_7.s_24 = u32(0);
+    w_7.exist_0 = _S196;
+    w_7.s_25 = u32(0);
     w_7.u_1 = u32(0);
-    if(_S194)
+    if(_S196)
     {
-        var _S195 : u32 = (re_2 * u32(256) + ((ee_2 >> (u32(1))))) / ee_2;
-        w_7.s_24 = _S195;
+        var _S197 : u32 = (re_2 * u32(256) + ((ee_2 >> (u32(1))))) / ee_2;
+        w_7.s_25 = _S197;
     }
     return w_7;
 }
@@ -2527,68 +2543,68 @@ fn chain_weights_0( step_0 : u32) -> Weights_0
     var end_4 : u32 = (((step_0 >> (u32(16)))) & (u32(255)));
     var w_8 : Weights_0;
     w_8.exist_0 = false;
-    w_8.s_24 = u32(0);
+    w_8.s_25 = u32(0);
     w_8.u_1 = u32(0);
-    var _S196 : u32 = (step_0 >> (u32(24)));
-    if(_S196 != u32(255))
+    var _S198 : u32 = (step_0 >> (u32(24)));
+    if(_S198 != u32(255))
     {
-        var _S197 : Weights_0 = affine_weights_0(before_7, end_4, _S196, v_5);
-        w_8 = _S197;
+        var _S199 : Weights_0 = affine_weights_0(before_7, end_4, _S198, v_5);
+        w_8 = _S199;
     }
     if(!w_8.exist_0)
     {
-        var _S198 : Weights_0 = line_weights_0(before_7, end_4, v_5);
-        w_8 = _S198;
+        var _S200 : Weights_0 = line_weights_0(before_7, end_4, v_5);
+        w_8 = _S200;
     }
     return w_8;
 }
 
-fn value_at_0( s_25 : u32,  c_6 : u32,  id_8 : u32) -> u32
+fn value_at_0( s_26 : u32,  c_6 : u32,  id_8 : u32) -> u32
 {
-    var _S199 : bool = is_packed_0(s_25);
-    if(_S199)
+    var _S201 : bool = is_packed_0(s_26);
+    if(_S201)
     {
-        var _S200 : vec2<u32> = vertex_at_0(s_25, id_8);
-        var _S201 : u32 = (extractBits((shared_places_0[s_25]), u32((i32(22))), u32((i32(6)))));
-        var _S202 : u32 = c_6 * _S201;
-        var _S203 : u32 = (extractBits((shared_places_0[s_25]), u32((i32(22))), u32((i32(6)))));
-        return get_field_0(_S200, _S202, _S203);
+        var _S202 : vec2<u32> = vertex_at_0(s_26, id_8);
+        var _S203 : u32 = (extractBits((shared_places_0[s_26]), u32((i32(22))), u32((i32(6)))));
+        var _S204 : u32 = c_6 * _S203;
+        var _S205 : u32 = (extractBits((shared_places_0[s_26]), u32((i32(22))), u32((i32(6)))));
+        return get_field_0(_S202, _S204, _S205);
     }
-    var _S204 : u32 = the_values_0;
-    var _S205 : u32 = word_of_0(s_25, id_8);
-    return all_values_0[_S204 + (_S205 + c_6)];
+    var _S206 : u32 = the_values_0;
+    var _S207 : u32 = word_of_0(s_26, id_8);
+    return all_values_0[_S206 + (_S207 + c_6)];
 }
 
 fn affine_point_0( w_9 : Weights_0,  a_2 : u32,  b_2 : u32,  o_1 : u32) -> u32
 {
-    return a_2 + shift_right_0(w_9.s_24 * (b_2 - a_2) + w_9.u_1 * (o_1 - a_2) + u32(128), u32(8));
+    return a_2 + shift_right_0(w_9.s_25 * (b_2 - a_2) + w_9.u_1 * (o_1 - a_2) + u32(128), u32(8));
 }
 
 fn divide_0( x_8 : u32,  n_15 : u32) -> u32
 {
-    var _S206 : u32 = x_8 / n_15;
-    return _S206;
+    var _S208 : u32 = x_8 / n_15;
+    return _S208;
 }
 
 fn toward_0( a_3 : u32,  b_3 : u32,  n_16 : u32) -> u32
 {
-    var _S207 : u32 = divide_0(b_3 - a_3 + ((n_16 >> (u32(1)))) + ((n_16 << (u32(24)))), n_16);
-    return a_3 + _S207 - u32(16777216);
+    var _S209 : u32 = divide_0(b_3 - a_3 + ((n_16 >> (u32(1)))) + ((n_16 << (u32(24)))), n_16);
+    return a_3 + _S209 - u32(16777216);
 }
 
 fn affine_chain_point_0( w_10 : Weights_0,  before_8 : u32,  end_5 : u32,  earlier_0 : u32,  left_0 : u32) -> u32
 {
-    var _S208 : u32;
+    var _S210 : u32;
     if(w_10.exist_0)
     {
-        _S208 = affine_point_0(w_10, before_8, end_5, earlier_0);
+        _S210 = affine_point_0(w_10, before_8, end_5, earlier_0);
     }
     else
     {
-        var _S209 : u32 = toward_0(before_8, end_5, left_0);
-        _S208 = _S209;
+        var _S211 : u32 = toward_0(before_8, end_5, left_0);
+        _S210 = _S211;
     }
-    return _S208;
+    return _S210;
 }
 
 fn next_quotient_0() -> u32
@@ -2602,18 +2618,18 @@ fn next_quotient_0() -> u32
         {
             break;
         }
-        var _S210 : u32 = unary_0.base_4 + u32(32);
-        unary_0.base_4 = _S210;
-        var _S211 : bool;
-        if(((_S210 >> (u32(5)))) >= (push_0.blob_words_0))
+        var _S212 : u32 = unary_0.base_4 + u32(32);
+        unary_0.base_4 = _S212;
+        var _S213 : bool;
+        if(((_S212 >> (u32(5)))) >= (push_0.blob_words_0))
         {
-            _S211 = true;
+            _S213 = true;
         }
         else
         {
-            _S211 = (unary_0.base_4 - unary_0.cursor_0) > u32(16415);
+            _S213 = (unary_0.base_4 - unary_0.cursor_0) > u32(16415);
         }
-        if(_S211)
+        if(_S213)
         {
             error_0 = u32(8);
             return u32(0);
@@ -2638,16 +2654,16 @@ fn is_exponential_0( code_2 : u32) -> bool
 
 fn exponential_quotient_0( parameter_0 : u32,  q_0 : u32) -> u32
 {
-    var _S212 : bool;
+    var _S214 : bool;
     if(q_0 <= u32(31))
     {
-        _S212 = (parameter_0 + q_0) <= u32(32);
+        _S214 = (parameter_0 + q_0) <= u32(32);
     }
     else
     {
-        _S212 = false;
+        _S214 = false;
     }
-    if(_S212)
+    if(_S214)
     {
         return q_0;
     }
@@ -2660,16 +2676,16 @@ fn take_low_0( width_1 : u32) -> u32
     var w_11 : u32 = (low_position_0 >> (u32(5)));
     if(w_11 != low_index_0)
     {
-        var _S213 : u32;
+        var _S215 : u32;
         if(w_11 == (low_index_0 + u32(1)))
         {
-            _S213 = low_words_0.y;
+            _S215 = low_words_0.y;
         }
         else
         {
-            _S213 = load_word_0(w_11);
+            _S215 = load_word_0(w_11);
         }
-        low_words_0 = vec2<u32>(_S213, load_word_0(w_11 + u32(1)));
+        low_words_0 = vec2<u32>(_S215, load_word_0(w_11 + u32(1)));
         low_index_0 = w_11;
     }
     var bits_3 : u32 = ((funnel_0(low_words_0.x, low_words_0.y, (low_position_0 & (u32(31))))) & ((word_below_0(width_1))));
@@ -2697,8 +2713,8 @@ fn next_residual_0( c_7 : u32) -> u32
     }
     else
     {
-        var _S214 : u32 = next_quotient_0();
-        above_0 = _S214;
+        var _S216 : u32 = next_quotient_0();
+        above_0 = _S216;
     }
     if(is_exponential_0(residual_code_0))
     {
@@ -2707,36 +2723,36 @@ fn next_residual_0( c_7 : u32) -> u32
         above_0 = ((u32(1) << (longer_0))) - u32(1);
         width_2 = width_3;
     }
-    var _S215 : u32 = take_low_0(width_2);
-    return unzigzag_0(_S215 + ((above_0 << (parameter_1))));
+    var _S217 : u32 = take_low_0(width_2);
+    return unzigzag_0(_S217 + ((above_0 << (parameter_1))));
 }
 
-fn read_chain_0( chain_0 : Chain_0,  s_26 : u32)
+fn read_chain_0( chain_0 : Chain_0,  s_27 : u32)
 {
-    var _S216 : u32 = (extractBits((shared_stream_0[s_26]), u32((i32(0))), u32((i32(3)))));
-    var _S217 : u32 = (extractBits((shared_stream_0[s_26]), u32((i32(9))), u32((i32(3)))));
-    var vectors_0 : bool = is_packed_0(s_26);
-    var _S218 : u32 = (extractBits((shared_places_0[s_26]), u32((i32(22))), u32((i32(6)))));
-    var _S219 : u32 = bits_mask_0(s_26);
+    var _S218 : u32 = (extractBits((shared_stream_0[s_27]), u32((i32(0))), u32((i32(3)))));
+    var _S219 : u32 = (extractBits((shared_stream_0[s_27]), u32((i32(9))), u32((i32(3)))));
+    var vectors_0 : bool = is_packed_0(s_27);
+    var _S220 : u32 = (extractBits((shared_places_0[s_27]), u32((i32(22))), u32((i32(6)))));
+    var _S221 : u32 = bits_mask_0(s_27);
     var from_3 : vec2<u32>;
     if(vectors_0)
     {
-        var _S220 : vec2<u32> = vertex_at_0(s_26, chain_0.from_0);
-        from_3 = _S220;
+        var _S222 : vec2<u32> = vertex_at_0(s_27, chain_0.from_0);
+        from_3 = _S222;
     }
     else
     {
         from_3 = vec2<u32>(u32(0));
     }
-    var _S221 : vec2<u32>;
+    var _S223 : vec2<u32>;
     if(vectors_0)
     {
-        var _S222 : vec2<u32> = vertex_at_0(s_26, chain_0.to_0);
-        _S221 = _S222;
+        var _S224 : vec2<u32> = vertex_at_0(s_27, chain_0.to_0);
+        _S223 = _S224;
     }
     else
     {
-        _S221 = vec2<u32>(u32(0));
+        _S223 = vec2<u32>(u32(0));
     }
     var rest_4 : vec2<u32> = chain_0.inner_1;
     var a_4 : u32 = chain_0.from_0;
@@ -2745,37 +2761,37 @@ fn read_chain_0( chain_0 : Chain_0,  s_26 : u32)
     var left_1 : u32 = chain_0.steps_2;
     for(;;)
     {
-        var _S223 : bool;
+        var _S225 : bool;
         if(mask_any_0(rest_4))
         {
-            _S223 = error_0 == u32(0);
+            _S225 = error_0 == u32(0);
         }
         else
         {
-            _S223 = false;
+            _S225 = false;
         }
-        if(_S223)
+        if(_S225)
         {
         }
         else
         {
             break;
         }
-        var _S224 : u32;
+        var _S226 : u32;
         if(chain_0.backwards_0)
         {
-            _S224 = mask_msb_0(rest_4);
+            _S226 = mask_msb_0(rest_4);
         }
         else
         {
-            _S224 = mask_lsb_0(rest_4);
+            _S226 = mask_lsb_0(rest_4);
         }
-        var id_9 : u32 = (_S224 & (u32(63)));
-        var _S225 : vec2<u32> = (rest_4 & ((~mask_bit_0(id_9))));
+        var id_9 : u32 = (_S226 & (u32(63)));
+        var _S227 : vec2<u32> = (rest_4 & ((~mask_bit_0(id_9))));
         var weights_0 : Weights_0;
         weights_0.exist_0 = false;
         var c_8 : u32;
-        if(_S217 == u32(5))
+        if(_S219 == u32(5))
         {
             if(a_4 == (chain_0.from_0))
             {
@@ -2785,84 +2801,84 @@ fn read_chain_0( chain_0 : Chain_0,  s_26 : u32)
             {
                 c_8 = o_2;
             }
-            var _S226 : Weights_0 = chain_weights_0(pack4_0(id_9, a_4, chain_0.to_0, c_8));
-            weights_0 = _S226;
+            var _S228 : Weights_0 = chain_weights_0(pack4_0(id_9, a_4, chain_0.to_0, c_8));
+            weights_0 = _S228;
         }
-        var _S227 : vec2<u32> = vec2<u32>(u32(0));
+        var _S229 : vec2<u32> = vec2<u32>(u32(0));
         c_8 = u32(0);
-        var fields_3 : vec2<u32> = _S227;
+        var fields_3 : vec2<u32> = _S229;
         for(;;)
         {
-            if(c_8 < _S216)
+            if(c_8 < _S218)
             {
             }
             else
             {
                 break;
             }
-            var at_5 : u32 = c_8 * _S218;
+            var at_5 : u32 = c_8 * _S220;
             var prev_0 : u32;
             if(vectors_0)
             {
-                prev_0 = get_field_0(from_3, at_5, _S218);
+                prev_0 = get_field_0(from_3, at_5, _S220);
             }
             else
             {
-                var _S228 : u32 = value_at_0(s_26, c_8, a_4);
-                prev_0 = _S228;
+                var _S230 : u32 = value_at_0(s_27, c_8, a_4);
+                prev_0 = _S230;
             }
             var point_0 : u32;
-            if(_S217 != u32(2))
+            if(_S219 != u32(2))
             {
                 if(vectors_0)
                 {
-                    point_0 = get_field_0(_S221, at_5, _S218);
+                    point_0 = get_field_0(_S223, at_5, _S220);
                 }
                 else
                 {
-                    var _S229 : u32 = value_at_0(s_26, c_8, chain_0.to_0);
-                    point_0 = _S229;
+                    var _S231 : u32 = value_at_0(s_27, c_8, chain_0.to_0);
+                    point_0 = _S231;
                 }
                 var before_9 : u32;
                 if(vectors_0)
                 {
-                    before_9 = get_field_0(beyond_0, at_5, _S218);
+                    before_9 = get_field_0(beyond_0, at_5, _S220);
                 }
                 else
                 {
-                    var _S230 : u32 = value_at_0(s_26, c_8, o_2);
-                    before_9 = _S230;
+                    var _S232 : u32 = value_at_0(s_27, c_8, o_2);
+                    before_9 = _S232;
                 }
-                var _S231 : u32 = affine_chain_point_0(weights_0, prev_0, point_0, before_9, max(left_1, u32(1)));
-                point_0 = _S231;
+                var _S233 : u32 = affine_chain_point_0(weights_0, prev_0, point_0, before_9, max(left_1, u32(1)));
+                point_0 = _S233;
             }
             else
             {
                 point_0 = prev_0;
             }
-            var _S232 : u32 = next_residual_0(c_8);
-            var value_8 : u32 = ((point_0 + _S232) & (_S219));
+            var _S234 : u32 = next_residual_0(c_8);
+            var value_8 : u32 = ((point_0 + _S234) & (_S221));
             if(vectors_0)
             {
                 fields_3 = (fields_3 | ((put_field_0(at_5, value_8))));
             }
             else
             {
-                put_value_0(s_26, c_8, id_9, value_8);
+                put_value_0(s_27, c_8, id_9, value_8);
             }
             c_8 = c_8 + u32(1);
         }
         if(vectors_0)
         {
-            put_vertex_0(s_26, id_9, fields_3);
+            put_vertex_0(s_27, id_9, fields_3);
         }
-        var _S233 : u32 = left_1 - u32(1);
-        rest_4 = _S225;
+        var _S235 : u32 = left_1 - u32(1);
+        rest_4 = _S227;
         o_2 = a_4;
         a_4 = id_9;
         beyond_0 = from_3;
         from_3 = fields_3;
-        left_1 = _S233;
+        left_1 = _S235;
     }
     return;
 }
@@ -2873,31 +2889,31 @@ fn read_stream_0( h_32 : Header_0,  r_21 : u32,  run_3 : Run_0,  wanted_1 : u32)
     {
         return;
     }
-    var _S234 : Source_0 = source_of_0(h_32, r_21);
-    var source_0 : Source_0 = _S234;
+    var _S236 : Source_0 = source_of_0(h_32, r_21);
+    var source_0 : Source_0 = _S236;
     var code_3 : u32 = u32(0);
     var widths_10 : u32 = u32(0);
     var n_17 : u32 = u32(0);
-    var s_27 : u32 = u32(0);
+    var s_28 : u32 = u32(0);
     var ones_4 : u32 = u32(0);
     for(;;)
     {
-        if(s_27 <= wanted_1)
+        if(s_28 <= wanted_1)
         {
         }
         else
         {
             break;
         }
-        var n_18 : u32 = (extractBits((shared_stream_0[s_27]), u32((i32(0))), u32((i32(3)))));
-        var _S235 : u32 = source_0.codes_3;
-        var code_4 : u32 = code_at_2(&(_S235), s_27, true);
-        var widths_11 : u32 = _S235 - u32(5) * n_18;
-        var _S236 : u32 = _S235;
-        var _S237 : u32 = code_at_2(&(_S236), s_27, false);
-        source_0.codes_3 = _S236;
+        var n_18 : u32 = (extractBits((shared_stream_0[s_28]), u32((i32(0))), u32((i32(3)))));
+        var _S237 : u32 = source_0.codes_3;
+        var code_4 : u32 = code_at_2(&(_S237), s_28, true);
+        var widths_11 : u32 = _S237 - u32(5) * n_18;
+        var _S238 : u32 = _S237;
+        var _S239 : u32 = code_at_2(&(_S238), s_28, false);
+        source_0.codes_3 = _S238;
         var before_10 : u32;
-        if(s_27 < wanted_1)
+        if(s_28 < wanted_1)
         {
             before_10 = source_0.total_0;
         }
@@ -2910,32 +2926,32 @@ fn read_stream_0( h_32 : Header_0,  r_21 : u32,  run_3 : Run_0,  wanted_1 : u32)
         {
             ones_4 = ones_4 + before_10 * n_18;
         }
-        var _S238 : u32 = s_27 + u32(1);
+        var _S240 : u32 = s_28 + u32(1);
         code_3 = code_4;
         widths_10 = widths_11;
         n_17 = n_18;
-        s_27 = _S238;
+        s_28 = _S240;
     }
     residual_code_0 = code_3;
-    var _S239 : bool = code_3 == u32(255);
-    var _S240 : vec2<u32>;
-    if(_S239)
+    var _S241 : bool = code_3 == u32(255);
+    var _S242 : vec2<u32>;
+    if(_S241)
     {
-        _S240 = fixed_widths_0(widths_10, n_17);
+        _S242 = fixed_widths_0(widths_10, n_17);
     }
     else
     {
-        _S240 = vec2<u32>(u32(0));
+        _S242 = vec2<u32>(u32(0));
     }
-    residual_widths_0 = _S240;
-    if(_S239)
+    residual_widths_0 = _S242;
+    if(_S241)
     {
         code_3 = source_0.quotients_1;
     }
     else
     {
-        var _S241 : u32 = after_ones_0(source_0.quotients_1, ones_4);
-        code_3 = _S241;
+        var _S243 : u32 = after_ones_0(source_0.quotients_1, ones_4);
+        code_3 = _S243;
     }
     unary_0 = seek_unary_0(code_3);
     seek_low_0(source_0.low_4);
@@ -2950,44 +2966,44 @@ fn read_stream_0( h_32 : Header_0,  r_21 : u32,  run_3 : Run_0,  wanted_1 : u32)
     return;
 }
 
-fn next_stream_0( s_28 : u32) -> u32
+fn next_stream_0( s_29 : u32) -> u32
 {
     if((the_workgroup_0.y) > u32(0))
     {
         return stream_end_0;
     }
-    var _S242 : u32 = s_28 + u32(1);
+    var _S244 : u32 = s_29 + u32(1);
     for(;;)
     {
-        if(_S242 < stream_end_0)
+        if(_S244 < stream_end_0)
         {
         }
         else
         {
             break;
         }
-        var _S243 : u32 = (extractBits((shared_stream_0[_S242]), u32((i32(9))), u32((i32(3)))));
-        if(_S243 == u32(5))
+        var _S245 : u32 = (extractBits((shared_stream_0[_S244]), u32((i32(9))), u32((i32(3)))));
+        if(_S245 == u32(5))
         {
             break;
         }
-        _S242 = _S242 + u32(1);
+        _S244 = _S244 + u32(1);
     }
-    return _S242;
+    return _S244;
 }
 
 fn chains_shader_0()
 {
-    var _S244 : bool = open_pass_0(u32(8));
-    if(!_S244)
+    var _S246 : bool = open_pass_0(u32(8));
+    if(!_S246)
     {
         return;
     }
-    var _S245 : Header_0 = open_header_0();
+    var _S247 : Header_0 = open_header_0();
     var r_22 : u32 = first_item_0;
     for(;;)
     {
-        if(r_22 < (_S245.references_1))
+        if(r_22 < (_S247.references_1))
         {
         }
         else
@@ -2995,43 +3011,43 @@ fn chains_shader_0()
             break;
         }
         var run_4 : Run_0 = run_of_0(r_22);
-        var _S246 : bool;
-        if(mask_test_0(_S245.private_refs_1, r_22))
+        var _S248 : bool;
+        if(mask_test_0(_S247.private_refs_1, r_22))
         {
-            _S246 = true;
+            _S248 = true;
         }
         else
         {
-            _S246 = (run_4.steps_0) < u32(2);
+            _S248 = (run_4.steps_0) < u32(2);
         }
-        if(_S246)
+        if(_S248)
         {
             r_22 = r_22 + u32(8);
             continue;
         }
-        var _S247 : u32 = first_stream_0();
-        var s_29 : u32 = _S247;
+        var _S249 : u32 = first_stream_0();
+        var s_30 : u32 = _S249;
         for(;;)
         {
-            var _S248 : bool;
-            if(s_29 < stream_end_0)
+            var _S250 : bool;
+            if(s_30 < stream_end_0)
             {
-                _S248 = error_0 == u32(0);
+                _S250 = error_0 == u32(0);
             }
             else
             {
-                _S248 = false;
+                _S250 = false;
             }
-            if(_S248)
+            if(_S250)
             {
             }
             else
             {
                 break;
             }
-            read_stream_0(_S245, r_22, run_4, s_29);
-            var _S249 : u32 = next_stream_0(s_29);
-            s_29 = _S249;
+            read_stream_0(_S247, r_22, run_4, s_30);
+            var _S251 : u32 = next_stream_0(s_30);
+            s_30 = _S251;
         }
         r_22 = r_22 + u32(8);
     }
@@ -3050,9 +3066,9 @@ fn chains_main(@builtin(local_invocation_index) thread_2 : u32, @builtin(workgro
     return;
 }
 
-fn seam_vertices_0( h_33 : Header_0,  s_30 : u32) -> u32
+fn seam_vertices_0( h_33 : Header_0,  s_31 : u32) -> u32
 {
-    var rest_5 : vec2<u32> = seam_references_0(h_33, s_30);
+    var rest_5 : vec2<u32> = seam_references_0(h_33, s_31);
     var count_9 : u32 = u32(0);
     for(;;)
     {
@@ -3074,85 +3090,85 @@ fn low_size_0( code_5 : u32,  elements_2 : u32,  widths_12 : u32,  n_19 : u32,  
 {
     if(code_5 == u32(255))
     {
-        var _S250 : u32 = n_19 / elements_2;
-        return _S250 * fixed_width_0(elements_2, widths_12);
+        var _S252 : u32 = n_19 / elements_2;
+        return _S252 * fixed_width_0(elements_2, widths_12);
     }
-    var _S251 : u32 = n_19 * ((code_5 & (u32(31))));
-    var _S252 : u32;
+    var _S253 : u32 = n_19 * ((code_5 & (u32(31))));
+    var _S254 : u32;
     if(is_exponential_0(code_5))
     {
-        _S252 = zeros_0;
+        _S254 = zeros_0;
     }
     else
     {
-        _S252 = u32(0);
+        _S254 = u32(0);
     }
-    return _S251 + _S252;
+    return _S253 + _S254;
 }
 
 fn seek_residuals_0( h_34 : Header_0,  interior_2 : u32,  stream_1 : u32,  traversed_0 : u32)
 {
     var codes_5 : u32 = h_34.codes_1;
-    var _S253 : bool = mask_any_0(h_34.owned_refs_0);
-    var _S254 : u32;
+    var _S255 : bool = mask_any_0(h_34.owned_refs_0);
+    var _S256 : u32;
     if(stream_1 == u32(0))
     {
-        _S254 = u32(1);
+        _S256 = u32(1);
     }
     else
     {
-        _S254 = stream_total_0;
+        _S256 = stream_total_0;
     }
     var begin_2 : u32 = interior_2;
-    var s_31 : u32 = u32(0);
+    var s_32 : u32 = u32(0);
     var p_18 : u32 = interior_2;
     var low_6 : u32 = u32(0);
     for(;;)
     {
-        if(s_31 < _S254)
+        if(s_32 < _S256)
         {
         }
         else
         {
             break;
         }
-        var n_20 : u32 = (extractBits((shared_stream_0[s_31]), u32((i32(0))), u32((i32(3)))));
-        if(_S253)
+        var n_20 : u32 = (extractBits((shared_stream_0[s_32]), u32((i32(0))), u32((i32(3)))));
+        if(_S255)
         {
-            var _S255 : u32 = code_at_1(&(codes_5), s_31, true);
+            var _S257 : u32 = code_at_1(&(codes_5), s_32, true);
         }
-        var code_6 : u32 = code_at_1(&(codes_5), s_31, false);
+        var code_6 : u32 = code_at_1(&(codes_5), s_32, false);
         var widths_13 : u32 = codes_5 - u32(5) * n_20;
-        var _S256 : u32 = min(traversed_0 + seam_vertices_0(h_34, s_31), u32(64));
-        var _S257 : bool = code_6 == u32(255);
+        var _S258 : u32 = min(traversed_0 + seam_vertices_0(h_34, s_32), u32(64));
+        var _S259 : bool = code_6 == u32(255);
         var ones_5 : u32;
-        if(_S257)
+        if(_S259)
         {
             ones_5 = u32(0);
         }
         else
         {
-            ones_5 = _S256 * n_20;
+            ones_5 = _S258 * n_20;
         }
         var next_0 : u32 = after_ones_0(p_18, ones_5);
-        if(s_31 == stream_1)
+        if(s_32 == stream_1)
         {
             residual_code_0 = code_6;
-            var _S258 : vec2<u32>;
-            if(_S257)
+            var _S260 : vec2<u32>;
+            if(_S259)
             {
-                _S258 = fixed_widths_0(widths_13, n_20);
+                _S260 = fixed_widths_0(widths_13, n_20);
             }
             else
             {
-                _S258 = vec2<u32>(u32(0));
+                _S260 = vec2<u32>(u32(0));
             }
-            residual_widths_0 = _S258;
+            residual_widths_0 = _S260;
             begin_2 = p_18;
         }
-        var size_0 : u32 = low_size_0(code_6, n_20, widths_13, _S256 * n_20, next_0 - p_18 - ones_5);
+        var size_0 : u32 = low_size_0(code_6, n_20, widths_13, _S258 * n_20, next_0 - p_18 - ones_5);
         var low_7 : u32;
-        if(s_31 < stream_1)
+        if(s_32 < stream_1)
         {
             low_7 = low_6 + size_0;
         }
@@ -3160,16 +3176,16 @@ fn seek_residuals_0( h_34 : Header_0,  interior_2 : u32,  stream_1 : u32,  trave
         {
             low_7 = low_6;
         }
-        var _S259 : bool;
-        if(s_31 == u32(0))
+        var _S261 : bool;
+        if(s_32 == u32(0))
         {
-            _S259 = stream_1 != u32(0);
+            _S261 = stream_1 != u32(0);
         }
         else
         {
-            _S259 = false;
+            _S261 = false;
         }
-        if(_S259)
+        if(_S261)
         {
             p_18 = next_0 + low_7;
             low_6 = u32(0);
@@ -3179,16 +3195,16 @@ fn seek_residuals_0( h_34 : Header_0,  interior_2 : u32,  stream_1 : u32,  trave
             p_18 = next_0;
             low_6 = low_7;
         }
-        s_31 = s_31 + u32(1);
+        s_32 = s_32 + u32(1);
     }
     seek_low_0(p_18 + low_6);
     unary_0 = seek_unary_0(begin_2);
     return;
 }
 
-fn read_seams_0( h_35 : Header_0,  s_32 : u32)
+fn read_seams_0( h_35 : Header_0,  s_33 : u32)
 {
-    var rest_6 : vec2<u32> = seam_references_0(h_35, s_32);
+    var rest_6 : vec2<u32> = seam_references_0(h_35, s_33);
     for(;;)
     {
         if(mask_any_0(rest_6))
@@ -3200,7 +3216,7 @@ fn read_seams_0( h_35 : Header_0,  s_32 : u32)
         }
         var r_23 : u32 = mask_lsb_0(rest_6);
         var run_5 : Run_0 = run_of_0(r_23);
-        read_chain_0(Chain_x24init_0(run_5.steps_0, id_at_0(run_5.rank_8), last_id_0(h_35, r_23, run_5), inner_ids_0(run_5), false), s_32);
+        read_chain_0(Chain_x24init_0(run_5.steps_0, id_at_0(run_5.rank_8), last_id_0(h_35, r_23, run_5), inner_ids_0(run_5), false), s_33);
         rest_6 = mask_clear_lsb_0(rest_6);
     }
     return;
@@ -3215,13 +3231,13 @@ fn traversed_weights_0( triangle_0 : u32) -> Weights_0
 {
     var w_12 : Weights_0;
     w_12.exist_0 = false;
-    w_12.s_24 = u32(0);
+    w_12.s_25 = u32(0);
     w_12.u_1 = u32(0);
-    var _S260 : u32 = (triangle_0 >> (u32(24)));
-    if(_S260 != u32(255))
+    var _S262 : u32 = (triangle_0 >> (u32(24)));
+    if(_S262 != u32(255))
     {
-        var _S261 : Weights_0 = affine_weights_0((triangle_0 & (u32(255))), (((triangle_0 >> (u32(8)))) & (u32(255))), _S260, (((triangle_0 >> (u32(16)))) & (u32(255))));
-        w_12 = _S261;
+        var _S263 : Weights_0 = affine_weights_0((triangle_0 & (u32(255))), (((triangle_0 >> (u32(8)))) & (u32(255))), _S262, (((triangle_0 >> (u32(16)))) & (u32(255))));
+        w_12 = _S263;
     }
     return w_12;
 }
@@ -3233,16 +3249,16 @@ fn traversed_prediction_0( predictor_0 : u32,  a_5 : u32,  b_4 : u32,  o_3 : u32
         return a_5;
     }
     var sum_2 : u32 = a_5 + b_4;
-    var _S262 : bool;
+    var _S264 : bool;
     if(predictor_0 == u32(1))
     {
-        _S262 = true;
+        _S264 = true;
     }
     else
     {
-        _S262 = !across_0;
+        _S264 = !across_0;
     }
-    if(_S262)
+    if(_S264)
     {
         return (sum_2 >> (u32(1)));
     }
@@ -3253,20 +3269,20 @@ fn traversed_prediction_0( predictor_0 : u32,  a_5 : u32,  b_4 : u32,  o_3 : u32
     return sum_2 - o_3;
 }
 
-fn read_traversed_0( s_33 : u32,  triangle_1 : u32)
+fn read_traversed_0( s_34 : u32,  triangle_1 : u32)
 {
-    var _S263 : u32 = (extractBits((shared_stream_0[s_33]), u32((i32(0))), u32((i32(3)))));
-    var predictor_1 : u32 = (extractBits((shared_stream_0[s_33]), u32((i32(9))), u32((i32(3)))));
+    var _S265 : u32 = (extractBits((shared_stream_0[s_34]), u32((i32(0))), u32((i32(3)))));
+    var predictor_1 : u32 = (extractBits((shared_stream_0[s_34]), u32((i32(9))), u32((i32(3)))));
     var predicted_0 : bool = predictor_1 != u32(4);
     var a_6 : u32 = (triangle_1 & (u32(63)));
     var b_5 : u32 = (((triangle_1 >> (u32(8)))) & (u32(63)));
     var v_6 : u32 = (((triangle_1 >> (u32(16)))) & (u32(63)));
-    var _S264 : u32 = (triangle_1 >> (u32(24)));
-    var o_4 : u32 = (_S264 & (u32(63)));
-    var _S265 : bool = _S264 != u32(255);
-    var vectors_1 : bool = is_packed_0(s_33);
-    var _S266 : u32 = (extractBits((shared_places_0[s_33]), u32((i32(22))), u32((i32(6)))));
-    var _S267 : u32 = bits_mask_0(s_33);
+    var _S266 : u32 = (triangle_1 >> (u32(24)));
+    var o_4 : u32 = (_S266 & (u32(63)));
+    var _S267 : bool = _S266 != u32(255);
+    var vectors_1 : bool = is_packed_0(s_34);
+    var _S268 : u32 = (extractBits((shared_places_0[s_34]), u32((i32(22))), u32((i32(6)))));
+    var _S269 : u32 = bits_mask_0(s_34);
     var loads_0 : bool;
     if(vectors_1)
     {
@@ -3276,20 +3292,10 @@ fn read_traversed_0( s_33 : u32,  triangle_1 : u32)
     {
         loads_0 = false;
     }
-    var _S268 : vec2<u32>;
-    if(loads_0)
-    {
-        var _S269 : vec2<u32> = vertex_at_0(s_33, a_6);
-        _S268 = _S269;
-    }
-    else
-    {
-        _S268 = vec2<u32>(u32(0));
-    }
     var _S270 : vec2<u32>;
     if(loads_0)
     {
-        var _S271 : vec2<u32> = vertex_at_0(s_33, b_5);
+        var _S271 : vec2<u32> = vertex_at_0(s_34, a_6);
         _S270 = _S271;
     }
     else
@@ -3299,33 +3305,43 @@ fn read_traversed_0( s_33 : u32,  triangle_1 : u32)
     var _S272 : vec2<u32>;
     if(loads_0)
     {
-        var _S273 : vec2<u32> = vertex_at_0(s_33, o_4);
+        var _S273 : vec2<u32> = vertex_at_0(s_34, b_5);
         _S272 = _S273;
     }
     else
     {
         _S272 = vec2<u32>(u32(0));
     }
+    var _S274 : vec2<u32>;
+    if(loads_0)
+    {
+        var _S275 : vec2<u32> = vertex_at_0(s_34, o_4);
+        _S274 = _S275;
+    }
+    else
+    {
+        _S274 = vec2<u32>(u32(0));
+    }
     var weights_1 : Weights_0;
     weights_1.exist_0 = false;
     if(predictor_1 == u32(5))
     {
-        var _S274 : Weights_0 = traversed_weights_0(triangle_1);
-        weights_1 = _S274;
+        var _S276 : Weights_0 = traversed_weights_0(triangle_1);
+        weights_1 = _S276;
     }
-    var _S275 : vec2<u32> = vec2<u32>(u32(0));
+    var _S277 : vec2<u32> = vec2<u32>(u32(0));
     var c_9 : u32 = u32(0);
-    var fields_4 : vec2<u32> = _S275;
+    var fields_4 : vec2<u32> = _S277;
     for(;;)
     {
-        if(c_9 < _S263)
+        if(c_9 < _S265)
         {
         }
         else
         {
             break;
         }
-        var at_6 : u32 = c_9 * _S266;
+        var at_6 : u32 = c_9 * _S268;
         var value_9 : u32 = next_residual_0(c_9);
         var value_10 : u32;
         if(predicted_0)
@@ -3333,22 +3349,22 @@ fn read_traversed_0( s_33 : u32,  triangle_1 : u32)
             var known_0 : vec3<u32>;
             if(vectors_1)
             {
-                known_0 = vec3<u32>(get_field_0(_S268, at_6, _S266), get_field_0(_S270, at_6, _S266), get_field_0(_S272, at_6, _S266));
+                known_0 = vec3<u32>(get_field_0(_S270, at_6, _S268), get_field_0(_S272, at_6, _S268), get_field_0(_S274, at_6, _S268));
             }
             else
             {
-                var _S276 : u32 = value_at_0(s_33, c_9, a_6);
-                var _S277 : u32 = value_at_0(s_33, c_9, b_5);
-                var _S278 : u32 = value_at_0(s_33, c_9, o_4);
-                known_0 = vec3<u32>(_S276, _S277, _S278);
+                var _S278 : u32 = value_at_0(s_34, c_9, a_6);
+                var _S279 : u32 = value_at_0(s_34, c_9, b_5);
+                var _S280 : u32 = value_at_0(s_34, c_9, o_4);
+                known_0 = vec3<u32>(_S278, _S279, _S280);
             }
-            var _S279 : u32 = known_0.x;
-            var _S280 : u32 = known_0.y;
-            var _S281 : u32 = known_0.z;
-            var simple_0 : u32 = traversed_prediction_0(predictor_1, _S279, _S280, _S281, _S265);
+            var _S281 : u32 = known_0.x;
+            var _S282 : u32 = known_0.y;
+            var _S283 : u32 = known_0.z;
+            var simple_0 : u32 = traversed_prediction_0(predictor_1, _S281, _S282, _S283, _S267);
             if(weights_1.exist_0)
             {
-                value_10 = affine_point_0(weights_1, _S279, _S280, _S281);
+                value_10 = affine_point_0(weights_1, _S281, _S282, _S283);
             }
             else
             {
@@ -3362,22 +3378,22 @@ fn read_traversed_0( s_33 : u32,  triangle_1 : u32)
         }
         if(vectors_1)
         {
-            fields_4 = (fields_4 | ((put_field_0(at_6, (value_10 & (_S267))))));
+            fields_4 = (fields_4 | ((put_field_0(at_6, (value_10 & (_S269))))));
         }
         else
         {
-            put_value_0(s_33, c_9, v_6, value_10);
+            put_value_0(s_34, c_9, v_6, value_10);
         }
         c_9 = c_9 + u32(1);
     }
     if(vectors_1)
     {
-        put_vertex_0(s_33, v_6, fields_4);
+        put_vertex_0(s_34, v_6, fields_4);
     }
     return;
 }
 
-fn read_all_traversed_0( s_34 : u32,  waiting_2 : vec2<u32>)
+fn read_all_traversed_0( s_35 : u32,  waiting_2 : vec2<u32>)
 {
     var rest_7 : vec2<u32>;
     if(mask_any_0(waiting_2))
@@ -3389,19 +3405,19 @@ fn read_all_traversed_0( s_34 : u32,  waiting_2 : vec2<u32>)
         rest_7 = symbol_c_0;
     }
     var following_0 : u32 = all_triangles_0[job_triangles_0() + (((mask_lsb_0(rest_7)) & (u32(63))))];
-    var _S282 : vec2<u32> = waiting_2;
+    var _S284 : vec2<u32> = waiting_2;
     for(;;)
     {
-        var _S283 : bool;
+        var _S285 : bool;
         if(mask_any_0(rest_7))
         {
-            _S283 = error_0 == u32(0);
+            _S285 = error_0 == u32(0);
         }
         else
         {
-            _S283 = false;
+            _S285 = false;
         }
-        if(_S283)
+        if(_S285)
         {
         }
         else
@@ -3412,49 +3428,49 @@ fn read_all_traversed_0( s_34 : u32,  waiting_2 : vec2<u32>)
         var a_7 : u32 = (following_0 & (u32(63)));
         var b_6 : u32 = (((following_0 >> (u32(8)))) & (u32(63)));
         var v_7 : u32 = (((following_0 >> (u32(16)))) & (u32(63)));
-        var _S284 : bool;
+        var _S286 : bool;
         if(mask_test_0(the_starts_0, t_1))
         {
-            _S284 = mask_test_0(_S282, a_7);
+            _S286 = mask_test_0(_S284, a_7);
         }
         else
         {
-            _S284 = false;
+            _S286 = false;
         }
         var triangle_2 : u32;
         var introduces_0 : bool;
-        if(_S284)
+        if(_S286)
         {
-            var _S285 : vec2<u32> = (_S282 & ((~mask_bit_0(a_7))));
-            var _S286 : u32 = pack4_0(b_6, b_6, a_7, b_6);
+            var _S287 : vec2<u32> = (_S284 & ((~mask_bit_0(a_7))));
+            var _S288 : u32 = pack4_0(b_6, b_6, a_7, b_6);
             introduces_0 = true;
-            triangle_2 = _S286;
-            _S282 = _S285;
+            triangle_2 = _S288;
+            _S284 = _S287;
         }
         else
         {
             var rest_8 : vec2<u32> = mask_clear_lsb_0(rest_7);
-            var _S287 : u32 = all_triangles_0[job_triangles_0() + (((mask_lsb_0(rest_8)) & (u32(63))))];
+            var _S289 : u32 = all_triangles_0[job_triangles_0() + (((mask_lsb_0(rest_8)) & (u32(63))))];
             if(mask_test_0(symbol_c_0, t_1))
             {
                 introduces_0 = true;
             }
             else
             {
-                introduces_0 = mask_test_0(_S282, v_7);
+                introduces_0 = mask_test_0(_S284, v_7);
             }
-            var _S288 : vec2<u32> = (_S282 & ((~mask_bit_0(v_7))));
+            var _S290 : vec2<u32> = (_S284 & ((~mask_bit_0(v_7))));
             triangle_2 = following_0;
             rest_7 = rest_8;
-            following_0 = _S287;
-            _S282 = _S288;
+            following_0 = _S289;
+            _S284 = _S290;
         }
         if(introduces_0)
         {
-            read_traversed_0(s_34, triangle_2);
+            read_traversed_0(s_35, triangle_2);
         }
     }
-    if(mask_any_0(_S282))
+    if(mask_any_0(_S284))
     {
         error_0 = u32(2);
     }
@@ -3463,47 +3479,47 @@ fn read_all_traversed_0( s_34 : u32,  waiting_2 : vec2<u32>)
 
 fn traversal_shader_0()
 {
-    var _S289 : bool = open_pass_0(u32(1));
-    if(!_S289)
+    var _S291 : bool = open_pass_0(u32(1));
+    if(!_S291)
     {
         return;
     }
-    var _S290 : Header_0 = open_header_0();
-    var places_2 : Places_std430_0 = all_places_0[job_place_0];
-    if((all_places_0[job_place_0].interior_0) == u32(4294967295))
+    var _S292 : Header_0 = open_header_0();
+    var places_2 : Places_std430_0 = all_places_0[job_meshlet_0];
+    if((all_places_0[job_meshlet_0].interior_0) == u32(4294967295))
     {
         return;
     }
-    var _S291 : u32 = mask_count_0(symbol_c_0) + mask_count_0(places_2.waiting_0);
-    var _S292 : u32 = first_stream_0();
-    var s_35 : u32 = _S292;
+    var _S293 : u32 = mask_count_0(symbol_c_0) + mask_count_0(places_2.waiting_0);
+    var _S294 : u32 = first_stream_0();
+    var s_36 : u32 = _S294;
     for(;;)
     {
-        var _S293 : bool;
-        if(s_35 < stream_end_0)
+        var _S295 : bool;
+        if(s_36 < stream_end_0)
         {
-            _S293 = error_0 == u32(0);
+            _S295 = error_0 == u32(0);
         }
         else
         {
-            _S293 = false;
+            _S295 = false;
         }
-        if(_S293)
+        if(_S295)
         {
         }
         else
         {
             break;
         }
-        seek_residuals_0(_S290, places_2.interior_0, s_35, _S291);
-        read_seams_0(_S290, s_35);
-        read_all_traversed_0(s_35, places_2.waiting_0);
+        seek_residuals_0(_S292, places_2.interior_0, s_36, _S293);
+        read_seams_0(_S292, s_36);
+        read_all_traversed_0(s_36, places_2.waiting_0);
         if((max(unary_0.cursor_0, low_position_0)) > (u32(8) * (byte_length_0 - u32(8))))
         {
             error_0 = u32(8);
         }
-        var _S294 : u32 = next_stream_0(s_35);
-        s_35 = _S294;
+        var _S296 : u32 = next_stream_0(s_36);
+        s_36 = _S296;
     }
     close_pass_0();
     return;
@@ -3524,18 +3540,18 @@ var<workgroup> shared_normals_0 : array<array<atomic<u32>, i32(192)>, i32(2)>;
 
 fn geo_shift_0() -> u32
 {
-    var _S295 : u32 = (extractBits((shared_stream_0[u32(0)]), u32((i32(3))), u32((i32(6)))));
-    return excess_0(_S295, u32(13));
+    var _S297 : u32 = (extractBits((shared_stream_0[u32(0)]), u32((i32(3))), u32((i32(6)))));
+    return excess_0(_S297, u32(13));
 }
 
 fn triangle_normal_0( triangle_3 : u32,  h_36 : u32) -> Triple_0
 {
-    var _S296 : Triple_0 = grid_position_0((triangle_3 & (u32(63))));
-    var a_8 : Triple_0 = shifted_0(_S296, h_36);
-    var _S297 : Triple_0 = grid_position_0((((triangle_3 >> (u32(8)))) & (u32(63))));
-    var e_4 : Triple_0 = difference_0(shifted_0(_S297, h_36), a_8);
-    var _S298 : Triple_0 = grid_position_0((((triangle_3 >> (u32(16)))) & (u32(63))));
-    var f_2 : Triple_0 = difference_0(shifted_0(_S298, h_36), a_8);
+    var _S298 : Triple_0 = grid_position_0((triangle_3 & (u32(63))));
+    var a_8 : Triple_0 = shifted_0(_S298, h_36);
+    var _S299 : Triple_0 = grid_position_0((((triangle_3 >> (u32(8)))) & (u32(63))));
+    var e_4 : Triple_0 = difference_0(shifted_0(_S299, h_36), a_8);
+    var _S300 : Triple_0 = grid_position_0((((triangle_3 >> (u32(16)))) & (u32(63))));
+    var f_2 : Triple_0 = difference_0(shifted_0(_S300, h_36), a_8);
     var n_21 : Triple_0;
     n_21.x_1 = e_4.y_1 * f_2.z_1 - e_4.z_1 * f_2.y_1;
     n_21.y_1 = e_4.z_1 * f_2.x_1 - e_4.x_1 * f_2.z_1;
@@ -3545,8 +3561,8 @@ fn triangle_normal_0( triangle_3 : u32,  h_36 : u32) -> Triple_0
 
 fn add_triangle_0( triangle_4 : u32,  wanted_2 : vec2<u32>)
 {
-    var _S299 : u32 = geo_shift_0();
-    var _S300 : Triple_0 = triangle_normal_0(triangle_4, _S299);
+    var _S301 : u32 = geo_shift_0();
+    var _S302 : Triple_0 = triangle_normal_0(triangle_4, _S301);
     var corner_0 : u32 = u32(0);
     for(;;)
     {
@@ -3563,10 +3579,10 @@ fn add_triangle_0( triangle_4 : u32,  wanted_2 : vec2<u32>)
             corner_0 = corner_0 + u32(1);
             continue;
         }
-        var place_0 : u32 = u32(3) * id_10;
-        var _S301 : u32 = atomicAdd(&(shared_normals_0[member_0][place_0]), _S300.x_1);
-        var _S302 : u32 = atomicAdd(&(shared_normals_0[member_0][place_0 + u32(1)]), _S300.y_1);
-        var _S303 : u32 = atomicAdd(&(shared_normals_0[member_0][place_0 + u32(2)]), _S300.z_1);
+        var place_1 : u32 = u32(3) * id_10;
+        var _S303 : u32 = atomicAdd(&(shared_normals_0[member_0][place_1]), _S302.x_1);
+        var _S304 : u32 = atomicAdd(&(shared_normals_0[member_0][place_1 + u32(1)]), _S302.y_1);
+        var _S305 : u32 = atomicAdd(&(shared_normals_0[member_0][place_1 + u32(2)]), _S302.z_1);
         corner_0 = corner_0 + u32(1);
     }
     return;
@@ -3590,9 +3606,9 @@ fn octahedral_prediction_0( normal_x_0 : u32,  normal_y_0 : u32,  normal_z_0 : u
     var y_4 : u32 = ((magnitude_0(normal_y_0)) >> (k_5));
     var sum_3 : u32 = x_9 + y_4 + (((magnitude_0(normal_z_0)) >> (k_5)));
     var q_1 : OctPair_0;
-    var _S304 : u32 = (limit_0 >> (u32(1)));
-    q_1.u_2 = _S304;
-    q_1.v_8 = _S304;
+    var _S306 : u32 = (limit_0 >> (u32(1)));
+    q_1.u_2 = _S306;
+    q_1.v_8 = _S306;
     if(sum_3 == u32(0))
     {
         return q_1;
@@ -3632,30 +3648,30 @@ fn octahedral_prediction_0( normal_x_0 : u32,  normal_y_0 : u32,  normal_z_0 : u
     {
         v_9 = sum_3 + v_9;
     }
-    var _S305 : u32 = u32(2) * sum_3;
-    var _S306 : u32 = (u_3 * limit_0 + sum_3) / _S305;
-    q_1.u_2 = _S306;
-    var _S307 : u32 = (v_9 * limit_0 + sum_3) / _S305;
-    q_1.v_8 = _S307;
+    var _S307 : u32 = u32(2) * sum_3;
+    var _S308 : u32 = (u_3 * limit_0 + sum_3) / _S307;
+    q_1.u_2 = _S308;
+    var _S309 : u32 = (v_9 * limit_0 + sum_3) / _S307;
+    q_1.v_8 = _S309;
     return q_1;
 }
 
-fn add_prediction_0( s_36 : u32,  id_11 : u32)
+fn add_prediction_0( s_37 : u32,  id_11 : u32)
 {
-    var _S308 : u32 = u32(3) * id_11;
-    var _S309 : u32 = atomicLoad(&(shared_normals_0[member_0][_S308]));
-    var _S310 : u32 = atomicLoad(&(shared_normals_0[member_0][_S308 + u32(1)]));
-    var _S311 : u32 = atomicLoad(&(shared_normals_0[member_0][_S308 + u32(2)]));
-    var _S312 : u32 = (extractBits((shared_stream_0[s_36]), u32((i32(3))), u32((i32(6)))));
-    var point_1 : OctPair_0 = octahedral_prediction_0(_S309, _S310, _S311, (_S312 & (u32(31))));
-    var field_6 : u32 = (extractBits((shared_places_0[s_36]), u32((i32(22))), u32((i32(6)))));
-    var residuals_0 : vec2<u32> = vertex_at_0(s_36, id_11);
-    var _S313 : u32 = point_1.u_2 + get_field_0(residuals_0, u32(0), field_6);
-    var _S314 : u32 = bits_mask_0(s_36);
-    var u_4 : u32 = (_S313 & (_S314));
-    var _S315 : u32 = point_1.v_8 + get_field_0(residuals_0, field_6, field_6);
-    var _S316 : u32 = bits_mask_0(s_36);
-    put_vertex_0(s_36, id_11, ((put_field_0(u32(0), u_4)) | ((put_field_0(field_6, (_S315 & (_S316)))))));
+    var _S310 : u32 = u32(3) * id_11;
+    var _S311 : u32 = atomicLoad(&(shared_normals_0[member_0][_S310]));
+    var _S312 : u32 = atomicLoad(&(shared_normals_0[member_0][_S310 + u32(1)]));
+    var _S313 : u32 = atomicLoad(&(shared_normals_0[member_0][_S310 + u32(2)]));
+    var _S314 : u32 = (extractBits((shared_stream_0[s_37]), u32((i32(3))), u32((i32(6)))));
+    var point_1 : OctPair_0 = octahedral_prediction_0(_S311, _S312, _S313, (_S314 & (u32(31))));
+    var field_6 : u32 = (extractBits((shared_places_0[s_37]), u32((i32(22))), u32((i32(6)))));
+    var residuals_0 : vec2<u32> = vertex_at_0(s_37, id_11);
+    var _S315 : u32 = point_1.u_2 + get_field_0(residuals_0, u32(0), field_6);
+    var _S316 : u32 = bits_mask_0(s_37);
+    var u_4 : u32 = (_S315 & (_S316));
+    var _S317 : u32 = point_1.v_8 + get_field_0(residuals_0, field_6, field_6);
+    var _S318 : u32 = bits_mask_0(s_37);
+    put_vertex_0(s_37, id_11, ((put_field_0(u32(0), u_4)) | ((put_field_0(field_6, (_S317 & (_S318)))))));
     return;
 }
 
@@ -3663,24 +3679,24 @@ fn geo_shader_0()
 {
     var live_2 : bool = open_pass_0(u32(32));
     var summary_1 : u32 = atomicLoad(&(the_summaries_0[job_place_0]));
-    var s_37 : u32;
+    var s_38 : u32;
     if(live_2)
     {
-        s_37 = min((summary_1 & (u32(127))), u32(64));
+        s_38 = min((summary_1 & (u32(127))), u32(64));
     }
     else
     {
-        s_37 = u32(0);
+        s_38 = u32(0);
     }
-    var _S317 : vec2<u32> = mask_none_0();
+    var _S319 : vec2<u32> = mask_none_0();
     var wanted_3 : vec2<u32>;
     if(live_2)
     {
-        wanted_3 = ((mask_below_0((((summary_1 >> (u32(8)))) & (u32(127))))) & ((~((the_boundary_0 & ((~all_places_0[job_place_0].waiting_0)))))));
+        wanted_3 = ((mask_below_0((((summary_1 >> (u32(8)))) & (u32(127))))) & ((~((the_boundary_0 & ((~all_places_0[job_meshlet_0].waiting_0)))))));
     }
     else
     {
-        wanted_3 = _S317;
+        wanted_3 = _S319;
     }
     var i_9 : u32 = first_item_0;
     for(;;)
@@ -3699,7 +3715,7 @@ fn geo_shader_0()
     var t_2 : u32 = first_item_0;
     for(;;)
     {
-        if(t_2 < s_37)
+        if(t_2 < s_38)
         {
         }
         else
@@ -3720,23 +3736,23 @@ fn geo_shader_0()
         {
             break;
         }
-        var _S318 : u32 = nth_bit_0(wanted_3, i_9);
-        s_37 = u32(1);
+        var _S320 : u32 = nth_bit_0(wanted_3, i_9);
+        s_38 = u32(1);
         for(;;)
         {
-            if(s_37 < stream_end_0)
+            if(s_38 < stream_end_0)
             {
             }
             else
             {
                 break;
             }
-            var _S319 : u32 = (extractBits((shared_stream_0[s_37]), u32((i32(9))), u32((i32(3)))));
-            if(_S319 == u32(4))
+            var _S321 : u32 = (extractBits((shared_stream_0[s_38]), u32((i32(9))), u32((i32(3)))));
+            if(_S321 == u32(4))
             {
-                add_prediction_0(s_37, _S318);
+                add_prediction_0(s_38, _S320);
             }
-            s_37 = s_37 + u32(1);
+            s_38 = s_38 + u32(1);
         }
         i_9 = i_9 + u32(32);
     }

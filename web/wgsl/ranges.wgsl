@@ -1,4 +1,4 @@
-// Translated from shaders/web/ranges.comp by web/build_wgsl.py: do not edit.
+// Translated from shaders/web/ranges.comp by tools/build_wgsl.py: do not edit.
 struct Push_std140_0
 {
     @align(16) blob_words_0 : u32,

@@ -1,0 +1,45 @@
+import type { AnimationGroup } from '@babylonjs/core/Animations/animationGroup.js';
+import type { Camera } from '@babylonjs/core/Cameras/camera.js';
+import { TransformNode } from '@babylonjs/core/Meshes/transformNode.js';
+import type { Observable } from '@babylonjs/core/Misc/observable.js';
+import type { Scene } from '@babylonjs/core/scene.js';
+import type { Statistics, StreamOptions } from './streamer.js';
+
+export interface MeshletStreamOptions extends StreamOptions {
+  /** Allowed error on the screen, in pixels; default 1. */
+  pixels?: number;
+  /** Ends the stream, as `dispose`. */
+  signal?: AbortSignal;
+}
+
+/**
+ * A glTF file that loads the detail that a camera needs, in a fixed amount of memory.
+ *
+ * ```
+ * const stream = new MeshletStream('model.glb', scene, { maxBytes: 64e6 });
+ * await stream.ready;
+ * scene.onBeforeRenderObservable.add(() => stream.update(scene.activeCamera));
+ * ```
+ */
+export declare class MeshletStream extends TransformNode {
+  /** @param place a URL, or the bytes of a .glb. */
+  constructor(place: string | URL | Blob, scene: Scene, options?: MeshletStreamOptions);
+  /** Resolves when the coarsest level is there. Rejects if the file cannot be streamed. */
+  readonly ready: Promise<void>;
+  /** As the option. */
+  pixels: number;
+  /** Keeps the cut while the camera moves. */
+  frozen: boolean;
+  animationGroups: AnimationGroup[];
+  /** The scene is there; again after the file has changed. */
+  readonly onLoadObservable: Observable<undefined>;
+  /** Data has arrived: call `update`, and draw if it says so. */
+  readonly onProgressObservable: Observable<undefined>;
+  /** Something went wrong that the stream goes on without. */
+  readonly onWarningObservable: Observable<string>;
+  /** The stream has ended. `ready` rejects with the same error, if it still waits. */
+  readonly onErrorObservable: Observable<Error>;
+  readonly statistics: Statistics;
+  /** Chooses what is drawn. Call it before each frame. Returns whether the picture changes. */
+  update(camera: Camera): boolean;
+}

@@ -1,0 +1,149 @@
+// What the adapters for engines share: opens a file, waits for the first picture, puts the scene
+// together, and starts again if the file changes.
+import { EXTENSION } from '../gltf.js';
+import { TRANSPORT } from '../transport.js';
+import { delayAfter } from './source.js';
+import { keyOf, openStreamer } from './streamer.js';
+import { LOD } from './tables.js';
+
+const RESTARTS = 5; // without a picture in between
+const TASK_MS = 10; // of making the scene, at a time
+
+const nextTask = () => new Promise((resolve) => setTimeout(resolve));
+
+export class Session {
+  #place;
+  #options;
+  #engine;
+  #closed = false;
+  #restarts = 0;
+  #wake = () => {};
+
+  // streamer: null unless its scene is shown. engine: an adapter's
+  //   load(streamer, json, base): makes the scene from a JSON without the streamed primitives'
+  //     extensions, see forStreamed; readView of the streamer gives its buffer views, unpacked;
+  //   show(streamer, loaded, each): adds it; each(items, action) keeps the page responsive;
+  //   clear(): frees all of it;
+  //   tell(type, message, error), of types warning, progress, load and error.
+  constructor(place, { signal, ...options }, engine) {
+    this.#place = place instanceof Blob ? place : String(new URL(place, globalThis.location?.href));
+    this.#options = { ...options, signal };
+    this.#engine = engine;
+    this.streamer = null;
+    this.ready = this.#start([]);
+    this.ready.catch((error) => engine.tell('error', error.message, error));
+  }
+
+  async #start(exclude) {
+    const engine = this.#engine;
+    let streamer;
+    let broken = null;
+    streamer = await openStreamer(this.#place, {
+      ...this.#options,
+      exclude,
+      onWarning: (message) => engine.tell('warning', message),
+      onChange: () => {
+        this.#wake();
+        engine.tell('progress');
+      },
+      onBroken: (error) => {
+        broken = error;
+        this.#wake();
+        if (streamer && streamer === this.streamer) this.#restart(error);
+      },
+    });
+    const check = () => {
+      if (this.#closed) throw this.#options.signal?.reason ?? new Error('the stream is disposed');
+      if (broken) throw broken;
+    };
+    try {
+      check();
+      const base = this.#place instanceof Blob ? '' : String(new URL('.', this.#place));
+      const loaded = await engine.load(streamer, unpackedJson(streamer.json), base);
+      for (;;) {
+        check();
+        const waiting = new Promise((resolve) => {
+          this.#wake = resolve;
+        });
+        streamer.update(null, 1);
+        if (streamer.ready) break;
+        await waiting;
+      }
+      await nextTask();
+      check();
+      await engine.show(streamer, loaded, (items, action) => inTasks(items, action, check));
+      this.streamer = streamer;
+      engine.tell('load');
+    } catch (error) {
+      streamer.close();
+      engine.clear();
+      if (this.#closed || ++this.#restarts > RESTARTS) throw error;
+      if (!error.changed && streamer.refused.length === 0) throw error;
+      engine.tell('warning', `${error.message}; starting again`);
+      await new Promise((resolve) => setTimeout(resolve, delayAfter(this.#restarts)));
+      return this.#start([...exclude, ...streamer.refused.map(({ key }) => key)]);
+    }
+    this.#restarts = 0;
+    await nextTask();
+  }
+
+  // The file has changed, or its levels turned out to be malformed.
+  #restart(error) {
+    const engine = this.#engine;
+    const exclude = this.streamer.refused.map(({ key }) => key);
+    engine.tell('warning', `${error.message}; starting again`);
+    this.#end();
+    this.#start(exclude).catch((failed) => engine.tell('error', failed.message, failed));
+  }
+
+  #end() {
+    this.streamer?.close();
+    this.streamer = null;
+    this.#engine.clear();
+  }
+
+  close() {
+    this.#closed = true;
+    this.#wake();
+    this.#end();
+  }
+}
+
+// In several tasks. check() throws if it is in vain.
+async function inTasks(items, action, check) {
+  let start = performance.now();
+  for (const item of items) {
+    action(item);
+    if (performance.now() - start < TASK_MS) continue;
+    await nextTask();
+    check();
+    start = performance.now();
+  }
+}
+
+// A copy of a JSON as if its buffer views were not packed. What the streamer reads itself is no
+// requirement to an engine's loader.
+function unpackedJson(original) {
+  const json = structuredClone(original);
+  const known = [EXTENSION, TRANSPORT, LOD];
+  json.extensionsRequired = json.extensionsRequired?.filter((name) => !known.includes(name));
+  for (const view of json.bufferViews ?? []) {
+    view.byteLength = view.extensions?.[TRANSPORT]?.byteLength ?? view.byteLength;
+    delete view.extensions?.[TRANSPORT];
+  }
+  return json;
+}
+
+// Calls action(primitive of the JSON, streamed primitive) for all that are streamed, without their
+// extensions.
+export function forStreamed(json, primitives, action) {
+  const byKey = new Map(primitives.map((one) => [one.key, one]));
+  for (const mesh of json.meshes ?? [])
+    for (const primitive of mesh.primitives) {
+      const streamed = byKey.get(keyOf(primitive));
+      if (!streamed || !primitive.extensions[LOD]) continue;
+      delete primitive.extensions[EXTENSION];
+      delete primitive.extensions[LOD];
+      action(primitive, streamed);
+    }
+}

@@ -1,0 +1,278 @@
+// Reads ranges of bytes of a file: by HTTP range requests, from a whole file where a server refuses
+// them, or from a Blob. An answer that does not fit the request is an error, never data.
+
+export const HEAD_BYTES = 32768; // of the first request
+const STALL_MS = 20_000; // without a byte
+const TRIES = 5; // to read what a stream cannot begin without
+const FIRST_DELAY_MS = 500; // doubles with each try
+const LONGEST_DELAY_MS = 16_000;
+const RETRY_STATUS = [408, 425, 429, 500, 502, 503, 504];
+
+// A file cannot be read. `retry`: it may work later. `changed`: it is another file than before.
+export class SourceError extends Error {
+  constructor(message, { retry = false, changed = false } = {}) {
+    super(message);
+    this.name = 'SourceError';
+    Object.assign(this, { retry, changed });
+  }
+}
+
+// Milliseconds to wait after so many failed tries.
+export const delayAfter = (tries) => Math.min(FIRST_DELAY_MS * 2 ** (tries - 1), LONGEST_DELAY_MS);
+
+// Opens a URL or a Blob. Options: signal; onWarning(text); requestInit for fetch, as headers or
+// credentials; stallMs. Throws SourceError.
+export async function openSource(place, options = {}) {
+  if (place instanceof Blob) return new Source('file', options, place);
+  const source = new Source(String(place), options);
+  await retrying(() => source.open(), options);
+  return source;
+}
+
+// Tries again what may work later, a few times.
+async function retrying(action, { onWarning, signal }) {
+  for (let tries = 1; ; tries++) {
+    try {
+      return await action();
+    } catch (error) {
+      if (!error.retry || tries === TRIES) throw error;
+      onWarning?.(`${error.message}; trying again`);
+      await pause(delayAfter(tries), signal);
+    }
+  }
+}
+
+class Source {
+  #url;
+  #options;
+  #identity = null; // of the first answer: {etag, modified, total}
+  #head = null; // the first bytes, until close of opening
+  #blob; // the whole file, where ranges are refused
+
+  constructor(url, options, blob = null) {
+    this.#url = url;
+    this.#options = options;
+    this.#blob = blob;
+    this.fetched = 0; // bytes, of all answers
+    this.requests = 0;
+  }
+
+  // The whole file, where ranges are refused; else null.
+  get blob() {
+    return this.#blob;
+  }
+
+  // Bytes of the file; NaN where the server does not tell.
+  get total() {
+    return this.#blob?.size ?? this.#identity.total;
+  }
+
+  // Bytes in memory. A Blob is the browser's, which may keep it on disk.
+  get held() {
+    return this.#head?.byteLength ?? 0;
+  }
+
+  async open() {
+    this.#head = await this.#fetchRange(0, HEAD_BYTES, null);
+  }
+
+  forgetHead() {
+    this.#head = null;
+  }
+
+  // The first bytes, before forgetHead.
+  async readHead() {
+    return this.#blob ? bytesOf(this.#blob, 0, HEAD_BYTES) : this.#head;
+  }
+
+  async readAll() {
+    if (!this.#blob) await this.#fetchWhole(0, 0, () => {}, null);
+    return bytesOf(this.#blob, 0, this.#blob.size);
+  }
+
+  // As read, but tries again.
+  readSurely(begin, end) {
+    return retrying(() => this.read(begin, end), this.#options);
+  }
+
+  // The bytes [begin, end). Throws SourceError, or the reason of an aborted signal.
+  async read(begin, end, signal = null) {
+    if (end > this.total) throw new SourceError(`${this.#url}: the file ends before byte ${end}`);
+    if (this.#blob) return bytesOf(this.#blob, begin, end);
+    const known = this.#head?.byteLength ?? 0;
+    if (end <= known) return this.#head.slice(begin, end);
+    if (begin >= known) return this.#fetchRange(begin, end, signal);
+    const first = this.#head.slice(begin);
+    const result = new Uint8Array(end - begin);
+    const rest = await this.#fetchRange(known, end, signal);
+    result.set(first);
+    result.set(rest, first.length);
+    return result;
+  }
+
+  // One request. At the end of the file an answer may be shorter, if nothing was known before.
+  async #fetchRange(begin, end, signal) {
+    const { requestInit, stallMs = STALL_MS } = this.#options;
+    const stop = new AbortController();
+    const abort = (event) => stop.abort(event.target.reason);
+    const signals = [signal, this.#options.signal].filter(Boolean);
+    for (const one of signals) {
+      one.throwIfAborted();
+      one.addEventListener('abort', abort);
+    }
+    const stalled = this.#error(`no answer for ${stallMs / 1000} seconds`, { retry: true });
+    let timer = setTimeout(() => stop.abort(stalled), stallMs);
+    const alive = () => {
+      clearTimeout(timer);
+      timer = setTimeout(() => stop.abort(stalled), stallMs);
+    };
+    try {
+      this.requests++;
+      const headers = { ...requestInit?.headers, Range: `bytes=${begin}-${end - 1}` };
+      const init = { ...requestInit, headers, signal: stop.signal, cache: 'no-store' };
+      const response = await fetch(this.#url, init);
+      alive();
+      return await this.#take(response, begin, end, alive);
+    } catch (error) {
+      if (stop.signal.aborted) throw stop.signal.reason;
+      if (error instanceof SourceError) throw error;
+      throw this.#error('cannot be reached (offline, or refused by CORS)', { retry: true });
+    } finally {
+      clearTimeout(timer);
+      for (const one of signals) one.removeEventListener('abort', abort);
+    }
+  }
+
+  async #take(response, begin, end, alive) {
+    const { status, headers } = response;
+    if (status === 200) return this.#takeWhole(response, begin, end, alive);
+    if (status !== 206) {
+      response.body?.cancel().catch(() => {});
+      throw this.#statusError(status);
+    }
+    const range = /^bytes (\d+)-(\d+)\/(\d+|\*)$/.exec(headers.get('content-range') ?? '');
+    const total = range ? Number(range[3]) : Number.NaN;
+    this.#compare(headers, total);
+    if (encoded(headers)) return this.#fetchWhole(begin, end, alive, 'compresses its answers');
+    if (
+      range &&
+      (Number(range[1]) !== begin || Number(range[2]) + 1 !== Math.min(end, total || end))
+    )
+      throw this.#error(`the server answered with another range: ${range[0]}`, { retry: true });
+    const length = range ? Number(range[2]) + 1 - begin : end - begin;
+    const bytes = await this.#body(response, length, alive);
+    const mayBeShort = !range && begin === 0;
+    if (bytes.length !== length && !mayBeShort)
+      throw this.#error(`an answer has ${bytes.length} bytes instead of ${length}`, {
+        retry: true,
+      });
+    this.#warnOfHidden(range, headers);
+    return bytes;
+  }
+
+  // The body of an answer, at most `limit` bytes.
+  async #body(response, limit, alive) {
+    const bytes = new Uint8Array(limit);
+    const reader = response.body.getReader();
+    let at = 0;
+    for (;;) {
+      const { done, value } = await reader.read();
+      if (done) return bytes.subarray(0, at);
+      alive();
+      this.fetched += value.length;
+      if (at + value.length > limit) {
+        reader.cancel().catch(() => {});
+        throw this.#error(`an answer has more than ${limit} bytes`, { retry: true });
+      }
+      bytes.set(value, at);
+      at += value.length;
+    }
+  }
+
+  async #takeWhole(response, begin, end, alive, refused = true) {
+    this.#compare(response.headers, Number.NaN);
+    if (refused && !/^(data|blob):/.test(this.#url))
+      this.#warn('the server does not answer ranges, so that the whole file is loaded');
+    const watched = response.body.pipeThrough(
+      new TransformStream({
+        transform: (chunk, controller) => {
+          alive();
+          this.fetched += chunk.length;
+          controller.enqueue(chunk);
+        },
+      }),
+    );
+    const blob = await new Response(watched).blob();
+    const length = Number(response.headers.get('content-length') ?? Number.NaN);
+    if (!encoded(response.headers) && blob.size < length)
+      throw this.#error(`an answer has ${blob.size} bytes instead of ${length}`, { retry: true });
+    this.#blob = blob;
+    return bytesOf(blob, begin, Math.min(end, blob.size));
+  }
+
+  // Without a range: those of compressed answers count compressed bytes.
+  async #fetchWhole(begin, end, alive, reason) {
+    if (reason) this.#warn(`the server ${reason}, so that the whole file is loaded`);
+    const response = await fetch(this.#url, { ...this.#options.requestInit, cache: 'no-store' });
+    if (response.status !== 200) throw this.#statusError(response.status);
+    return this.#takeWhole(response, begin, end, alive, false);
+  }
+
+  // Compares the file of an answer with that of the first one.
+  #compare(headers, total) {
+    const seen = { etag: headers.get('etag'), modified: headers.get('last-modified'), total };
+    const before = this.#identity;
+    if (!before) {
+      this.#identity = seen;
+      return;
+    }
+    const differs = (name) => before[name] && seen[name] && before[name] !== seen[name];
+    if (differs('etag') || differs('modified') || differs('total'))
+      throw this.#error('the file has changed', { changed: true });
+  }
+
+  #warnOfHidden(range, headers) {
+    const hidden = [!range && 'Content-Range', !headers.get('etag') && 'ETag'].filter(Boolean);
+    if (!range)
+      this.#warn(
+        `the server hides ${hidden.join(' and ')}: a changed file may go unnoticed; ` +
+          'let it send Access-Control-Expose-Headers: Content-Range, ETag',
+      );
+  }
+
+  #warned = new Set();
+  #warn(text) {
+    if (this.#warned.has(text)) return;
+    this.#warned.add(text);
+    this.#options.onWarning?.(`${this.#url}: ${text}`);
+  }
+
+  #statusError(status) {
+    if (status === 416) return this.#error('the file has changed (416)', { changed: true });
+    return this.#error(`the server answered ${status}`, { retry: RETRY_STATUS.includes(status) });
+  }
+
+  #error(problem, kind) {
+    return new SourceError(`${this.#url}: ${problem}`, kind);
+  }
+}
+
+const encoded = (headers) => !['', 'identity'].includes(headers.get('content-encoding') ?? '');
+
+async function bytesOf(blob, begin, end) {
+  return new Uint8Array(await blob.slice(begin, end).arrayBuffer());
+}
+
+function pause(milliseconds, signal) {
+  return new Promise((resolve, reject) => {
+    const stop = () => {
+      clearTimeout(timer);
+      reject(signal.reason);
+    };
+    const timer = setTimeout(() => {
+      signal?.removeEventListener('abort', stop);
+      resolve();
+    }, milliseconds);
+    signal?.addEventListener('abort', stop, { once: true });
+  });
+}

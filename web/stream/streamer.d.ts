@@ -1,0 +1,144 @@
+import type { DecoderSource } from '../decoder.js';
+
+/** What ranges have tags of. */
+export type Colour = 'none' | 'page' | 'level' | 'meshlet';
+
+export interface StreamOptions {
+  /**
+   * Bytes for everything but textures and primitives without levels: buffers on the GPU, arrays,
+   * the memory of Workers. At least 1,000,000; default 64,000,000. What does not fit is shown with
+   * a larger error.
+   */
+  maxBytes?: number;
+  /** For fetch: headers, credentials. */
+  requestInit?: RequestInit;
+  /** Milliseconds without a byte until a request is given up; default 20,000. */
+  stallMs?: number;
+  /** The WebAssembly module, as for `createDecoder`. */
+  source?: DecoderSource;
+  /** As `source`, of the unpacker: for files with `EXT_meshlet_transport`. */
+  unpacker?: DecoderSource;
+  /** Starts a Worker that runs `gltf-meshlet/stream/worker`, for bundlers that do not find it. */
+  createWorker?: () => Worker | Promise<Worker>;
+}
+
+export interface CoreOptions extends StreamOptions {
+  signal?: AbortSignal;
+  onWarning?: (message: string) => void;
+  /** Data has arrived: call `update`. */
+  onChange?: () => void;
+  /** The stream cannot go on: the file has changed, or its levels are malformed. */
+  onBroken?: (error: Error) => void;
+  /** Keys of primitives that are not streamed. */
+  exclude?: string[];
+}
+
+export interface Statistics {
+  /** Bytes of all answers. */
+  fetched: number;
+  requests: number;
+  /** Requests and decodings under way. */
+  waiting: number;
+  pages: number;
+  resident: number;
+  /** Pages that the view needs and that are not there. */
+  missing: number;
+  triangles: number;
+  /** Of level 0, each primitive once. */
+  fullTriangles: number;
+  /** Draw calls. */
+  ranges: number;
+  /** The error in pixels that fits into the memory: at least the allowed one. */
+  threshold: number;
+  /** The largest error in pixels of what is drawn; larger than the threshold while pages arrive. */
+  error: number;
+  /** Nothing is missing. */
+  complete: boolean;
+  bytes: {
+    gpu: number;
+    arrays: number;
+    wasm: number;
+    compressed: number;
+    /** Requested, or being decoded. */
+    transit: number;
+    tables: number;
+    total: number;
+  };
+}
+
+/** A camera, in the coordinates to which the instances' matrices lead. */
+export interface View {
+  /** null: orthographic. */
+  eye: number[] | null;
+  /** Pixels of one unit at distance one; orthographic: at any distance. */
+  pixelsPerUnit: number;
+  near: number;
+  /** Four numbers for each plane of the view; positive inside. null: everything is in view. */
+  planes: number[] | null;
+}
+
+export interface Instance {
+  /**
+   * Puts it where a matrix says, column by column, from POSITION; null hides it, as it is at first.
+   * Call it when that changes.
+   */
+  place(matrix: ArrayLike<number> | null): void;
+  /** Of the ranges of indices to draw. */
+  starts: number[];
+  counts: number[];
+  tags: number[];
+  /** Changes with them. */
+  version: number;
+}
+
+export interface Format {
+  /** Of the glTF attribute. */
+  name: string;
+  size: number;
+  normalized: boolean;
+  /** Of positions: value = offset + scale * stored. */
+  scale?: number;
+  offset?: number[];
+}
+
+export interface Pool {
+  formats: Format[];
+  /** One for each format. */
+  arrays: (Uint8Array | Int8Array | Uint16Array | Int16Array | Uint32Array | Float32Array)[];
+  index: Uint32Array;
+  /** Set it: called with an array and the elements [begin, end) that were written. */
+  written: (array: ArrayBufferView, begin: number, end: number) => void;
+  /** Set it: called when arrays and index are new ones, before they are written. */
+  resized: () => void;
+}
+
+export interface StreamedPrimitive {
+  key: string;
+  name: string;
+  pool: Pool;
+  formats: Format[];
+}
+
+/** Streams for any engine: an adapter gives matrices and a camera, and draws ranges of arrays. */
+export interface Streamer {
+  readonly json: Record<string, unknown>;
+  readonly primitives: StreamedPrimitive[];
+  readonly refused: { name: string; key: string; error: Error }[];
+  readonly pools: Pool[];
+  readonly ready: boolean;
+  readonly complete: boolean;
+  readonly statistics: Statistics;
+  colour: Colour;
+  addInstance(primitive: StreamedPrimitive): Instance;
+  /** The bytes of a buffer view. */
+  readView(number: number): Promise<Uint8Array>;
+  /** null: the view before. Returns whether the ranges of an instance have changed. */
+  update(view: View | null, pixels: number): boolean;
+  close(): void;
+}
+
+/** Opens a .glb or .gltf. Throws SourceError or MalformedError. */
+export declare function openStreamer(
+  place: string | URL | Blob,
+  options?: CoreOptions,
+): Promise<Streamer>;

@@ -1,0 +1,71 @@
+import type { AnimationClip, Camera, Group, Object3DEventMap } from 'three';
+import type { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
+import type { Colour, Statistics, StreamOptions } from './streamer.js';
+
+export interface MeshletStreamOptions extends StreamOptions {
+  /** Allowed error on the screen, in pixels; default 1. */
+  pixels?: number;
+  /** Makes materials and textures: pass one that has your KTX2 loader or manager. */
+  loader?: GLTFLoader;
+  /** Ends the stream, as `dispose`. */
+  signal?: AbortSignal;
+}
+
+export interface MeshletStreamEventMap extends Object3DEventMap {
+  /** The scene is there; again after the file has changed. */
+  load: object;
+  /** Data has arrived: call `update`, and draw if it says so. */
+  progress: object;
+  /** Something went wrong that the stream goes on without. */
+  warning: { message: string };
+  /** The stream has ended. `ready` rejects with the same error, if it still waits. */
+  error: { message: string; error: Error };
+}
+
+export interface MeshletStreamStatistics extends Statistics {
+  /** Estimated; not in `bytes`. */
+  textureBytes: number;
+  /** Geometry without levels, which is loaded whole; not in `bytes`. */
+  otherBytes: number;
+}
+
+/**
+ * A glTF file that loads the detail that a camera needs, in a fixed amount of memory.
+ *
+ * ```
+ * const stream = new MeshletStream('model.glb', { maxBytes: 64e6 });
+ * scene.add(stream);
+ * await stream.ready;
+ * renderer.setAnimationLoop(() => {
+ *   stream.update(camera, renderer);
+ *   renderer.render(scene, camera);
+ * });
+ * ```
+ */
+export declare class MeshletStream extends Group<MeshletStreamEventMap> {
+  /** @param place a URL, or the bytes of a .glb. */
+  constructor(place: string | URL | Blob, options?: MeshletStreamOptions);
+  /** Resolves when the coarsest level is there. Rejects if the file cannot be streamed. */
+  readonly ready: Promise<void>;
+  /** As the option. */
+  pixels: number;
+  /** Keeps the cut while the camera moves. */
+  frozen: boolean;
+  /** Shows colours instead of materials. */
+  colour: Colour;
+  animations: AnimationClip[];
+  readonly statistics: MeshletStreamStatistics;
+  /**
+   * Chooses what is drawn. Call it before each frame, when all matrices but the stream's own are
+   * up to date.
+   *
+   * @param renderer its viewport says how high the picture is; or this height in pixels.
+   * @returns whether the picture changes.
+   */
+  update(
+    camera: Camera,
+    renderer: number | { getViewport: (target: never) => { w: number }; getPixelRatio(): number },
+  ): boolean;
+  /** Frees everything, materials and textures included. */
+  dispose(): void;
+}

@@ -1,0 +1,54 @@
+// Models with levels of detail: what stage.js draws, from the library's MeshletStream.
+import { openDocument } from '../stream/document.js';
+import { LOD } from '../stream/tables.js';
+import { MeshletStream } from '../stream/three.js';
+import { Box3 } from './vendor.js';
+
+// {levels, blob} of the file at a place, a URL or a Blob: whether it has levels, and the whole file
+// if the server has sent it; else null. Errors are for those who open it.
+export async function look(place) {
+  try {
+    const { json, blob } = await openDocument(place);
+    return { levels: json.extensionsUsed?.includes(LOD) ?? false, blob };
+  } catch {
+    return { levels: false, blob: null };
+  }
+}
+
+// Opens a model like `load` of loading.js. options: maxBytes, pixels; onChange, called when the
+// picture may change.
+export async function openStream(place, { onChange, ...options }) {
+  const start = performance.now();
+  const stream = new MeshletStream(place, options);
+  const warnings = [];
+  stream.addEventListener('warning', ({ message }) => warnings.push(message));
+  stream.addEventListener('progress', onChange);
+  await stream.ready;
+  return new Streamed(stream, warnings, performance.now() - start);
+}
+
+class Streamed {
+  constructor(stream, warnings, build) {
+    this.stream = stream;
+    this.root = stream;
+    this.clips = stream.animations;
+    this.warnings = warnings;
+    this.times = { decode: 0, build };
+    this.box = new Box3().setFromObject(stream);
+    this.counts = { triangles: stream.statistics.fullTriangles };
+  }
+
+  // colour: of MeshletStream.
+  colourMeshlets(on, colour) {
+    this.stream.colour = on ? colour : 'none';
+  }
+
+  // Before a frame. height: of the picture in pixels.
+  update(camera, height) {
+    this.stream.update(camera, height);
+  }
+
+  dispose() {
+    this.stream.dispose();
+  }
+}
