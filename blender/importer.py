@@ -7,6 +7,7 @@ import copy
 import numpy as np
 
 EXTENSION = "EXT_meshlet_edgebreaker"
+TRANSPORT = "EXT_meshlet_transport"  # gltf_ext.load unpacks the file itself
 UNSIGNED_INT = 5125  # glTF's component type of the decoded indices
 
 
@@ -17,7 +18,9 @@ class glTF2ImportUserExtension:
         from io_scene_gltf2.io.com.gltf2_io_extensions import Extension
 
         # The importer refuses files that require an extension which no add-on names.
-        self.extensions = [Extension(name=EXTENSION, extension={}, required=True)]
+        self.extensions = [
+            Extension(name=name, extension={}, required=True) for name in (EXTENSION, TRANSPORT)
+        ]
 
     def gather_import_gltf_before_hook(self, gltf):
         """Decodes the whole file, or stops the import with the reason.

@@ -54,6 +54,7 @@ def _draw_options(layout, settings, enabled):
     for name in ("position_bits", "normal_bits", "texcoord_bits", "color_bits", "weight_bits"):
         bits.prop(settings, name)
     layout.prop(settings, "fallback")
+    layout.prop(settings, "lod")
 
 
 def _draw_text(layout, text, icon):

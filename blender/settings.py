@@ -41,6 +41,7 @@ class MeshletSettings(bpy.types.PropertyGroup):
     color_bits: _bits("color_bits", "Color")
     weight_bits: _bits("weight_bits", "Skin Weight")
     fallback: bpy.props.BoolProperty(name="Fallback", description=_description("fallback"))
+    lod: bpy.props.BoolProperty(name="Levels of Detail", description=_description("lod"))
 
     def compress_options(self):
         """Keyword arguments of gltf_ext.compress."""
