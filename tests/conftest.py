@@ -20,11 +20,13 @@ from tests.helpers import environment
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--full", action="store_true", help="use all real models; fail without them")
+    parser.addoption("--platforms", action="store_true", help="run tests/platforms, too")
 
 
 def pytest_configure(config: pytest.Config) -> None:
     environment.full = config.getoption("--full")
     config.addinivalue_line("markers", "full: needs large models or much time; only with --full")
+    config.addinivalue_line("markers", "platforms: runs wheels by emulators; only with --platforms")
     config.addinivalue_line("markers", "missing(reason): its files are not on this machine")
     # Examples take longer on a busy machine; a test says nothing about speed.
     hypothesis.settings.register_profile("no deadline", deadline=None)
@@ -32,10 +34,12 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    if not config.getoption("--full"):
-        for test in items:
-            if "full" in test.keywords:
-                test.add_marker(pytest.mark.skip(reason="only with --full (make test-full)"))
+    for option in ("full", "platforms"):
+        if not config.getoption(f"--{option}"):
+            skip = pytest.mark.skip(reason=f"only with --{option} (make test-{option})")
+            for test in items:
+                if test.get_closest_marker(option):
+                    test.add_marker(skip)
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:

@@ -27,11 +27,5 @@ def test_table_has_a_column_per_format_and_figure():
         for n, name in enumerate(blender.FORMATS, 1)
     }
     result = {"models": [{"model": "cube", "triangles": 12, "formats": formats}]}
-    row = blender.summary(result).splitlines()[2]
+    row = blender.table(result).splitlines()[2]
     assert row == "| cube | 12 | 1.00 | 2.00 | 3.00 | 1.00 | 2.00 | 3.00 | 2 | 4 | 6 |"
-
-
-def test_a_part_of_the_measurement_is_not_written():
-    assert not blender.is_complete(OPTIONS)
-    complete = argparse.Namespace(models=list(blender.MODELS), repetitions=blender.REPETITIONS)
-    assert blender.is_complete(complete)

@@ -163,6 +163,16 @@ SHAPES = {
 }
 
 
+def sound_meshlets(decoder, monkeypatch, streams, seed, meshlets):
+    """The number of well-formed meshlets in four random blobs, whose values must agree."""
+    monkeypatch.setattr(blob_writer, "random_streams", lambda rng: streams)
+    random, sound = Random(seed), 0
+    for _ in range(4):
+        blob = blob_writer.random_blob(random, meshlets)  # rejected if a corner takes too many hops
+        sound += meshlets - assert_agreement(decoder.decode(blob), blob)
+    return sound
+
+
 @pytest.mark.parametrize("method", ["interior", "traversal"])
 @pytest.mark.parametrize("name", SHAPES)
 def test_streams_of_every_shape(device, monkeypatch, name, method):
@@ -170,13 +180,8 @@ def test_streams_of_every_shape(device, monkeypatch, name, method):
     from bench.gpu_decoder import GpuDecoder
 
     streams = SHAPES[name]
-    monkeypatch.setattr(blob_writer, "random_streams", lambda rng: streams)
     decoder = GpuDecoder(device, method, len(streams), sum(s.elements for s in streams))
-    random, sound = Random(1), 0
-    for _ in range(4):
-        blob = blob_writer.random_blob(random, 12)  # rejected if a corner takes too many hops
-        sound += 12 - assert_agreement(decoder.decode(blob), blob)
-    assert sound > 20
+    assert sound_meshlets(decoder, monkeypatch, streams, 1, 12) > 20
 
 
 def test_streams_predicted_from_positions(decoder, monkeypatch):
@@ -188,23 +193,13 @@ def test_streams_predicted_from_positions(decoder, monkeypatch):
         Stream(INTEGER, 1, 9, AFFINE),
         Stream(OCT, 2, 10, GEO),
     ]
-    monkeypatch.setattr(blob_writer, "random_streams", lambda rng: streams)
-    random, sound = Random(5), 0
-    for _ in range(4):
-        blob = blob_writer.random_blob(random, 24)  # rejected if a corner takes too many hops
-        sound += 24 - assert_agreement(decoder.decode(blob), blob)
-    assert sound > 60
+    assert sound_meshlets(decoder, monkeypatch, streams, 5, 24) > 60
 
 
 def test_seams_without_affine_streams(decoder, monkeypatch):
     """Normals may have seams where positions have none."""
     streams = [Stream(GRID, 3, 11), Stream(OCT, 2, 8, GEO), Stream(INTEGER, 3, 9)]
-    monkeypatch.setattr(blob_writer, "random_streams", lambda rng: streams)
-    random, sound = Random(6), 0
-    for _ in range(4):
-        blob = blob_writer.random_blob(random, 24)  # rejected if a corner takes too many hops
-        sound += 24 - assert_agreement(decoder.decode(blob), blob)
-    assert sound > 60
+    assert sound_meshlets(decoder, monkeypatch, streams, 6, 24) > 60
 
 
 def test_too_many_elements_for_shared_memory(device):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bench import common, meshlet_formats, meshlet_peers, peers, vulkan_peers
+from bench import common, meshlet_formats, meshlet_peers, peers
 from bench.generated import torus
 from bench.meshlet_peers import Integers
 from gltf_ext import _codec
@@ -69,15 +69,6 @@ def test_blocks_carry_attributes_beside_them(primitives):
     assert run.bytes == 128 * run.meshlets + 5 * vertices
 
 
-def test_streams_are_written(primitives, tmp_path):
-    """The bytes of the format: 8 per meshlet beside the stream, which may be read 16 beyond."""
-    triangles = sum(len(primitive.indices) for primitive in primitives)
-    run = made("meshopt").run(meshlet_peers.integers_of(primitives), tmp_path / "stream")
-    assert (tmp_path / "stream").stat().st_size - 16 + 8 * run.meshlets == run.bytes
-    entries = np.fromfile(tmp_path / "stream.meshlets", np.uint32).reshape(-1, 4)
-    assert len(entries) == run.meshlets and entries[:, 3].sum() == triangles
-
-
 def test_integers_are_those_of_our_encoder(primitives):
     _, blobs = meshlet_peers.compressed(primitives)
     for part, blob in zip(meshlet_peers.integers_of(primitives), blobs):
@@ -119,17 +110,3 @@ def test_committed_positions_hold_all_formats():
         for name in ("meshopt meshlets", "AMD DGF, SAH", "AMD DGF, HPG24"):
             assert row["formats"][name]["bytes"] > ours["bytes"]
             assert row["formats"][name]["decode_seconds"]["low"] > 0
-
-
-def test_shaders_need_preparation_first(tmp_path):
-    with pytest.raises(SystemExit, match=r"^bench vulkan_peers: prepare .* first, see --help$"):
-        common.answer(vulkan_peers, [str(tmp_path)])
-
-
-def test_rates_of_wrong_results_are_not_shown():
-    rows = [
-        {"model": "torus", "format": name, "triangles_per_second": rate, "same": same}
-        for name, rate, same in (("ours", 2e9, True), ("theirs", 3e9, False))
-    ]
-    table = vulkan_peers.summary({"rows": rows})
-    assert "| torus | **2.00** | wrong |" in table

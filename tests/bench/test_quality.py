@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from bench import quality
-from gltf_meshlet.demo.rasterizer import Mesh
+from tools.rasterizer import Mesh
 
 SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], float)
 TRIANGLES = np.array([[0, 1, 2], [0, 2, 3]])

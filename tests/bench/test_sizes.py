@@ -6,10 +6,9 @@ from unittest import mock
 
 import numpy as np
 import pytest
-from PIL import Image
 
 import gltf_ext
-from bench import common, figures, meshlet_peers, paper, peers, size
+from bench import common, meshlet_peers, paper, peers, size
 from bench.generated import torus, write_generated
 from gltf_ext import _codec
 from gltf_ext.compression.extension import require_compressed
@@ -22,17 +21,6 @@ from spec.reference_decoder import BlobFile, Meshlet
 RECOMPUTED = ("suzanne", "DamagedHelmet")
 # Share of grid points that codecs may round differently: coordinates halfway between two steps.
 TIES = 0.02
-
-
-# --- pictures and their results ---
-
-
-@pytest.mark.parametrize("name", ["figure3", "figure7"])
-def test_picture_shows_its_measurements(name):
-    sizes, encodings = common.read_result("size"), common.read_result("paper")
-    bars = figures.figure3(sizes, encodings) if name == "figure3" else figures.figure7(sizes)
-    with Image.open(common.DOCS / f"{name}.png") as picture:
-        assert picture.text[common.DIGEST] == common.digest(bars)
 
 
 # --- sizes ---

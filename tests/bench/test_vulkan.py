@@ -1,4 +1,4 @@
-"""bench.models and bench.vulkan_raster: subdivided models, memory and ratios."""
+"""bench.models and bench.vulkan_raster: subdivided models, and percentiles."""
 
 from __future__ import annotations
 
@@ -8,26 +8,24 @@ import numpy as np
 import pytest
 
 import gltf_ext
-from bench import common, generated, models, vulkan_decode, vulkan_raster, vulkan_raytracing, webgpu
+from bench import common, models, vulkan_decode, vulkan_raster, vulkan_raytracing
 from bench.generated import torus
+from bench.large_model import write_displaced
 from gltf_meshlet.demo.model import write_glb
-from tests.helpers.vulkan_scenes import ball, zoo
-from vk_backend.scene import load_scene
 
 
-def test_triangles_cut_into_four_lie_on_the_same_surface():
-    positions, triangles = ball(16, 10)
-    points, fine = generated.cut_into_four(positions.astype(float), triangles.astype(np.int64))
-    edges = {tuple(sorted(e)) for t in triangles.tolist() for e in zip(t, t[1:] + t[:1])}
-    assert fine.shape == (4 * len(triangles), 3) and len(points) == len(positions) + len(edges)
+def test_subdivided_triangles_lie_on_the_same_surface(tmp_path):
+    write_glb([torus(300)], tmp_path / "torus.glb")
+    (before,) = gltf_ext.load(tmp_path / "torus.glb")
+    write_displaced(tmp_path / "torus.glb", 2, tmp_path / "fine.glb", noise=0.0)
+    (fine,) = gltf_ext.load(tmp_path / "fine.glb")
+    assert len(fine.indices) == 4 * len(before.indices)
 
-    def area(corners):
-        sides = corners[:, 1:] - corners[:, :1]
-        return np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1).sum()
+    def areas(mesh):
+        a, b, c = mesh.attributes["POSITION"][mesh.indices].transpose(1, 0, 2).astype(float)
+        return np.linalg.norm(np.cross(b - a, c - a), axis=1)
 
-    np.testing.assert_allclose(area(points[fine]), area(positions[triangles]), rtol=1e-5)
-    normals = generated.vertex_normals(points, fine)
-    assert ((normals * points).sum(axis=1) > 0.8).all()
+    np.testing.assert_allclose(areas(fine).sum(), areas(before).sum(), rtol=1e-5)
 
 
 def test_models_are_compressed_and_subdivided(tmp_path):
@@ -44,55 +42,17 @@ def test_models_are_compressed_and_subdivided(tmp_path):
     )
 
 
-@pytest.mark.parametrize("module", [vulkan_decode, vulkan_raster, vulkan_raytracing, webgpu])
+@pytest.mark.parametrize("module", [vulkan_decode, vulkan_raster, vulkan_raytracing])
 def test_a_measurement_without_models_ends_before_it_begins(module):
     with pytest.raises(SystemExit, match=r"^bench: name at least one model$"):
         common.answer(module, [])
 
 
-def test_webgpu_runs_the_dispatches_of_the_package():
-    text = (common.ROOT / "web" / "webgpu.js").read_text()
-    for name, steps in {"FIRST =": webgpu.FIRST, **webgpu.METHODS}.items():
-        listed = ", ".join(f"{shader}: {meshlets}" for shader, meshlets in steps.items())
-        assert f"{name if '=' in name else name + ':'} {{ {listed} }}" in text
-    for name in ("SPLIT", "PASSES"):
-        listed = ", ".join(f"'{shader}'" for shader in getattr(webgpu, name))
-        assert f"const {name} = [{listed}];" in text
-    assert f"const SPREAD = {webgpu.SPREAD};" in text
-    assert f"const INTERIOR_ELEMENTS = {webgpu.INTERIOR_ELEMENTS};" in text
+def test_floor_and_ceiling_face_each_other(tmp_path):
+    (mesh,) = gltf_ext.load(vulkan_raster.ground(tmp_path))
+    a, b, c = mesh.attributes["POSITION"][mesh.indices].transpose(1, 0, 2).astype(float)
+    assert len(a) == 4 and (np.cross(b - a, c - a)[:, 1] * a[:, 1] < 0).all()
 
 
-def test_short_indices_of_a_small_model_need_no_cut(tmp_path):
-    scene = load_scene(zoo(tmp_path / "zoo.glb"))
-    vertices, triangles = (
-        sum(getattr(p, name) for p in scene.primitives) for name in ("vertices", "triangles")
-    )
-    assert (
-        vulkan_raster.vertex_bytes_with_short_indices(scene)
-        == 4 * scene.vertex_floats * vertices + 6 * triangles
-    )
-
-
-def test_ratios_are_of_medians_in_one_run():
-    def row(path, median):
-        return {
-            "model": "m",
-            "culling": False,
-            "path": path,
-            "milliseconds": {"median": median},
-            "resident_bytes": 130_000,
-            "compressed_bytes": 100_000,
-        }
-
-    rows = [row("vertex", 1.0), row("mesh-plain", 2.0), row("mesh", 3.0), row("geometry", 9.0)]
-    assert vulkan_raster.ratios(rows) == [
-        {
-            "model": "m",
-            "culling": False,
-            "mesh/mesh-plain": 1.5,
-            "mesh/vertex": 3.0,
-            "mesh/geometry": 0.333,
-            "resident/limit": 0.762,
-        }
-    ]
+def test_frames_are_given_by_percentiles():
     assert vulkan_raster.percentiles(range(11)) == {"median": 5.0, "low": 1.0, "high": 9.0}

@@ -89,23 +89,20 @@ def test_plain_meshlets_hold_the_same_triangles(drawn):
 def test_timed_pictures_are_the_same(renderer, drawn, culling):
     """Lit pictures are those of the renderer; the cheapest shader draws the same on all paths."""
     from bench.vulkan_paths import RASTER_PATHS, TimedDrawing
-    from vk_backend.targets import Targets
 
     camera = drawn.cameras[0]
     pictures = []
     if culling:
         whole = renderer.render(drawn, camera, "vertex", WIDTH, HEIGHT, ids=False)
         pictures.append((whole.color.astype(int), whole.depth))
+    options = {"culling": culling, "lit": culling, "pool": 1 << 20}
     for path in RASTER_PATHS:
-        targets = Targets(renderer.device, WIDTH, HEIGHT, ids=False)
-        timed = TimedDrawing(
-            renderer.device, drawn, camera, path, targets, culling=culling, lit=culling
-        )
-        assert timed.run() > 0
+        timed = TimedDrawing(renderer.device, drawn, camera, path, WIDTH, HEIGHT, **options)
+        assert timed.run() > 0 and timed.run() > 0
+        targets = timed.targets
         color, depth = targets.color.read(np.uint8, 4), targets.depth.read(np.float32, 1)[..., 0]
         pictures.append((color.astype(int), depth))
         timed.free()
-        targets.free()
     for color, depth in pictures[1:]:
         assert np.abs(depth - pictures[0][1]).max() <= 2e-5, "rounding"
         assert (np.abs(color - pictures[0][0]).max(axis=2) > 2).mean() < 1e-2
@@ -114,18 +111,17 @@ def test_timed_pictures_are_the_same(renderer, drawn, culling):
 @pytest.mark.parametrize("overlap", [False, True])
 def test_a_timed_frame_can_be_run_again(renderer, drawn, overlap):
     from bench.vulkan_paths import TimedDrawing
-    from vk_backend.targets import Targets
 
     options = {"culling": True, "lit": True, "ring": 20, "overlap": overlap}
     registered = []
     for _ in range(2):
-        targets = Targets(renderer.device, WIDTH, HEIGHT, ids=False)
-        timed = TimedDrawing(renderer.device, drawn, drawn.cameras[0], "stream", targets, **options)
+        timed = TimedDrawing(
+            renderer.device, drawn, drawn.cameras[0], "stream", WIDTH, HEIGHT, **options
+        )
         assert len(timed.drawing.ring.batches) > 4
         assert timed.run() > 0 and timed.run() > 0
-        found = targets.color.read(np.uint8, 4)
+        found = timed.targets.color.read(np.uint8, 4)
         timed.free()
-        targets.free()
         registered.append(len(renderer.device._closing))
     assert registered[0] == registered[1], "everything but pipelines is freed"
     whole = renderer.render(drawn, drawn.cameras[0], "stream", WIDTH, HEIGHT, ids=False)
@@ -134,16 +130,15 @@ def test_a_timed_frame_can_be_run_again(renderer, drawn, overlap):
 
 def test_ids_of_uncompressed_meshlets(renderer, drawn, monkeypatch):
     """In several draws: a draw has at most MAX_WORKGROUPS workgroups."""
-    from bench.vulkan_paths import PlainDrawing
+    from bench.vulkan_paths import PLAIN, PlainDrawing
     from vk_backend.frame_commands import FrameCommands
-    from vk_backend.pipelines import Timestamps
     from vk_backend.targets import Targets
 
     monkeypatch.setattr("vk_backend.raster.MAX_WORKGROUPS", 1)
     targets = Targets(renderer.device, WIDTH, HEIGHT, ids=True)
-    drawing = PlainDrawing(renderer.device, drawn, ids=True)
+    drawing = PlainDrawing(renderer.device, drawn, PLAIN, ids=True)
     drawing.look(drawn.cameras[0], WIDTH, HEIGHT)
-    FrameCommands(drawing, targets, Timestamps(renderer.device, 2)).run()
+    FrameCommands(drawing, targets).run()
     whole = renderer.render(drawn, drawn.cameras[0], "mesh", WIDTH, HEIGHT)
     assert (targets.ids.read(np.uint32, 2) == whole.ids).all()
     assert drawing.resident_bytes > 0

@@ -30,7 +30,3 @@ def test_tables_show_rates_cold_starts_and_sizes():
     sizes = {"version": "1.0", "files": ["a.js"], "bytes": 1500, "brotli_bytes": 700}
     packages = dict.fromkeys((web.OURS, *web.NPM_PACKAGES), sizes)
     assert "| draco3d 1.0 | `a.js` | 1.5 | 0.7 |" in web.size_table({"packages": packages})
-
-
-def test_a_part_of_the_measurement_is_not_written():
-    assert not web.is_complete(OPTIONS)

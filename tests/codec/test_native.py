@@ -26,3 +26,8 @@ def test_native(program):
 def test_decoder_survives_damaged_blobs():
     mutations = ALL_MUTATIONS if environment.full else FEW_MUTATIONS
     run("MESHLET_FUZZ", "fuzz_decoder", "spec/vectors", mutations)
+
+
+def test_unpacker_survives_damaged_views():
+    mutations = ALL_MUTATIONS if environment.full else "3000"
+    run("MESHLET_FUZZ", "fuzz_transport", "spec/transport_vectors", mutations)

@@ -158,9 +158,9 @@ def test_usage_errors_are_one_line(capsys, arguments):
     assert caught.value.code == 2 and len(capsys.readouterr().err.splitlines()) == 1
 
 
-def test_output_must_be_glb(original, tmp_path, capsys):
-    assert main(["compress", str(original), str(tmp_path / "out.gltf")]) == 2
-    assert "not a .glb" in error_line(capsys, tmp_path / "out.gltf")
+def test_output_must_be_gltf(original, tmp_path, capsys):
+    assert main(["compress", str(original), str(tmp_path / "out.ply")]) == 2
+    assert "not a .glb or .gltf" in error_line(capsys, tmp_path / "out.ply")
 
 
 def test_existing_output_survives_an_error(compressed, tmp_path, capsys):
@@ -514,7 +514,15 @@ def test_render_compresses_what_is_not(original, tmp_path, rendered, capsys):
         (["--spp", "0"], "--spp is 0; use 1 or more"),
         (["--lod-error", "nan"], "--lod-error is nan; use 0 or more"),
         (["--lod-error", "-1"], "--lod-error is -1.0; use 0 or more"),
-        (["--backend", "vulkan", "--lod-error", "1"], "--lod-error is for --backend mitsuba"),
+        (
+            ["--backend", "vulkan", "--path", "mesh", "--lod-error", "1"],
+            "--lod-error is for --path visibility or rt; leave",
+        ),
+        (
+            ["--backend", "vulkan", "--pool", "9", "--ring", "9"],
+            "--pool takes the place of --ring; leave one out",
+        ),
+        (["--lod-error", "inf"], "--lod-error is inf; use 0 or more"),
         (["--path", "rt"], "--path is for --backend vulkan"),
         (["--backend", "vulkan", "--spp", "4"], "--spp is for --backend mitsuba"),
         (["--backend", "vulkan", "--frames", "0"], "--frames is 0; use 1 or more"),
@@ -533,13 +541,16 @@ def test_render_compresses_what_is_not(original, tmp_path, rendered, capsys):
         ),
         (
             ["--backend", "vulkan", "--path", "rt", "--ring", "9"],
-            "--ring is for --path stream; leave",
+            "--ring is for --path visibility or stream; leave",
         ),
         (["--backend", "vulkan", "--path", "mesh-only"], "mesh-only is gone; use --path mesh"),
         (["--backend", "vulkan", "--path", "mesh-plain"], "mesh-plain is gone; use --path vertex"),
         (["--backend", "vulkan", "--path", "rt-paper"], "rt-paper is gone; use --path rt"),
         (["--backend", "vulkan", "--path", "rt-triangles"], "rt-triangles is gone; use --path rt"),
-        (["--backend", "vulkan", "--path", "tape"], "there is no path tape; there are stream, "),
+        (
+            ["--backend", "vulkan", "--path", "tape"],
+            "there is no path tape; there are visibility, ",
+        ),
         (["-o", "nowhere/out.png"], "nowhere/out.png: its folder does not exist; create it first"),
     ],
 )
@@ -547,6 +558,13 @@ def test_render_options_out_of_range(compressed, tmp_path, rendered, capsys, arg
     assert main(["render", str(compressed), "-o", str(tmp_path / "out.png"), *arguments]) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert message in line and rendered == []
+
+
+def test_render_pool_of_another_unit(compressed, capsys):
+    with pytest.raises(SystemExit) as stopped:
+        main(["render", str(compressed), "-o", "out.png", "--backend", "vulkan", "--pool", "9X"])
+    assert stopped.value.code == 2
+    assert "argument --pool: '9X' is no number such as 2G or 800M" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("backend, package", [("mitsuba", "mitsuba"), ("vulkan", "vulkan")])

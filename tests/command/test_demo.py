@@ -1,4 +1,4 @@
-"""The demo: its model, its rasteriser, and the whole run into an empty folder."""
+"""The demo: its model, and the whole run into an empty folder."""
 
 import sys
 from argparse import Namespace
@@ -10,7 +10,6 @@ from PIL import Image
 import gltf_ext
 from gltf_meshlet.demo import model as demo_model
 from gltf_meshlet.demo import run as demo
-from gltf_meshlet.demo.rasterizer import Camera, Mesh, rasterize
 from tests.helpers.mitsuba_reference import require
 
 
@@ -58,69 +57,42 @@ def test_model_is_the_same_every_time(primitives, tmp_path):
     assert (tmp_path / "a.glb").read_bytes() == (tmp_path / "b.glb").read_bytes()
 
 
-def test_rasterizer_draws_the_nearer_of_two_squares():
-    square = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], float)
-    positions = np.concatenate([square, square * 0.5 + [0, 0, 1]])
-    triangles = np.array([[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]])
-    colors = np.array([[1, 0, 0], [1, 0, 0], [0, 1, 0], [0, 1, 0]], float)
-    mesh = Mesh(positions, np.tile([0.0, 0.0, 1.0], (8, 1)), triangles, colors)
-    picture = rasterize(mesh, Camera(eye=(0, 0, 6), target=(0, 0, 0), field_of_view=30), 90, 60)
-    assert picture.shape == (60, 90, 4)
-    assert picture[30, 45, 1] > 0 and picture[30, 45, 0] == 0, "the green square is in front"
-    assert picture[30, 45 + 15, 0] > 0 and picture[30, 45 + 15, 1] == 0, (
-        "the red square stands out behind it"
-    )
-    assert picture[2, 2, 3] == 0 and picture[30, 2, 3] == 0, "nothing is drawn beside them"
-    covered = picture[..., 3].sum() / 255
-    side = 60 / (2 * np.tan(np.radians(15)) * 6) * 2
-    assert covered == pytest.approx(side * side, rel=0.02), (
-        "the picture's size follows from the camera"
-    )
-
-
 def test_demo_runs_and_saves(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(demo, "_save_renders", lambda *_: [])
+    monkeypatch.setattr(demo, "_save_pictures", lambda *_: [])
     assert demo.run(Namespace(output=tmp_path / "out")) == 0
     printed = capsys.readouterr().out
     assert "verified" in printed and "times smaller" in printed
     names = {path.name for path in (tmp_path / "out").iterdir()}
-    assert names == {
-        "original.glb",
-        "compressed.glb",
-        "decompressed.glb",
-        "meshlets.png",
-        "comparison.png",
-        "size.png",
-    }
+    assert names == {"original.glb", "compressed.glb", "decompressed.glb"}
     totals = gltf_ext.inspect(tmp_path / "out" / "compressed.glb")["totals"]
     assert totals["triangles"] == sum(
         len(primitive.triangles) for primitive in demo_model.generate()
     )
     assert totals["ratio"] > 5
-    assert not list((tmp_path / "out").glob(".*")), "nothing half-written"
-    for name in ("meshlets.png", "comparison.png", "size.png"):
-        assert 5_000 < (tmp_path / "out" / name).stat().st_size < 400_000
 
 
 def test_demo_renders_the_compressed_file_like_the_original(tmp_path, primitives, monkeypatch):
     require("scalar_rgb")
     monkeypatch.setattr(demo, "RENDERED", (64, 48, 16))
+    monkeypatch.setattr(demo, "MESHLETS_RENDERED", (64, 48, 4))
     original, compressed = tmp_path / "original.glb", tmp_path / "compressed.glb"
     demo_model.write_glb(primitives, original)
     gltf_ext.compress(original, compressed)
-    files = demo.Files(original, compressed, tmp_path / "none.glb")
-    names = demo._save_renders(tmp_path, files, gltf_ext.inspect(compressed)["totals"])
-    before, after, both = (np.asarray(Image.open(tmp_path / name), float) for name in names)
-    assert before.shape == after.shape == (48, 64, 3) and both.shape[1] == 128
+    totals = gltf_ext.inspect(compressed)["totals"]
+    paths = demo._save_pictures(tmp_path, original, compressed, totals)
+    both, meshlets = (np.asarray(Image.open(path), float) for path in paths)
+    before, after = both[:48, :64], both[:48, 64:]
+    assert before.shape == after.shape == meshlets.shape == (48, 64, 3)
     assert before.std() > 20 and np.abs(before.mean() - after.mean()) < 2
     assert np.abs(before - after).mean() < 8, "the same view of the same thing, but for noise"
+    saturation = np.ptp(meshlets, axis=2) / np.maximum(meshlets.max(axis=2), 1)
+    assert (saturation > 0.2).mean() > 0.2, "meshlets have colours"
 
 
 def test_demo_without_mitsuba_is_one_line(tmp_path, capsys, monkeypatch):
     monkeypatch.setitem(sys.modules, "gltf_meshlet.demo.studio", None)
     monkeypatch.delattr("gltf_meshlet.demo.studio", raising=False)
-    files = demo.Files(*(tmp_path / f"{name}.glb" for name in "abc"))
-    assert demo._save_renders(tmp_path, files, {}) == []
+    assert demo._save_pictures(tmp_path, tmp_path / "a.glb", tmp_path / "b.glb", {}) == []
     assert len(capsys.readouterr().out.splitlines()) == 1
 
 

@@ -142,6 +142,16 @@ def grid_mesh(columns: int, rows: int) -> tuple[np.ndarray, np.ndarray]:
     return positions, quads.reshape(-1, 3).astype(np.uint32)
 
 
+def wavy_sheet(size: int, height: float = 0.1) -> tuple[np.ndarray, np.ndarray]:
+    """A wavy sheet of size x size quads: (positions float32[V, 3], triangles uint32[T, 3])."""
+    x, y = np.meshgrid(np.arange(size + 1), np.arange(size + 1), indexing="ij")
+    z = height * size * np.sin(x / size * 7.0) * np.cos(y / size * 5.0)
+    points = np.stack([x, y, z], axis=2).reshape(-1, 3).astype(np.float32)
+    a = (x[:-1, :-1] * (size + 1) + y[:-1, :-1]).reshape(-1)
+    quads = np.stack([a, a + size + 1, a + size + 2, a, a + size + 2, a + 1], axis=1)
+    return points, quads.reshape(-1, 3).astype(np.uint32)
+
+
 def everything(
     seed: int = 0, columns: int = 24, rows: int = 17
 ) -> tuple[dict[str, np.ndarray], np.ndarray, list[dict[str, np.ndarray]]]:

@@ -10,13 +10,14 @@ from tools import native_build
 
 
 @functools.cache
-def _folder_of(option: str) -> Path:
-    return native_build.build(option)
+def folder_of(option: str) -> Path:
+    """Builds the programs of MESHLET_NATIVE_TESTS or MESHLET_FUZZ; returns their folder."""
+    try:
+        return native_build.build(option)
+    except FileNotFoundError as error:
+        missing(str(error))
 
 
 def program_of(option: str, program: str) -> Path:
-    """Builds the programs of MESHLET_NATIVE_TESTS or MESHLET_FUZZ; returns the path of one."""
-    try:
-        return _folder_of(option) / program
-    except FileNotFoundError as error:
-        missing(str(error))
+    """Builds the programs of an option; returns the path of one."""
+    return folder_of(option) / program

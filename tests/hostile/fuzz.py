@@ -76,6 +76,11 @@ def _decompress(mutant: Mutant, folder: Path) -> list[str]:
     return ["decompress", str(mutant.path), str(folder / "out.glb"), *detail]
 
 
+def _chunks(mutant: Mutant, folder: Path) -> list[str]:
+    more = mutant.random.choice([[], ["--lod"]])
+    return ["compress", "--max-memory", "2G", *more, str(mutant.path), str(folder / "out.glb")]
+
+
 def _mitsuba(mutant: Mutant, folder: Path) -> list[str]:
     more = mutant.random.choice([[], [], ["--lod-error", "2"], ["--camera", "1"]])
     output = str(folder / "out.png")
@@ -84,7 +89,7 @@ def _mitsuba(mutant: Mutant, folder: Path) -> list[str]:
 
 def _vulkan(mutant: Mutant, folder: Path) -> list[str]:
     # Every set of attributes has shaders of its own, which take 20 seconds to compile on a CPU.
-    path = mutant.random.choice(["stream", "vertex"]) if mutant.only_positions else "vertex"
+    path = mutant.random.choice(["visibility", "vertex"]) if mutant.only_positions else "vertex"
     more = mutant.random.choice([[], [], ["--camera", "1"]])
     output = str(folder / "out.png")
     backend = ["--backend", "vulkan", "--path", path]
@@ -94,7 +99,9 @@ def _vulkan(mutant: Mutant, folder: Path) -> list[str]:
 COMMANDS: dict[str, Arguments] = {
     "compress": lambda m, f: ["compress", str(m.path), str(f / "out.glb")],
     "compress-lod": lambda m, f: ["compress", "--lod", str(m.path), str(f / "out.glb")],
+    "compress-chunks": _chunks,
     "decompress": _decompress,
+    "transcode": lambda m, f: ["transcode", str(m.path), str(f / "out.glb")],
     "inspect": lambda m, f: ["inspect", str(m.path), *m.random.choice([[], ["--json"]])],
     "verify": lambda m, f: ["verify", str(m.original), str(m.path)],
     "verify-reversed": lambda m, f: ["verify", str(m.path), str(m.original)],
@@ -104,7 +111,11 @@ COMMANDS: dict[str, Arguments] = {
     "view-export": lambda m, f: ["view", str(m.path), "--export", str(f / "page")],
 }
 SERVER = "view-server"
-PACKAGES = {"mitsuba": "mitsuba_plugin", "compress-lod": "meshoptimizer"}
+PACKAGES = {
+    "mitsuba": "mitsuba_plugin",
+    "compress-lod": "meshoptimizer",
+    "compress-chunks": "meshoptimizer",
+}
 ALL = (*COMMANDS, SERVER)
 
 
@@ -260,7 +271,7 @@ class Fuzzer:
         expected = [] if status or not _writes(command) else [_writes(command)]
         if written != expected:
             raise Failure(f"it wrote {written}, exit status {status}")
-        if status == 0 and command in ("compress", "compress-lod"):
+        if status == 0 and command.startswith("compress"):
             self._check_compressed()
 
     def _check_compressed(self) -> None:
@@ -292,7 +303,7 @@ def _writes(command: str) -> str:
     """The name of what a command writes; "" for nothing."""
     if command in ("mitsuba", "vulkan"):
         return "out.png"
-    if command in ("compress", "compress-lod", "decompress"):
+    if command.startswith("compress") or command in ("decompress", "transcode"):
         return "out.glb"
     return "page" if command == "view-export" else ""
 

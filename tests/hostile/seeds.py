@@ -272,7 +272,7 @@ def _draco() -> Builder | None:
 
 COMPRESSIONS: dict[Callable[[], Builder | None], dict[str, dict[str, object]]] = {
     _textured: {"": {}, "_fallback": {"fallback": True}},
-    _skinned: {"": {}, "_pages": {"page_bytes": 4096}},
+    _skinned: {"": {}, "_pages": {"page_bytes": 4096}, "_packed": {"transport": True}},
     _draco: {},
 }
 

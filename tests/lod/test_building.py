@@ -13,7 +13,7 @@ from gltf_ext.lod.tables import EXTENSION
 from gltf_ext.lod.writing import BLOCK_GROUPS, _by_error
 from spec import reference_lod
 from tests.helpers import environment
-from tests.helpers.gltf_builder import Builder
+from tests.helpers.gltf_builder import Builder, wavy_sheet
 from tests.helpers.lod import Certifier
 
 
@@ -31,18 +31,8 @@ def outputs_are_valid(tmp_path):
             assert gltf_ext.validate(path) == [], path.name
 
 
-def grid(size, height=0.1):
-    """(points, triangles) of a wavy sheet of size x size quads."""
-    x, y = np.meshgrid(np.arange(size + 1), np.arange(size + 1), indexing="ij")
-    z = height * size * np.sin(x / size * 7.0) * np.cos(y / size * 5.0)
-    points = np.stack([x, y, z], axis=2).reshape(-1, 3).astype(np.float32)
-    a = (x[:-1, :-1] * (size + 1) + y[:-1, :-1]).reshape(-1)
-    quads = np.stack([a, a + size + 1, a + size + 2, a, a + size + 2, a + 1], axis=1)
-    return points, quads.reshape(-1, 3).astype(np.uint32)
-
-
 def sheet_file(path, **attributes):
-    points, triangles = grid(60)
+    points, triangles = wavy_sheet(60)
     builder = Builder()
     builder.mesh({"POSITION": points, **attributes}, triangles)
     return builder.write(path)
@@ -68,7 +58,7 @@ def test_level_0_is_the_model(sheet, with_levels):
 
 
 def test_the_reference_reader_finds_nothing_wrong(tmp_path):
-    points, triangles = grid(44)
+    points, triangles = wavy_sheet(44)
     builder = Builder()
     builder.mesh({"POSITION": points}, triangles)
     path = builder.write(tmp_path / "small.glb")
@@ -91,7 +81,7 @@ def test_levels_shrink_to_little(with_levels):
 
 @pytest.mark.parametrize("size, pays", [(24, False), (220, True)])
 def test_compress_says_where_levels_do_not_pay(tmp_path, size, pays):
-    points, triangles = grid(size)
+    points, triangles = wavy_sheet(size)
     builder = Builder()
     builder.mesh({"POSITION": points}, triangles)
     path = builder.write(tmp_path / "sheet.glb")
@@ -119,11 +109,11 @@ def test_a_file_without_its_levels_is_valid(with_levels, tmp_path, khronos):
     document = read_document(with_levels)
     del document.meshes[0].primitives[0].extensions[EXTENSION]
     document.forget_extension(EXTENSION)
-    from gltf_ext.gltf.buffer_layout import pack
-    from gltf_ext.gltf.container import glb_parts
+    from gltf_ext.files import write_files
+    from gltf_ext.gltf.container import model_files
 
     path = tmp_path / "dropped.glb"
-    path.write_bytes(b"".join(glb_parts(document, pack(document)[0])))
+    write_files(model_files(document, path))
     assert gltf_ext.validate(path) == []
     assert path.stat().st_size < with_levels.stat().st_size
     for file in (path, with_levels):
@@ -207,7 +197,7 @@ def test_groups_of_a_level_come_by_error(sheet, tmp_path):
 def test_heavy_vertices_get_smaller_groups(tmp_path):
     """Groups that would not fit a page are split."""
     random = np.random.default_rng(0)
-    points, _ = grid(60)
+    points, _ = wavy_sheet(60)
     extra = {f"_N{i}": random.random((len(points), 4), np.float32) for i in range(8)}
     path = sheet_file(tmp_path / "heavy.glb", **extra)
     gltf_ext.compress(path, tmp_path / "out.glb", lod=True)
@@ -218,7 +208,7 @@ def test_heavy_vertices_get_smaller_groups(tmp_path):
 
 def test_every_attribute_reaches_every_level(tmp_path):
     random = np.random.default_rng(0)
-    points, triangles = grid(40)
+    points, triangles = wavy_sheet(40)
     count = len(points)
     normals = np.tile(np.float32([0, 0, 1]), (count, 1))
     attributes = {
@@ -250,7 +240,7 @@ def test_every_attribute_reaches_every_level(tmp_path):
 
 def test_stated_errors_are_near_measured_ones(tmp_path):
     """They are measured against level 0. Sums over the levels would be more than twice as large."""
-    points, triangles = grid(150)
+    points, triangles = wavy_sheet(150)
     points[:, 2] += np.random.default_rng(0).normal(size=len(points)).astype(np.float32)
     builder = Builder()
     builder.mesh({"POSITION": points}, triangles)
@@ -265,7 +255,7 @@ def test_stated_errors_are_near_measured_ones(tmp_path):
 
 def test_errors_hold_with_morph_targets(tmp_path):
     """A target that bends what is flat: the error at weight 1 counts."""
-    points, triangles = grid(60, height=0.0)
+    points, triangles = wavy_sheet(60, height=0.0)
     lift = np.zeros_like(points)
     lift[:, 2] = 3 * np.sin(points[:, 0] / 2) * np.sin(points[:, 1] / 3)
     stated = []
@@ -282,12 +272,12 @@ def test_errors_hold_with_morph_targets(tmp_path):
 
 def test_small_and_stubborn_primitives_are_reported(tmp_path):
     """A few triangles, and loose ones of which none can go, have one level."""
-    points, triangles = grid(3)
+    points, triangles = wavy_sheet(3)
     loose = np.random.default_rng(0).random((900, 3), np.float32)
     builder = Builder()
     builder.mesh({"POSITION": points}, triangles)
     builder.mesh({"POSITION": loose}, np.arange(900, dtype=np.uint32))
-    big, faces = grid(40)
+    big, faces = wavy_sheet(40)
     builder.mesh({"POSITION": big}, faces)
     builder.properties["nodes"] = [{"mesh": m} for m in range(3)]
     builder.properties["scenes"] = [{"nodes": [0, 1, 2]}]
@@ -302,7 +292,7 @@ def test_small_and_stubborn_primitives_are_reported(tmp_path):
 
 def test_triangles_without_extent_stay_in_level_0(tmp_path):
     """A grid so coarse that many triangles collapse."""
-    points, triangles = grid(60)
+    points, triangles = wavy_sheet(60)
     builder = Builder()
     builder.mesh({"POSITION": points}, triangles)
     path = builder.write(tmp_path / "in.glb")
@@ -328,7 +318,7 @@ def vertices_of_level_1(path, output, **options):
 def test_edges_that_lose_their_length_make_no_seams(tmp_path):
     """Normals that differ inside a cell of the grid would be kept, and lock its vertex."""
     random = np.random.default_rng(0)
-    points, triangles = grid(100)
+    points, triangles = wavy_sheet(100)
     points += random.uniform(-0.5, 0.5, points.shape).astype(np.float32)
     normals = (np.float32([0, 0, 3]) + random.normal(size=points.shape)).astype(np.float32)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
@@ -341,7 +331,7 @@ def test_edges_that_lose_their_length_make_no_seams(tmp_path):
 
 def test_seams_inside_a_cell_stay(tmp_path):
     """Two halves of a sheet with normals of their own: only edges join vertices."""
-    points, triangles = grid(60)
+    points, triangles = wavy_sheet(60)
     is_second = points[triangles[:, 0], 0] + points[triangles[:, 1], 0] >= 60
     faces = triangles + np.uint32(len(points)) * is_second[:, None].astype(np.uint32)
     normals = np.repeat(np.float32([[0, 0, 1], [0, 1, 0]]), len(points), axis=0)
@@ -354,7 +344,7 @@ def test_seams_inside_a_cell_stay(tmp_path):
 
 def test_edges_that_a_morph_target_stretches_join_nothing(tmp_path):
     """Vertices that lie in one cell at rest keep apart."""
-    points, triangles = grid(40)
+    points, triangles = wavy_sheet(40)
     side = np.where(np.arange(len(points)) % 2, 1.0, -1.0)
     lift = np.zeros_like(points)
     lift[:, 2] = 3.0 * side
@@ -381,7 +371,7 @@ def test_an_error_limit_keeps_triangles(sheet, with_levels, tmp_path):
 
 
 def test_primitives_that_share_data_share_levels(tmp_path):
-    points, triangles = grid(40)
+    points, triangles = wavy_sheet(40)
     builder = Builder()
     first = builder.mesh({"POSITION": points}, triangles)
     builder.properties["meshes"].append({"primitives": [json.loads(json.dumps(first))]})

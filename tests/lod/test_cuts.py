@@ -9,7 +9,7 @@ import gltf_ext
 from gltf_ext.lod import Cut, View, cut_at_error, cut_at_level, cut_for_view, error_of, open_lod
 from gltf_ext.lod.coverage import check_coverage
 from gltf_ext.lod.cuts import active_groups, cut_of
-from gltf_ext.lod.reports import surface_distances
+from gltf_ext.lod.samples import surface_distances
 from gltf_ext.lod.tables import reach
 from spec import reference_lod
 from tests.helpers import environment
@@ -173,7 +173,7 @@ def test_each_page_decodes_alone(primitive):
     random = np.random.default_rng(5)
     tables = primitive.tables
     begin, split = tables.page_begin, len(primitive.coarse)
-    whole = primitive.coarse + primitive.compressed.blob
+    whole = bytes(primitive.coarse) + bytes(primitive.compressed.blob)
     page_of = tables.groups["page"][tables.cluster_group]
     for page in random.permutation(len(tables.pages))[: None if environment.full else 10]:
         noise = bytearray(random.bytes(len(whole)))

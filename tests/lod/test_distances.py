@@ -38,7 +38,9 @@ def test_distances_are_those_of_the_nearest_triangle(count):
     inside = positions[triangles].mean(axis=1)
     points = np.concatenate([random.uniform(-5, 15, (200, 3)), inside, positions])
     points = points.astype(np.float32)
-    found = _codec.surface_distances(points, positions, triangles, threads=1)
+    found, nearest = _codec.surface_distances(points, positions, triangles, threads=1)
     exact = positions.astype(np.float64)[triangles]
-    expected = np.min([to_triangle(points.astype(np.float64), *t) for t in exact], axis=0)
-    np.testing.assert_allclose(found, expected, rtol=1e-4, atol=2e-3)
+    distances = np.array([to_triangle(points.astype(np.float64), *t) for t in exact])
+    np.testing.assert_allclose(found, distances.min(axis=0), rtol=1e-4, atol=2e-3)
+    at_nearest = distances[nearest, np.arange(len(points))]
+    np.testing.assert_allclose(at_nearest, distances.min(axis=0), rtol=1e-4, atol=2e-3)

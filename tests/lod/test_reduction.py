@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from gltf_ext.lod.errors import ErrorMeter
-from gltf_ext.lod.ranges import begins_of
 from gltf_ext.lod.reduction import HIGH, TRIES, reduce_groups
 from gltf_ext.lod.surface import Surface
+from gltf_ext.ranges import begins_of
 from tests.helpers import environment
 from tests.helpers.gltf_builder import grid_mesh
 

@@ -6,7 +6,6 @@ import base64
 import io
 import json
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import ExitStack
 
 import numpy as np
 import pytest
@@ -91,6 +90,19 @@ def test01_load(variant, tmp_path):
     image = picture(s)
     assert image.shape == (24, 32, 3) and np.isfinite(image).all() and image.std() > 0
     assert plugin.statistics(s)["misses"] > 0
+
+
+@pytest.mark.parametrize("variant", VARIANTS[:1])
+def test01b_packed(variant, tmp_path):
+    """A file packed for download gives the same picture."""
+    _, plugin = require(variant)
+    path = scene_file(tmp_path)
+    gltf_ext.transcode(path, tmp_path / "packed.glb")
+    a, b = (
+        picture(plugin.load_scene(p, width=32, height=24, spp=4))
+        for p in (path, tmp_path / "packed.glb")
+    )
+    assert np.allclose(a, b, atol=1e-4)
 
 
 @pytest.mark.parametrize("variant", VARIANTS[:2])
@@ -469,12 +481,12 @@ def test22_threads_load_one_path_together(tmp_path):
 def test23_a_document_is_kept_until_its_own_load_ends(tmp_path):
     _, plugin = require("scalar_rgb")
     path, reader = str(scene_file(tmp_path)), plugin.native.reader
-    first, second = (ExitStack(), ExitStack())
-    first.enter_context(reader.keeping(path, open_model(path)))
-    second.enter_context(reader.keeping(path, open_model(path)))
+    first, second = open_model(path), open_model(path)
+    reader.held[path] = first
+    reader.held[path] = second
     (tmp_path / "scene.compressed.glb").unlink()
-    first.close()
+    del first
     assert reader.read_blobs(path, None, None)
-    second.close()
+    del second
     with pytest.raises(OSError):
         reader.read_blobs(path, None, None)

@@ -18,7 +18,18 @@ PAGES = [
     *sorted(ROOT.glob("docs/*.md")),
     ROOT / "spec" / "EXT_meshlet_edgebreaker.md",
 ]
-COMMANDS = ("compress", "decompress", "inspect", "verify", "validate", "render", "view", "demo")
+COMMANDS = (
+    "compress",
+    "batch",
+    "decompress",
+    "transcode",
+    "inspect",
+    "verify",
+    "validate",
+    "render",
+    "view",
+    "demo",
+)
 FLAG = re.compile(r"(?<![\w-])--?[a-z][a-z-]*")
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 
@@ -126,7 +137,10 @@ def test_readme_shows_how_to_start():
 @pytest.mark.parametrize("command", COMMANDS)
 def test_manual_has_every_flag_of_a_command_and_no_other(command, capsys):
     manual = (ROOT / "docs" / "cli.md").read_text()
-    section = re.search(rf"^## {command}\n(.*?)(?=^## |\Z)", manual, re.DOTALL | re.MULTILINE)[1]
+    sections = dict(re.findall(r"^## (\w+)\n(.*?)(?=^## |\Z)", manual, re.DOTALL | re.MULTILINE))
+    section = sections[command]
+    if "| all of [`compress`](#compress) |" in section:
+        section += sections["compress"]
     listed = re.findall(r"^\| (`.*?) \|", section, re.M)
     documented = {flag for cell in listed for flag in FLAG.findall(cell)}
     usage = help_of(command, capsys)

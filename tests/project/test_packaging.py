@@ -56,6 +56,17 @@ def test_build_tools_of_the_makefile_are_those_of_pyproject():
         assert f'"{requirement}"' in tools
 
 
+def test_a_machine_without_a_compiler_gets_one():
+    """The backend asks for ziglang, in the version of the extra "web"."""
+    backend = ROOT / "tools" / "build_backend.py"
+    with_one = {**os.environ, "CXX": "some"}
+    assert run(sys.executable, backend, env=with_one).stdout.strip() == ""
+    without = {name: value for name, value in os.environ.items() if name != "CXX"}
+    asked = run(sys.executable, backend, env={**without, "PATH": ""}).stdout.strip()
+    assert f'"{asked}"' in (ROOT / "pyproject.toml").read_text()
+    assert asked.startswith("ziglang==")
+
+
 def test_mitsuba_is_pinned_once():
     """The extra's nanobind is the build system's: one environment has one."""
     text = (ROOT / "pyproject.toml").read_text()
@@ -71,7 +82,11 @@ def test_tests_run_the_linter_first():
 
 @pytest.mark.parametrize(
     ("argument", "packages"),
-    [([], "glslang-tools spirv-tools"), (["browsers"], "chromium firefox-esr xvfb xauth")],
+    [
+        ([], "glslang-tools spirv-tools"),
+        (["browsers"], "chromium firefox-esr xvfb xauth"),
+        (["platforms"], "wine qemu-user musl"),
+    ],
 )
 def test_system_packages_are_named_not_installed(argument, packages, tmp_path):
     """Without permission to install, one line names what is missing; here, all programs."""

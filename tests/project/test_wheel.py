@@ -1,6 +1,7 @@
 """Wheels: what they contain, and that they work where there is no compiler."""
 
 import os
+import platform
 import shutil
 import subprocess
 import sys
@@ -11,7 +12,7 @@ import trimesh
 
 from gltf_meshlet.view_server import PAGE
 from tests.helpers.environment import ROOT
-from tools import build_wheels
+from tools import blender_python, build_wheels
 
 
 def run(*command, **options):
@@ -49,39 +50,59 @@ def test_wheel_contains_all_packages_and_the_sources_of_the_plugin(wheel):
     } <= names
     assert any(name.startswith("vk_backend/") and name.endswith(".spv") for name in names)
     assert not any(name.startswith(("tests", "bench", "codec")) for name in names)
-    assert [name for name in names if name.endswith(".so") and "_codec" not in name] == []
+    assert [name for name in names if name.endswith(".so")] == ["gltf_ext/libgltf_meshlet.so"]
 
 
-@pytest.mark.full
-def test_wheel_works_without_a_compiler(wheel, tmp_path):
-    """An empty environment, and a PATH with nothing but its own programs."""
-    venv = tmp_path / "venv"
+def works_alone(wheel, folder, *options):
+    """Installs in an empty environment; a PATH with nothing but its own programs."""
+    venv = folder / "venv"
     assert run(sys.executable, "-m", "venv", venv).returncode == 0
     environment = {**os.environ, "PATH": str(venv / "bin")}
     environment.pop("PYTHONPATH", None)
     installed = run(venv / "bin" / "pip", "install", "-q", wheel, env=environment)
     assert installed.returncode == 0, installed.stderr
-    trimesh.creation.torus(2.0, 0.5).export(tmp_path / "torus.obj")
+    trimesh.creation.torus(2.0, 0.5).export(folder / "torus.obj")
     command = venv / "bin" / "gltf-meshlet"
     for arguments in (
-        ("compress", "torus.obj", "torus.glb"),
+        ("compress", "torus.obj", "torus.glb", *options),
         ("inspect", "torus.glb"),
         ("verify", "torus.obj", "torus.glb"),
+        ("decompress", "torus.glb", "plain.glb"),
     ):
-        result = subprocess.run(
-            [command, *arguments], capture_output=True, text=True, cwd=tmp_path, env=environment
-        )
+        result = run(command, *arguments, cwd=folder, env=environment)
         assert result.returncode == 0, result.stderr
 
 
-def test_wheels_that_cannot_be_built_are_named(monkeypatch, capsys, tmp_path):
-    monkeypatch.setattr(build_wheels, "find_python", lambda version: None)
-    assert build_wheels.main([str(tmp_path)]) == 1
+@pytest.mark.full
+def test_wheel_works_without_a_compiler(wheel, tmp_path):
+    works_alone(wheel, tmp_path)
+
+
+def test_wheel_that_cannot_be_built_is_one_line(monkeypatch, capsys, tmp_path):
+    monkeypatch.setattr(build_wheels, "SIMPLIFIER", "meshoptimizer-0.0.0")
+    monkeypatch.setattr(build_wheels, "ROOT", tmp_path)
+    monkeypatch.setenv("PIP_NO_INDEX", "1")
+    assert build_wheels.main([str(tmp_path), "--only", "win_amd64"]) == 1
     lines = capsys.readouterr().err.splitlines()
-    assert lines == [
-        "no wheel for cp311: python3.11 is not installed",
-        "no wheel for cp312-abi3: python3.12 or python3.13 or python3.14 is not installed",
-    ]
+    assert lines[0] == "building win_amd64"
+    assert lines[1].startswith("no wheel for win_amd64: ") and len(lines) == 2
+    assert not list(tmp_path.glob("*.whl"))
+
+
+def test_simplifier_is_that_of_the_extra():
+    requirement = build_wheels.SIMPLIFIER.replace("-", "==")
+    assert f'lod = ["{requirement}"]' in (ROOT / "pyproject.toml").read_text()
+
+
+@pytest.mark.full
+def test_wheel_of_make_wheel_builds_levels(tmp_path):
+    """By Zig, with meshoptimizer inside: an environment without that package and a compiler."""
+    tag = f"manylinux_2_17_{platform.machine()}"
+    assert build_wheels.main([str(tmp_path), "--only", tag]) == 0
+    (path,) = tmp_path.glob("*.whl")
+    names = zipfile.ZipFile(path).namelist()
+    assert any(name.endswith("licenses/meshoptimizer.txt") for name in names)
+    works_alone(path, tmp_path, "--lod")
 
 
 def test_find_python_skips_programs_that_do_not_run(monkeypatch, tmp_path):
@@ -89,5 +110,5 @@ def test_find_python_skips_programs_that_do_not_run(monkeypatch, tmp_path):
     shim.write_text("#!/bin/sh\nexit 127\n")
     shim.chmod(0o755)
     monkeypatch.setenv("PATH", str(tmp_path))
-    assert build_wheels.find_python((3, 99)) is None
-    assert build_wheels.find_python(sys.version_info[:2]) == sys.executable
+    assert blender_python.find_python((3, 99)) is None
+    assert blender_python.find_python(sys.version_info[:2]) == sys.executable

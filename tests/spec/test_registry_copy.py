@@ -10,7 +10,7 @@ from spec import registry_copy
 
 def test_copies_have_the_prefix_and_no_dead_links():
     files = registry_copy.files("ACME")
-    assert len(files) == 4
+    assert len(files) == 6
     for path, text in files.items():
         assert path.startswith("ACME_meshlet_") and not re.search(r"EXT\\?_meshlet", text)
         if path.endswith(".json"):

@@ -70,6 +70,13 @@ def test_missing_extension_is_named(tmp_path):
 
     scene = load_scene(zoo(tmp_path / "zoo.glb"))
     with Renderer() as renderer:
+        assert renderer.default_path == "visibility"
+        renderer.device.capabilities -= {"atomics64"}
+        assert renderer.default_path == "stream"
+        with pytest.raises(
+            MeshletError, match="lacks the feature atomics64, which path visibility"
+        ):
+            renderer.render(scene, scene.cameras[0], "visibility", 16, 16)
         renderer.device.capabilities -= {"mesh"}
         renderer.device.extensions -= {"VK_EXT_mesh_shader"}
         assert renderer.default_path == "vertex"
@@ -93,7 +100,7 @@ def test_impossible_pictures(tmp_path):
     with Renderer() as renderer:
         with pytest.raises(MeshletError, match=r"^0 x 16 pixels are not possible"):
             renderer.render(scene, scene.cameras[0], "vertex", 0, 16)
-        with pytest.raises(MeshletError, match=r"^there is no path tape; there are stream, "):
+        with pytest.raises(MeshletError, match=r"^there is no path tape; there are visibility, "):
             renderer.render(scene, scene.cameras[0], "tape", 16, 16)
 
 

@@ -72,7 +72,7 @@ def test_primitives_and_instances(scenes):
     np.testing.assert_allclose([pages.low, pages.high], [one.low, one.high])
 
 
-@pytest.mark.parametrize("path", ["vertex", "mesh", "stream", "geometry"])
+@pytest.mark.parametrize("path", ["vertex", "mesh", "stream", "visibility", "geometry"])
 def test_pictures_and_ids(renderer, scenes, path):
     one, pages = scenes
     camera = one.cameras[0]

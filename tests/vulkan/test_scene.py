@@ -33,6 +33,14 @@ def world_positions(scene) -> np.ndarray:
     return np.concatenate(points)
 
 
+def test_packed_file_has_the_same_scene(zoo_path, tmp_path):
+    gltf_ext.transcode(zoo_path, tmp_path / "packed.glb")
+    packed, scene = load_scene(tmp_path / "packed.glb"), load_scene(zoo_path)
+    for a, b in zip(packed.primitives, scene.primitives, strict=True):
+        assert bytes(a.blob) == bytes(b.blob)
+    assert np.array_equal(world_positions(packed), world_positions(scene))
+
+
 def test_scene_is_the_file_s(zoo_path):
     scene = load_scene(zoo_path)
     assert (

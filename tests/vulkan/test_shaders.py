@@ -25,8 +25,8 @@ def test_nothing_is_stale_or_left_over():
 
 
 def test_spirv_is_small():
-    """Every installation has it: its limit in bytes."""
-    assert sum(path.stat().st_size for path in build_shaders.OUTPUT.iterdir()) <= 2_200_000
+    """Every installation has it: its limit in bytes, as `make lines` counts."""
+    assert sum(path.stat().st_size for path in build_shaders.OUTPUT.glob("*.spv")) <= 2_200_000
 
 
 @pytest.mark.parametrize("source", sorted({source for source, _ in MODULES.values()}), ids=str)

@@ -4,11 +4,22 @@
 import { NodeIO } from '@gltf-transform/core';
 import { ALL_EXTENSIONS } from '@gltf-transform/extensions';
 import { createDecoder } from 'gltf-meshlet';
-import { DECODER, EXTMeshletEdgebreaker } from 'gltf-meshlet/gltf-transform';
+import {
+  DECODER,
+  EXTMeshletEdgebreaker,
+  EXTMeshletTransport,
+  UNPACKER,
+} from 'gltf-meshlet/gltf-transform';
+import { createUnpacker } from 'gltf-meshlet/transport';
 
 const [input, output, change] = process.argv.slice(2);
-const io = new NodeIO().registerExtensions([...ALL_EXTENSIONS, EXTMeshletEdgebreaker]);
-if (change !== 'no-decoder') io.registerDependencies({ [DECODER]: await createDecoder() });
+const extensions = [...ALL_EXTENSIONS, EXTMeshletEdgebreaker, EXTMeshletTransport];
+const io = new NodeIO().registerExtensions(extensions);
+if (change !== 'no-decoder')
+  io.registerDependencies({
+    [DECODER]: await createDecoder(),
+    [UNPACKER]: await createUnpacker(),
+  });
 try {
   const document = await io.read(input);
   if (change === 'move') {

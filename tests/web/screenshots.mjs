@@ -11,8 +11,16 @@ const [root, modules, name, executablePath, folder, page, ...files] = process.ar
 const puppeteer = createRequire(path.join(modules, 'x.js'))('puppeteer-core');
 const server = await serve(root, modules, folder);
 
-// Software rendering: the same pixels for the same geometry.
-const chrome = ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'];
+// Software rendering, of WebGPU too: the same pixels for the same geometry.
+const chrome = [
+  ...['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'],
+  ...['--enable-unsafe-webgpu', '--enable-features=Vulkan', '--use-vulkan=swiftshader'],
+];
+const firefox = {
+  'webgl.force-enabled': true,
+  'dom.webgpu.enabled': true,
+  'gfx.webgpu.ignore-blocklist': true,
+};
 const browser = await puppeteer.launch({
   browser: name,
   executablePath,
@@ -20,7 +28,7 @@ const browser = await puppeteer.launch({
   protocolTimeout: TIMEOUT,
   headless: name === 'chrome', // Firefox has WebGL on a display only
   args: name === 'chrome' ? chrome : [],
-  extraPrefsFirefox: { 'webgl.force-enabled': true },
+  extraPrefsFirefox: firefox,
   env: { ...process.env, LIBGL_ALWAYS_SOFTWARE: '1' },
 });
 const results = [];

@@ -1,5 +1,5 @@
 // A server of this repository's pages and a test's files on 127.0.0.1, for pages in browsers.
-import { createReadStream, existsSync } from 'node:fs';
+import { createReadStream, existsSync, statSync } from 'node:fs';
 import { createServer } from 'node:http';
 import path from 'node:path';
 
@@ -15,12 +15,14 @@ const TYPES = {
 // and Babylon.js unbundled is thousands of requests.
 export const TIMEOUT = 600_000; // milliseconds
 
-// Serves web/, tests/web/ (as tests/), the npm modules and a folder (as files/) of ROOT.
+// Answers ranges. Serves web/, examples/, tests/web/ (as tests/), the npm modules and a folder (as
+// files/) of ROOT.
 export async function serve(root, modules, folder) {
   const roots = {
     node_modules: modules,
     files: folder,
     web: path.join(root, 'web'),
+    examples: path.join(root, 'examples'),
     tests: path.join(root, 'tests', 'web'),
   };
   const server = createServer((request, response) => {
@@ -28,7 +30,13 @@ export async function serve(root, modules, folder) {
     const file = path.join(roots[first] ?? '/missing', ...rest);
     if (!existsSync(file)) return response.writeHead(404).end();
     response.setHeader('content-type', TYPES[path.extname(file)] ?? 'application/octet-stream');
-    createReadStream(file).pipe(response);
+    const [, from, to] = /^bytes=(\d+)-(\d+)$/.exec(request.headers.range ?? '') ?? [];
+    if (from === undefined) return createReadStream(file).pipe(response);
+    const { size } = statSync(file);
+    const [start, end] = [Number(from), Math.min(Number(to), size - 1)];
+    response.setHeader('content-range', `bytes ${start}-${end}/${size}`);
+    response.writeHead(206);
+    createReadStream(file, { start, end }).pipe(response);
   });
   await new Promise((resolve) => server.listen(0, '127.0.0.1', resolve));
   return { url: `http://127.0.0.1:${server.address().port}`, close: () => server.close() };

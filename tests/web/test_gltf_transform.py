@@ -73,6 +73,16 @@ def test_unchanged_blobs_are_kept(name, folder, model, tmp_path):
     assert_same_geometry(tmp_path / "out.glb", tmp_path / "in.glb")
 
 
+def test_packed_files_are_read(folder, model, tmp_path):
+    for name, transport in (("packed", True), ("in", False)):
+        compress(model("DamagedHelmet.glb"), tmp_path / f"{name}.glb", transport=transport)
+    assert convert(folder, tmp_path / "packed.glb", tmp_path / "out.glb") == ""
+    assert blobs(tmp_path / "out.glb") == blobs(tmp_path / "in.glb")
+    assert not open_model(tmp_path / "out.glb").was_packed
+    error = convert(folder, tmp_path / "packed.glb", tmp_path / "none.glb", "no-decoder")
+    assert "registerDependencies" in error
+
+
 @pytest.mark.parametrize("name", MODELS)
 def test_changed_primitives_are_written_plain(name, folder, model, tmp_path):
     compress(model(name), tmp_path / "in.glb")

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import json
+import posixpath
 import re
 import subprocess
+from pathlib import Path
 
 import pytest
 
 import gltf_ext
-from tests.helpers import environment
+from tests.helpers import environment, web_package
 from tests.helpers.environment import ROOT
 
 WEB = ROOT / "web"
@@ -26,35 +28,63 @@ def test_package_holds_every_entry_point_and_what_it_imports():
         targets |= {entry} if isinstance(entry, str) else set(entry.values())
     shipped = set(PACKAGE["files"])
     assert {target.removeprefix("./") for target in targets} <= shipped
-    for name in shipped - {"decoder.wasm"}:  # compiled by make web
-        imported = re.findall(r"from '\./([^']+)'", (WEB / name).read_text())
-        assert set(imported) <= shipped, name
+    for name in shipped - {"decoder.wasm", "unpacker.wasm"}:  # compiled by make web
+        imported = re.findall(r"from '(\.\.?/[^']+)'", (WEB / name).read_text())
+        paths = {posixpath.normpath(f"{posixpath.dirname(name)}/{file}") for file in imported}
+        assert {path.removeprefix("/") for path in paths} <= shipped, name
     assert "dependencies" not in PACKAGE
 
 
-def run_module(code: str) -> str:
-    """What a module prints that can import the package."""
+def run_module(code: str, folder: Path = WEB) -> str:
+    """What a module in a folder prints that can import the package."""
     environment.need_program("node", "Debian: apt install nodejs")
     command = ["node", "--input-type=module", "-e", code]
-    done = subprocess.run(command, cwd=WEB, capture_output=True, text=True)
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True)
     assert done.stderr == ""
     return done.stdout.strip()
+
+
+def test_unpacker_agrees_with_the_vectors():
+    if not (WEB / "unpacker.wasm").is_file():
+        environment.missing("no web/unpacker.wasm; run: make web")
+    environment.need_program("node", "Debian: apt install nodejs")
+    vectors = ROOT / "spec" / "transport_vectors"
+    mutations = "100000" if environment.full else "2000"
+    command = ["node", ROOT / "tests" / "web" / "unpack.mjs", WEB, vectors, mutations]
+    done = subprocess.run(list(map(str, command)), capture_output=True, text=True)
+    assert done.stdout == ""
+    assert done.returncode == 0, done.stderr
+
+
+def test_unpacker_is_small():
+    if not (WEB / "unpacker.wasm").is_file():
+        environment.missing("no web/unpacker.wasm; run: make web")
+    code = """
+        import { readFileSync } from 'node:fs';
+        import { brotliCompressSync } from 'node:zlib';
+        console.log(brotliCompressSync(readFileSync('unpacker.wasm')).length);
+    """
+    assert int(run_module(code)) <= 20_000
 
 
 def test_package_contains_the_licence():
     assert (WEB / "LICENSE").read_bytes() == (ROOT / "LICENSE").read_bytes()
 
 
-def test_entry_points_import_in_node():
+def test_entry_points_import_in_node(tmp_path):
     code = """
         const { createDecoder } = await import('gltf-meshlet');
         const { createDecoderPool } = await import('gltf-meshlet/pool');
-        const { meshletPlugin } = await import('gltf-meshlet/three');
+        const { MeshletStream, meshletPlugin } = await import('gltf-meshlet/three');
+        const { openStreamer } = await import('gltf-meshlet/stream/core');
         const { registerMeshletExtension } = await import('gltf-meshlet/babylon');
         const all = [createDecoder, createDecoderPool, meshletPlugin, registerMeshletExtension];
+        const babylon = await import('gltf-meshlet/stream/babylon');
+        all.push(MeshletStream, openStreamer, babylon.MeshletStream);
         console.log(all.every((value) => typeof value === 'function'));
     """
-    assert run_module(code) == "true"
+    packages = ("three", "@babylonjs/core", "@babylonjs/loaders")
+    assert run_module(code, web_package.install(tmp_path / "user", *packages)) == "true"
 
 
 @pytest.mark.parametrize("create", ["createDecoder", "createDecoderPool"])
@@ -71,7 +101,7 @@ def test_decoder_that_cannot_be_loaded_is_an_error_that_names_it(create, tmp_pat
 
 def test_three_plugin_passes_on_the_error_of_a_decoder_that_cannot_be_loaded():
     code = """
-        const { meshletPlugin } = await import('gltf-meshlet/three');
+        const { meshletPlugin } = await import('./three_plugin.js');
         const decoder = Promise.reject(new Error('no decoder'));
         const parser = { json: { extensionsUsed: ['EXT_meshlet_edgebreaker'] } };
         await meshletPlugin(decoder)(parser).beforeRoot().catch((e) => console.log(e.message));

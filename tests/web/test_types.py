@@ -10,7 +10,8 @@ from tests.helpers import environment, web_package
 
 OPTIONS = ["--noEmit", "--strict", "--skipLibCheck", "--target", "esnext", "--module", "esnext"]
 OPTIONS += ["--moduleResolution", "bundler", "--lib", "esnext,dom"]
-PACKAGES = ("three", "@types/three", "@babylonjs/loaders", "@gltf-transform/core")
+PACKAGES = ("three", "@types/three", "@babylonjs/core", "@babylonjs/loaders")
+PACKAGES += ("@gltf-transform/core",)
 
 
 def test_declarations_compile(tmp_path):

@@ -29,7 +29,8 @@ from tests.helpers.gltf_builder import Builder, glb_json, grid_mesh
 DRIVER = Path(__file__).with_name("view.mjs")
 SCENE = {"dark": (0x1D, 0x21, 0x26), "light": (0xEE, 0xF0, 0xF3)}  # --scene in view.css
 SHOWN = ["wait", "ready", "error"]
-SETTLE = ["evaluate", "new Promise((resolve) => setTimeout(resolve, 300))"]
+TWO_FRAMES = "new Promise((end) => requestAnimationFrame(() => requestAnimationFrame(end)))"
+PAINTED = ["evaluate", TWO_FRAMES]
 
 
 @pytest.fixture
@@ -144,7 +145,7 @@ def test_views_of_a_model(browse, serve, torus, tmp_path):
                 ["download", "s", to["wireframe"]],
                 ["key", "w"],
                 ["key", "o"],
-                SETTLE,
+                PAINTED,
                 SHOWN,
                 ["text", "#details"],
                 ["download", "s", to["beside"]],
@@ -154,18 +155,18 @@ def test_views_of_a_model(browse, serve, torus, tmp_path):
                 ["key", "ArrowLeft"],
                 ["key", "ArrowLeft"],
                 ["key", "Shift+ArrowUp"],
-                SETTLE,
+                PAINTED,
                 ["download", "s", to["turned"]],
                 ["key", "+"],
                 ["key", "+"],
                 ["key", "+"],
-                SETTLE,
+                PAINTED,
                 ["download", "s", to["zoomed"]],
                 ["key", "f"],
-                SETTLE,
+                PAINTED,
                 ["download", "s", to["fitted"]],
                 ["key", "r"],
-                SETTLE,
+                PAINTED,
                 ["download", "s", to["first"]],
                 ["key", "t"],
                 ["download", "s", to["light"]],
@@ -203,6 +204,47 @@ def test_views_of_a_model(browse, serve, torus, tmp_path):
     assert (pixels(to["light"])[0, 0] == SCENE["light"]).all()
 
 
+def test_models_with_levels_stream(browse, serve, model, tmp_path):
+    """Sliders, colours, the frozen cut and what the page tells."""
+    environment.need_package("meshoptimizer")
+    gltf_ext.compress(model("bunny.glb"), tmp_path / "bunny.glb", lod=True)
+    coarse, fine, by_level = (str(tmp_path / f"{name}.png") for name in "abc")
+    slide = "pixels.value = {}; pixels.dispatchEvent(new Event('input'))"
+    told = "parseFloat(/{}\\s+([\\d.,]+)/.exec(details.innerText)?.[1])"
+    choose = "colour.value = '{}'; colour.dispatchEvent(new Event('change'))"
+    (results,) = browse(
+        {
+            "address": serve(tmp_path / "bunny.glb"),
+            "steps": [
+                SHOWN,
+                ["evaluate", slide.format(5)],
+                ["until", told.format("Error in pixels") + " > 1"],
+                ["text", "#details"],
+                ["evaluate", slide.format(-2)],
+                ["until", told.format("Error in pixels") + " <= 0.25"],
+                ["text", "#details"],
+                ["download", "s", fine],
+                ["evaluate", choose.format("level")],
+                PAINTED,
+                ["download", "s", by_level],
+                ["evaluate", "freeze.click()"],
+                ["evaluate", slide.format(5)],
+                PAINTED,
+                ["download", "s", coarse],
+            ],
+        }
+    )
+    assert results[0] == "ready"
+    drawn_triangles = [
+        int(re.search(r"Drawn\t\t?([\d,]+)", text)[1].replace(",", ""))
+        for text in (results[3], results[6])
+    ]
+    assert 100 < drawn_triangles[0] < drawn_triangles[1] / 4
+    assert "Pages in memory" in results[6] and "requests" in results[6]
+    assert drawn(fine).mean() > 0.1
+    assert (pixels(by_level) != pixels(fine)).mean() > 0.05
+
+
 def test_mouse_touch_and_buttons(browse, serve, torus, tmp_path):
     before, after, touched = (str(tmp_path / f"{name}.png") for name in "abc")
     (results,) = browse(
@@ -212,7 +254,7 @@ def test_mouse_touch_and_buttons(browse, serve, torus, tmp_path):
                 SHOWN,
                 ["download", "s", before],
                 ["drag", 150, 60],
-                SETTLE,
+                PAINTED,
                 ["download", "s", after],
                 ["click", "#meshlets"],
                 ["attribute", "#meshlets", "aria-pressed"],
@@ -229,14 +271,14 @@ def test_mouse_touch_and_buttons(browse, serve, torus, tmp_path):
                 ["click", "#theme"],
                 ["evaluate", "document.documentElement.dataset.theme"],
                 ["reload"],
-                SETTLE,
+                PAINTED,
                 SHOWN,
                 ["evaluate", "document.documentElement.dataset.theme"],
                 ["visible", "#play"],
                 ["key", "r"],
                 ["key", "t"],
                 ["touch", 0, 80],
-                SETTLE,
+                PAINTED,
                 ["download", "s", touched],
             ],
         }
@@ -310,12 +352,12 @@ def test_phone_width(browse, serve, torus, tmp_path):
                 ["visible", "#details"],
                 ["evaluate", outside],
                 ["click", "#original"],
-                SETTLE,
+                PAINTED,
                 SHOWN,
                 ["click", "#info"],
                 ["evaluate", outside],
                 ["click", "#info"],
-                SETTLE,
+                PAINTED,
                 ["download", "s", picture],
                 ["evaluate", covered],
             ],
@@ -340,7 +382,7 @@ def test_compressed_looks_like_the_original(browse, serve, model, tmp_path, name
             "steps": [
                 SHOWN,
                 ["key", "o"],
-                SETTLE,
+                PAINTED,
                 SHOWN,
                 ["download", "s", beside],
                 ["key", "m"],
@@ -374,7 +416,7 @@ def test_dropped_files(browse, serve, torus, tmp_path):
         return ["drop", [[name, str(tmp_path / name)] for name in names]]
 
     def show(*names: str) -> list[list[Any]]:
-        return [drop(*names), SETTLE, SHOWN, ["text", "#details"], ["evaluate", "document.title"]]
+        return [drop(*names), SHOWN, ["text", "#details"], ["evaluate", "document.title"]]
 
     steps = [
         SHOWN,
@@ -384,18 +426,18 @@ def test_dropped_files(browse, serve, torus, tmp_path):
         *show("torus.gltf"),
         ["text", "#error"],
         ["evaluate", "models.selectedIndex = 1; models.dispatchEvent(new Event('change'))"],
-        SETTLE,
+        PAINTED,
         SHOWN,
         ["evaluate", "document.title"],
     ]
     (results,) = browse({"address": serve(torus), "steps": steps}, errors=True)
-    assert results[3:6] == ["ready", results[4], "small.glb \u2013 gltf-meshlet"]
-    assert results[8] == "ready" and results[10] == "ball.stl \u2013 gltf-meshlet"
-    assert "Triangles\t\t1,280\n" in results[9] and "Compress\t\t" in results[9]
-    assert f"File\t{(tmp_path / 'ball.stl').stat().st_size / 1000:.1f} kB" in results[9]
-    assert results[13] == "ready" and "Compress\t\t" in results[14]
-    assert results[18] == "error"
-    assert results[21] == (
+    assert results[2:5] == ["ready", results[3], "small.glb \u2013 gltf-meshlet"]
+    assert results[6] == "ready" and results[8] == "ball.stl \u2013 gltf-meshlet"
+    assert "Triangles\t\t1,280\n" in results[7] and "Compress\t\t" in results[7]
+    assert f"File\t{(tmp_path / 'ball.stl').stat().st_size / 1000:.1f} kB" in results[7]
+    assert results[10] == "ready" and "Compress\t\t" in results[11]
+    assert results[14] == "error"
+    assert results[17] == (
         "torus.gltf cannot be shown\n\nIt refers to part 1.bin; open both files together"
     )
     assert results[-2:] == ["ready", "small.glb \u2013 gltf-meshlet"]
@@ -428,7 +470,7 @@ def test_errors_are_shown(browse, serve, torus, tmp_path):
     }
     steps = [SHOWN]
     for name in expected:
-        steps += [["drop", [[name, str(tmp_path / name)]]], SETTLE, SHOWN, ["text", "#error"]]
+        steps += [["drop", [[name, str(tmp_path / name)]]], SHOWN, ["text", "#error"]]
     steps += [["visible", "#details"], ["attribute", "#screenshot", "disabled"]]
     (results, first) = browse(
         {"address": serve(torus), "steps": steps},
@@ -436,7 +478,7 @@ def test_errors_are_shown(browse, serve, torus, tmp_path):
         errors=True,
     )
     for number, (name, problem) in enumerate(expected.items()):
-        state, text = results[4 * number + 3 : 4 * number + 5]
+        state, text = results[3 * number + 2 : 3 * number + 4]
         assert state == "error", name
         assert text.startswith(f"{name} cannot be shown\n\n") and problem in text, text
     assert results[-2:] == [False, ""]
@@ -446,11 +488,11 @@ def test_errors_are_shown(browse, serve, torus, tmp_path):
 def test_malformed_vectors_are_errors(browse, serve, torus):
     files = sorted(VECTORS.glob("malformed_*.glb"))
     assert files
-    steps = [SHOWN]
+    steps: list[list[Any]] = [SHOWN]
     for file in files:
-        steps += [["drop", [[file.name, str(file)]]], SETTLE, SHOWN]
+        steps += [["drop", [[file.name, str(file)]]], SHOWN]
     (results,) = browse({"address": serve(torus), "steps": steps}, errors=True)
-    states = dict(zip((file.name for file in files), results[3::3]))
+    states = dict(zip((file.name for file in files), results[2::2]))
     reasons = json.loads((VECTORS / "malformed.json").read_text())
     for_readers = {name for name in states if not reasons[name]["validators_only"]}
     assert len(for_readers) > 10
@@ -465,22 +507,21 @@ def test_exported_page(browse, static, torus, tmp_path):
     ball = trimesh.creation.icosphere(2)
     for suffix in ("glb", "obj", "ply", "stl"):
         ball.export(tmp_path / f"ball.{suffix}")
-    steps = [SHOWN, ["key", "o"], SETTLE, SHOWN, ["visible", "#label-original"]]
+    steps: list[list[Any]] = [SHOWN, ["key", "o"], PAINTED, SHOWN, ["visible", "#label-original"]]
     for suffix in ("glb", "obj", "ply", "stl"):
         steps += [
             ["drop", [[f"ball.{suffix}", str(tmp_path / f"ball.{suffix}")]]],
-            SETTLE,
             SHOWN,
             ["text", "#details"],
             ["attribute", "#meshlets", "disabled"],
         ]
     (results,) = browse({"address": static(tmp_path / "root") + "site/", "steps": steps})
     assert results[0] == "ready" and results[4] is True
-    for at in range(5, len(results), 5):
-        assert results[at + 2] == "ready"
-        assert "Triangles\t320\n" in results[at + 3]
-        assert "Shown uncompressed: this page has no server" in results[at + 3]
-        assert results[at + 4] == ""
+    for at in range(5, len(results), 4):
+        assert results[at + 1] == "ready"
+        assert "Triangles\t320\n" in results[at + 2]
+        assert "Shown uncompressed: this page has no server" in results[at + 2]
+        assert results[at + 3] == ""
 
 
 FRAME = """<!doctype html>
@@ -495,6 +536,20 @@ FRAME = """<!doctype html>
   }, 100);
 </script>
 """
+
+
+def test_servers_without_ranges_send_a_file_once(browse, static, torus, model, tmp_path):
+    environment.need_package("meshoptimizer")
+    gltf_ext.compress(model("suzanne.glb"), tmp_path / "levels.glb", lod=True)
+    (tmp_path / "root").mkdir()
+    for number, path in enumerate((torus, tmp_path / "levels.glb")):
+        assert main(["view", str(path), "--export", str(tmp_path / "root" / str(number))]) == 0
+    address = static(tmp_path / "root")
+    names = "performance.getEntriesByType('resource').map(({ name }) => name)"
+    count = f"{names}.filter((name) => name.endsWith('.glb')).length"
+    steps = [SHOWN, ["evaluate", count], ["visible", "#levels"]]
+    results = browse(*({"address": f"{address}{n}/", "steps": steps} for n in range(2)))
+    assert results == [["ready", 1, False], ["ready", 1, True]]
 
 
 def test_exported_page_in_firefox(torus, tmp_path):

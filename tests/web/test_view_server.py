@@ -98,6 +98,23 @@ def test_page_and_model(server, original):
     assert len(compressed) == model["compressed"]["bytes"] and compressed[:4] == b"glTF"
 
 
+def test_ranges(server, original):
+    (model,) = json.loads(page(server, "models.json")[2])["models"]
+    name, content = model["original"]["file"], original.read_bytes()
+    size = len(content)
+    for asked, begin, end in (("4-11", 4, 12), ("4-", 4, size), (f"0-{10 * size}", 0, size)):
+        status, headers, body = page(server, name, headers=[("Range", f"bytes={asked}")])
+        assert (status, body) == (206, content[begin:end])
+        assert headers["Content-Range"] == f"bytes {begin}-{end - 1}/{size}"
+        assert headers["Content-Length"] == str(end - begin)
+    status, headers, body = page(server, name, headers=[("Range", f"bytes={size}-")])
+    assert (status, headers["Content-Range"], body) == (416, f"bytes */{size}", b"")
+    for other in ("bytes=-5", "bytes=1-2,4-5", "lines=1-2", "bytes=\u0661-\u0662"):
+        assert page(server, name, headers=[("Range", other.encode())])[::2] == (200, content)
+    etag = page(server, name)[1]["ETag"]
+    assert page(server, name, headers=[("Range", "bytes=0-1")])[1]["ETag"] == etag
+
+
 def test_listens_on_this_machine_only(server):
     assert server.server_address[0] == "127.0.0.1"
     assert server.address == f"http://127.0.0.1:{server.server_port}/{server.token}/"
@@ -244,7 +261,7 @@ def test_hostile_names(server, original, work, tmp_path, name):
         ("a.glb", b"glTF nonsense", 422, "version"),
         ("a.gltf", b"[" * 100_000, 422, "JSON"),
         ("a.stl", b"solid", 422, "is cut off"),
-        ("a.ply", b"ply\nformat ascii 1.0\n", 422, "cannot be read as .ply"),
+        ("a.ply", b"ply\nformat ascii 1.0\n", 422, "has a header that does not end"),
         ("a.obj", b"v 0 0 0\n", 422, "holds no triangles"),
     ],
 )

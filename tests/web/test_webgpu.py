@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 import re
 import subprocess
 from collections.abc import Callable
@@ -13,39 +12,21 @@ from typing import Any
 
 import numpy as np
 import pytest
-from PIL import Image
 
 from gltf_ext import _codec, compress
 from gltf_ext.compression.extension import require_compressed
 from gltf_ext.gltf.importers import open_model
 from tests.helpers import environment
+from tests.helpers.browsers import lavapipe_environment, need_decoder, pictures, share_that_differs
 from tests.helpers.environment import NODE_MODULES, ROOT, VECTORS
 from tests.helpers.models import HARD, REFUSED
+from tools import build_wgsl
 from vk_backend.constants import CONSTANTS
-from web import build_wgsl
 
-LAVAPIPE = Path("/usr/share/vulkan/icd.d/lvp_icd.json")
 WIDE = VECTORS / "valid_64_streams.bin"  # more than `interior` takes
 METHODS = ["interior", "traversal"]
-# Name -> npm package that drives it, program.
-BROWSERS = {
-    "chromium": ("playwright-core", "chromium"),
-    "firefox": ("puppeteer-core", "firefox-esr"),
-}
 # SwiftShader, in Chromium, compiles the shaders for many minutes. Dawn runs in Node.
 BROWSER_METHODS = [("firefox", "interior"), ("firefox", "traversal")]
-
-
-def need_decoder() -> None:
-    if not (ROOT / "web" / "decoder.wasm").is_file():
-        environment.missing("no web/decoder.wasm; run: make web")
-
-
-def need_lavapipe() -> dict[str, str]:
-    """The environment of a program that is to find no other Vulkan device."""
-    if not LAVAPIPE.is_file():
-        environment.missing("no lavapipe (Debian: apt install mesa-vulkan-drivers)")
-    return {**os.environ, "VK_ICD_FILENAMES": str(LAVAPIPE)}
 
 
 def write_list(blobs: list[bytes], folder: Path, options: dict[str, Any]) -> None:
@@ -56,31 +37,16 @@ def write_list(blobs: list[bytes], folder: Path, options: dict[str, Any]) -> Non
     (folder / "list.json").write_text(json.dumps({"views": views, "options": options}))
 
 
-def run_node(script: str, *arguments: Any) -> Any:
-    command = ["node", Path(__file__).with_name(script), *arguments]
-    done = subprocess.run(
-        list(map(str, command)), capture_output=True, text=True, env=need_lavapipe()
-    )
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout)
-
-
 def on_dawn(folder: Path) -> list[dict[str, Any]]:
     """What decodeToGPU makes of the listed blobs in Node."""
     environment.need_npm_package("webgpu")
     need_decoder()
-    return run_node("webgpu.mjs", ROOT / "web", NODE_MODULES, folder)
-
-
-def in_browser(name: str, folder: Path, *pages: str) -> list[dict[str, Any]]:
-    """What pages report in chromium or firefox; pictures are in FOLDER/n.png."""
-    need_decoder()
-    environment.need_npm_package("three")
-    environment.need_npm_package(BROWSERS[name][0])
-    program = environment.need_program(
-        BROWSERS[name][1], f"Debian: apt install {BROWSERS[name][1]}"
+    command = ["node", Path(__file__).with_name("webgpu.mjs"), ROOT / "web", NODE_MODULES, folder]
+    done = subprocess.run(
+        list(map(str, command)), capture_output=True, text=True, env=lavapipe_environment()
     )
-    return run_node("webgpu_pages.mjs", name, ROOT, NODE_MODULES, program, folder, *pages)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
 
 
 def digest(array: np.ndarray) -> str:
@@ -206,7 +172,7 @@ def test_all_models(path, options, tmp_path):
 @pytest.mark.parametrize(("browser", "method"), BROWSER_METHODS)
 def test_vectors_in_browser(browser, method, tmp_path):
     def decode(folder: Path) -> list[dict[str, Any]]:
-        (page,) = in_browser(browser, folder, "tests/webgpu.html")
+        (page,) = pictures(browser, "tests/webgpu.html", folder, "list.json")
         assert "error" not in page, page
         return page["results"]
 
@@ -222,21 +188,14 @@ def test_vectors_in_browser(browser, method, tmp_path):
 def test_same_picture_as_on_the_cpu(browser, method, name, model, tmp_path):
     """three's WebGPURenderer draws what the GPU decoded as it draws what WebAssembly decoded."""
     compress(model(name), tmp_path / "model.glb")
-    page = "web/examples/three-webgpu.html?file=/files/model.glb"
-    pages = (f"{page}&decode=cpu", f"{page}&method={method}")
-    assert in_browser(browser, tmp_path, *pages) == [{"backend": "WebGPU"}] * 2
-    first, second = (
-        np.asarray(Image.open(tmp_path / f"{number}.png").convert("RGB"), np.int16)
-        for number in range(2)
-    )
-    drawn = (first != first[0, 0]).any(axis=2) | (second != second[0, 0]).any(axis=2)
-    assert drawn.mean() > 0.05
-    different = (abs(first - second) > 2).any(axis=2)
-    assert different.sum() < 0.001 * drawn.sum()
+    files = ("model.glb&decode=cpu", f"model.glb&method={method}")
+    page = "examples/three_webgpu/three-webgpu.html"
+    assert pictures(browser, page, tmp_path, *files) == [{"backend": "WebGPU"}] * 2
+    assert share_that_differs(tmp_path, *files) < 0.001
 
 
 def test_wgsl_is_current():
-    """A change of the GLSL or of the compiler's version needs: python -m web.build_wgsl."""
+    """A change of the GLSL or of the compiler's version needs: python -m tools.build_wgsl."""
     manifest = json.loads(build_wgsl.MANIFEST.read_text())
     assert manifest["sources"] == {name: build_wgsl.digest(name) for name in build_wgsl.MODULES}
     pinned = re.search(r'"slangpy==([\d.]+)"', (ROOT / "pyproject.toml").read_text())

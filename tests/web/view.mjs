@@ -9,7 +9,7 @@ import path from 'node:path';
 
 const [modules, executablePath, file] = process.argv.slice(2);
 const { chromium } = createRequire(path.join(modules, 'x.js'))('playwright-core');
-const TIMEOUT = 120_000; // milliseconds: software rendering on a busy machine
+const TIMEOUT = 400_000; // milliseconds: software rendering on a busy machine
 
 const actions = {
   // Waits for "ready" or "error".
@@ -18,6 +18,10 @@ const actions = {
       timeout: TIMEOUT,
     });
     return page.evaluate(() => document.body.dataset.state);
+  },
+  // Waits for a condition; the page's policy forbids what waitForFunction does with text.
+  until: async (page, code) => {
+    while (!(await page.evaluate(code))) await page.waitForTimeout(100);
   },
   key: (page, name) => page.keyboard.press(name),
   click: (page, selector) => page.click(selector),
@@ -57,6 +61,10 @@ const actions = {
       }
       return made;
     }, contents);
+    // The page reads the files before it says that it loads them.
+    await page.evaluate(() => {
+      document.body.dataset.state = 'dropped';
+    });
     await page.dispatchEvent('body', 'dragover', { dataTransfer: transfer });
     await page.dispatchEvent('body', 'drop', { dataTransfer: transfer });
   },

@@ -1,0 +1,394 @@
+"""Batches on local clusters and over TCP; workers, clients and schedulers that are killed."""
+
+import hashlib
+import json
+import os
+import signal
+import sys
+import time
+from collections import Counter
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import gltf_ext
+from gltf_ext import scheduler
+from gltf_ext.batches import run as batch_run
+from gltf_ext.batches import task
+from gltf_ext.batches.memory import BASE, estimate
+from gltf_ext.batches.page import page
+from gltf_ext.batches.storage import STATE, Folder, find_models, output_names
+from gltf_ext.batches.task import Job
+from gltf_ext.batches.task import run as run_task
+from gltf_meshlet import cli
+from tests.helpers.cluster import eventually, finished, free_port
+from tests.helpers.environment import MODELS, ROOT
+from tests.helpers.gltf_builder import Builder, grid_mesh
+
+distributed = pytest.importorskip("distributed")
+COMMAND = [sys.executable, "-m", "gltf_meshlet", "batch"]
+LONG = 1800  # for a hundred models
+
+
+def write_model(path, size=9):
+    builder = Builder()
+    builder.mesh({"POSITION": grid_mesh(size, size)[0]}, grid_mesh(size, size)[1])
+    builder.write(path)
+
+
+@pytest.fixture
+def source(tmp_path):
+    """10 models and one that is damaged; two have the same name but for the suffix."""
+    folder = tmp_path / "source"
+    (folder / "deep").mkdir(parents=True)
+    for i in range(8):
+        write_model(folder / f"{i}.glb", 5 + i)
+    write_model(folder / "deep" / "same.glb")
+    (folder / "deep" / "same.obj").write_text(
+        "mtllib m.mtl\nusemtl m\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\n"
+    )
+    (folder / "deep" / "m.mtl").write_text("newmtl m\nKd 1 0 0\nmap_Kd t.png\n")
+    Image.new("RGB", (2, 2)).save(folder / "deep" / "t.png")
+    (folder / "damaged <b>.stl").write_text("solid")
+    (folder / "notes.md").write_text("not a model")
+    return folder
+
+
+OUTPUTS = {*(f"{i}.glb" for i in range(8)), "deep/same.glb.glb", "deep/same.obj.glb"}
+
+
+def digests(folder):
+    """name -> SHA-256 of each output; fails for anything else that lies there."""
+    files = {p.relative_to(folder).as_posix(): p for p in folder.rglob("*") if p.is_file()}
+    found = {n: p for n, p in files.items() if not n.startswith(STATE) and n.endswith(".glb")}
+    kept = {f"{STATE}/{name}.json" for name in found}
+    assert set(files) - set(found) - {"batch.json", "batch.html"} == kept, "records and no more"
+    return {n: hashlib.sha256(p.read_bytes()).hexdigest() for n, p in found.items()}
+
+
+@pytest.fixture
+def undisturbed(source, tmp_path):
+    """The outputs that each model gives on its own."""
+    wanted = {}
+    for name, output in output_names(list(find_models(str(source), Folder("/none"))[1])).items():
+        if not name.startswith("damaged"):
+            path = tmp_path / "single.glb"
+            gltf_ext.compress(source / name, path)
+            wanted[output] = hashlib.sha256(path.read_bytes()).hexdigest()
+    assert set(wanted) == OUTPUTS
+    return wanted
+
+
+# --- programs ---
+
+
+@pytest.fixture
+def environment(tmp_path):
+    """Of programs whose workers leave a trace; log() gives the names that were compressed."""
+
+    class Environment(dict):
+        def log(self):
+            path = tmp_path / "log"
+            lines = path.read_text().splitlines() if path.exists() else []
+            return [line.split(" ", 1) for line in lines]
+
+    return Environment(
+        os.environ,
+        BATCH_LOG=str(tmp_path / "log"),
+        DASK_DISTRIBUTED__WORKER__PRELOAD=f'["{ROOT}/tests/helpers/batch_preload.py"]',
+        PYTHONPATH=str(ROOT),
+    )
+
+
+# --- in one process ---
+
+
+@pytest.fixture(scope="module")
+def client():
+    with (
+        distributed.LocalCluster(
+            n_workers=1, threads_per_worker=2, processes=False, dashboard_address=None
+        ) as cluster,
+        distributed.Client(cluster) as client,
+    ):
+        yield client
+
+
+def test_all_files_and_nothing_twice(source, tmp_path, client, undisturbed):
+    report = gltf_ext.batch(str(source), str(tmp_path / "out"), scheduler=client)
+    assert digests(tmp_path / "out") == undisturbed
+    totals = report["totals"]
+    assert (totals["done"], totals["unchanged"], totals["failed"]) == (10, 0, 1)
+    failed, first, *_ = report["files"]
+    assert failed["name"] == "damaged <b>.stl" and "is cut off" in failed["error"]
+    assert first["output_digest"] and first["max_error_percent"] < 0.1 and first["triangles"] == 32
+    assert json.loads((tmp_path / "out" / "batch.json").read_text()) == report
+
+    before = {p: p.stat().st_mtime_ns for p in (tmp_path / "out").rglob("*.glb*")}
+    report = gltf_ext.batch(str(source), str(tmp_path / "out"), scheduler=client)
+    assert (report["totals"]["unchanged"], report["totals"]["failed"]) == (10, 1)
+    assert before == {p: p.stat().st_mtime_ns for p in (tmp_path / "out").rglob("*.glb*")}
+
+
+def test_what_changed_is_done_again(source, tmp_path, client, monkeypatch):
+    def names(**options):
+        report = gltf_ext.batch(str(source), str(tmp_path / "out"), scheduler=client, **options)
+        return {file["name"] for file in report["files"] if file["status"] == "done"}
+
+    assert len(names()) == 10
+    write_model(source / "1.glb", 20)
+    (tmp_path / "out" / "2.glb").unlink()
+    os.utime(source / "3.glb", (1, 1))  # touched, but the same bytes
+    write_model(source / "new.glb")
+    assert names() == {"1.glb", "2.glb", "new.glb"}
+    assert names() == set()
+    (tmp_path / "out" / STATE / "4.glb.json").write_text("{")
+    assert names() == {"4.glb"}
+    assert len(names(position_bits=10)) == 11
+    monkeypatch.setattr(task, "VERSION", "9.9")
+    assert len(names(position_bits=10)) == 11
+
+
+def test_storage_that_is_no_disk(source, tmp_path, client, undisturbed):
+    fsspec = pytest.importorskip("fsspec")
+    memory = fsspec.filesystem("memory")
+    memory.put(str(source), "/models", recursive=True)
+    report = gltf_ext.batch("memory://models", "memory://results", scheduler=client)
+    assert report["totals"]["done"] == 10
+    memory.get("/results", str(tmp_path / "got"), recursive=True)
+    assert digests(tmp_path / "got") == undisturbed
+    report = gltf_ext.batch("memory://models", "memory://results", scheduler=client)
+    assert report["totals"]["unchanged"] == 10
+
+
+@pytest.fixture
+def object_store(monkeypatch):
+    """A server of S3's protocol on this machine, with the bucket "library"; its environment."""
+    pytest.importorskip("s3fs")
+    moto = pytest.importorskip("moto.server")
+    server = moto.ThreadedMotoServer("127.0.0.1", 0, verbose=False)
+    server.start()
+    host, port = server.get_host_and_port()
+    variables = {"AWS_ENDPOINT_URL": f"http://{host}:{port}", "AWS_DEFAULT_REGION": "us-east-1"}
+    variables |= dict.fromkeys(("AWS_ACCESS_KEY_ID", "AWS_SECRET_ACCESS_KEY"), "test")
+    for name, value in variables.items():
+        monkeypatch.setenv(name, value)
+    Folder("s3://library").fs.mkdir("library")
+    yield variables
+    server.stop()
+
+
+def test_an_object_store(source, tmp_path, client, undisturbed, object_store):
+    bucket = Folder("s3://library")
+    bucket.fs.put(str(source), "library/models", recursive=True)
+    arguments = ("s3://library/models", "s3://library/results")
+    assert gltf_ext.batch(*arguments, scheduler=client)["totals"]["done"] == 10
+    bucket.fs.get("library/results", str(tmp_path / "got"), recursive=True)
+    assert digests(tmp_path / "got") == undisturbed
+    totals = gltf_ext.batch(*arguments, scheduler=client)["totals"]
+    assert (totals["done"], totals["unchanged"]) == (0, 10)
+
+
+def test_globs_lists_and_the_destination_inside(source, tmp_path, client):
+    inside = source / "out"
+    report = gltf_ext.batch(str(source / "[0-3].glb"), str(inside), scheduler=client)
+    assert [file["name"] for file in report["files"]] == ["0.glb", "1.glb", "2.glb", "3.glb"]
+    assert gltf_ext.batch(str(source), str(inside), scheduler=client)["totals"]["done"] == 6
+    (tmp_path / "list.txt").write_text(f"{source}/0.glb\n\n{source}/deep/same.obj\n")
+    report = gltf_ext.batch(str(tmp_path / "list.txt"), str(tmp_path / "b"), scheduler=client)
+    assert [file["output"] for file in report["files"]] == ["0.glb", "deep/same.glb"]
+
+
+def test_a_file_that_changes_while_it_is_read(source, tmp_path, monkeypatch):
+    def changing(input, output, **options):
+        report = gltf_ext.compress(input, output, **options)
+        write_model(source / "1.glb", 30)
+        return report
+
+    monkeypatch.setattr(task, "compress", changing)
+    out = str(tmp_path / "out")
+    record = run_task(Job(str(source), "1.glb", out, "1.glb", {}, task.VERSION))
+    assert record["status"] == "failed" and "changed while it was read" in record["error"]
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_result_that_does_not_fit_a_glb(source, tmp_path, monkeypatch):
+    monkeypatch.setattr("gltf_ext.gltf.container.MAX_BINARY_BYTES", 10)
+    out = str(tmp_path / "out")
+    record = run_task(Job(str(source), "1.glb", out, "1.glb", {}, task.VERSION))
+    assert record["status"] == "failed" and "does not fit a .glb" in record["error"]
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    "source, destination, options, message",
+    [
+        ("nothing", "out", {}, "holds no models"),
+        ("source", "source", {}, "holds the models too"),
+        ("source", "out", {"position_bits": 99}, "position_bits"),
+        ("source", "nope://out", {}, "Protocol not known"),
+        ("source", "out", {"scheduler": "tcp://127.0.0.1:9"}, "no scheduler answers"),
+    ],
+)
+def test_refused_in_one_line(tmp_path, monkeypatch, source, destination, options, message):
+    monkeypatch.setattr(scheduler, "CONNECT", 0.5)
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "source").mkdir()
+    write_model(tmp_path / "source" / "a.glb")
+    (tmp_path / "nothing").mkdir()
+    with pytest.raises(gltf_ext.MeshletError, match=r"^[^\n]*$") as caught:
+        gltf_ext.batch(source, destination, **options)
+    assert message in str(caught.value)
+
+
+def test_memory_is_estimated_from_the_header(tmp_path):
+    folder = Folder(str(tmp_path))
+
+    def triangles(name):
+        info = folder.fs.info(folder.at(name))
+        return (estimate(folder, name, info) - BASE - 2 * info["size"]) / 425
+
+    write_model(tmp_path / "a.glb", 21)
+    gltf_ext.compress(tmp_path / "a.glb", tmp_path / "b.glb")
+    (tmp_path / "c.obj").write_text("v 0 0 0\n" * 30)
+    (tmp_path / "d.glb").write_bytes(b"glTF")
+    assert triangles("a.glb") == triangles("b.glb") == 800
+    assert 0 < triangles("c.obj") < 10 and triangles("d.glb") == 0
+
+
+def test_the_page_escapes_names_and_shows_failures_first(source, tmp_path, client):
+    report = gltf_ext.batch(str(source), str(tmp_path / "out"), scheduler=client)
+    text = page(report)
+    assert "damaged &lt;b&gt;.stl" in text and "<b>" not in text
+    assert text.index("is cut off") < text.index("0.glb")
+    assert text.count("data:image/png;base64,") == 10
+
+
+# --- processes that die ---
+
+
+def test_a_killer_is_reported_once_and_stops_no_other(
+    source, tmp_path, environment, start, undisturbed
+):
+    write_model(source / "killer.glb")
+    process = start(*COMMAND, source, "out", "--workers", "2", "--json")
+    out, _ = finished(process, 2)
+    report = json.loads(out)
+    assert digests(tmp_path / "out") == undisturbed
+    failed = {file["name"]: file["error"] for file in report["files"] if "error" in file}
+    assert set(failed) == {"damaged <b>.stl", "killer.glb"}, failed
+    assert "killed its worker" in failed["killer.glb"]
+    assert Counter(name for _, name in environment.log())["killer.glb"] == 2
+
+
+def test_workers_and_clients_that_are_killed(
+    source, tmp_path, environment, start, cluster, undisturbed
+):
+    """One worker dies; then the client, and another goes on; over TCP."""
+    address, *_ = cluster(free_port(), 2, BATCH_WAIT="0.3")
+    command = [*COMMAND, source, "out", "--scheduler", address]
+    client = start(*command)
+    eventually(lambda: len(environment.log()) >= 2)
+    os.kill(int(environment.log()[0][0]), signal.SIGKILL)
+    records = tmp_path / "out" / STATE
+    eventually(lambda: len(list(records.rglob("*.json"))) >= 4)
+    client.kill()
+    client.wait()
+    time.sleep(1)  # tasks that run are not stopped
+    done = {p.name.removesuffix(".json") for p in records.rglob("*.json")}
+    before = len(environment.log())
+    finished(start(*command), 2)
+    assert digests(tmp_path / "out") == undisturbed
+    again = {name for _, name in environment.log()[before:]}
+    assert 4 <= len(done) < 10
+    assert not again & done, "nothing that was done is done again"
+    before = len(environment.log())
+    finished(start(*command), 2)
+    assert {name for _, name in environment.log()[before:]} == {"damaged <b>.stl"}
+
+
+def test_a_scheduler_that_is_killed(source, tmp_path, environment, start, cluster, undisturbed):
+    address, scheduler, _ = cluster(free_port(), 1, BATCH_WAIT="0.3")
+    client = start(*COMMAND, source, "out", "--scheduler", address)
+    eventually(lambda: len(list((tmp_path / "out").rglob("*.json"))) >= 2)
+    scheduler.kill()
+    _, error = finished(client, 2)
+    assert error == "gltf-meshlet: the scheduler is gone; run again: what is done is kept\n"
+    address, *_ = cluster(free_port(), 2)
+    finished(start(*COMMAND, source, "out", "--scheduler", address), 2)
+    assert digests(tmp_path / "out") == undisturbed
+    assert max(Counter(name for _, name in environment.log()).values()) <= 2
+
+
+# --- the command ---
+
+
+def test_the_command_prints_a_table(source, tmp_path, capsys, client, monkeypatch):
+    address = client.scheduler.address
+    arguments = ["batch", str(source / "deep"), str(tmp_path / "out"), "-vp", "10"]
+    monkeypatch.setattr(batch_run, "_client", lambda *_: _given(client))
+    assert cli.main([*arguments, "--scheduler", address]) == 0
+    *_, line, totals = capsys.readouterr().out.splitlines()
+    assert "same.obj (done)" in line and totals.startswith("2 done, 0 unchanged, 0 failed: ")
+    assert cli.main([*arguments, "--json"]) == 0
+    report = json.loads(capsys.readouterr().out)
+    assert report["options"] == {"position_bits": 10} and report["totals"]["unchanged"] == 2
+
+
+def _given(client):
+    from contextlib import nullcontext
+
+    return nullcontext(client)
+
+
+@pytest.mark.full
+def test_400_files_on_two_workers(tmp_path, environment, start):
+    """All models with nasty ones, and copies under other options; a worker and a client die."""
+    choices = ((), ("-vp", "10"), ("--max-triangles", "32"), ("--effort", "fast"))
+    for number, options in enumerate(choices):
+        disturbed, whole = (
+            [*COMMAND, MODELS, f"{name}{number}", "--workers", "2", "--json", *options]
+            for name in ("disturbed", "whole")
+        )
+        outputs = tmp_path / f"disturbed{number}"
+        client = start(*disturbed)
+        for count, victim in ((40, None), (60, client)):
+            eventually(lambda n=count, f=outputs: len(list(f.rglob("*.json"))) >= n, LONG, client)
+            os.kill(victim.pid if victim else int(environment.log()[-1][0]), signal.SIGKILL)
+        client.communicate()
+        report = json.loads(finished(start(*disturbed), 2, LONG)[0])
+        expected = json.loads(finished(start(*whole), 2, LONG)[0])
+        assert len(report["files"]) >= 100
+        assert digests(outputs) == digests(tmp_path / f"whole{number}")
+        for a, b in zip(report["files"], expected["files"], strict=True):
+            assert (a["name"], a.get("error")) == (b["name"], b.get("error"))
+
+
+@pytest.mark.full
+def test_400_files_over_tcp_and_from_an_object_store(tmp_path, cluster, object_store):
+    """All models with nasty ones, and copies under other options: the same from disk and store."""
+    address, *_ = cluster(free_port(), 2, **object_store)
+    bucket = Folder("s3://library")
+    bucket.fs.put(str(MODELS), "library/models", recursive=True)
+    choices = ({}, {"position_bits": 10}, {"max_triangles": 32}, {"effort": "fast"})
+    for number, options in enumerate(choices):
+        disk, store = str(tmp_path / f"disk{number}"), f"library/{number}"
+        reports = [
+            gltf_ext.batch(source, destination, scheduler=address, **options)
+            for source, destination in (
+                (str(MODELS), disk),
+                ("s3://library/models", f"s3://{store}"),
+            )
+        ]
+        bucket.fs.get(store, str(tmp_path / f"store{number}"), recursive=True)
+        assert digests(tmp_path / f"store{number}") == digests(tmp_path / f"disk{number}")
+        results = [[(f["name"], f.get("error")) for f in r["files"]] for r in reports]
+        assert len(results[0]) >= 100 and results[0] == results[1]
+        print({key: report["totals"] for key, report in zip(("disk", "store"), reports)})
+
+
+def test_grids_of_the_models_differ(source):
+    """The test's own models are distinct, so that mixed-up outputs would be found."""
+    sizes = [os.path.getsize(source / f"{i}.glb") for i in range(8)]
+    assert len(np.unique(sizes)) == 8

@@ -1,0 +1,41 @@
+"""The measurement of models larger than memory: its model, its tables."""
+
+import numpy as np
+import pytest
+
+import gltf_ext
+from bench import out_of_core
+from bench.large_model import write_displaced
+from tests.helpers.gltf_builder import Builder
+
+TETRAHEDRON = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], np.float32)
+SIDES = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]], np.uint32)
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 5])
+@pytest.mark.parametrize("suffix", [".glb", ".gltf"])
+def test_the_model_is_closed(tmp_path, n, suffix):
+    builder = Builder()
+    builder.mesh({"POSITION": TETRAHEDRON}, SIDES)
+    gltf_ext.compress(builder.write(tmp_path / "in.glb"), tmp_path / "small.glb")
+    large = write_displaced(tmp_path / "small.glb", n, tmp_path / f"large{suffix}")
+    gltf_ext.compress(large, tmp_path / "out.glb", position_bits=20)
+    (mesh,) = gltf_ext.load(tmp_path / "out.glb")
+    assert len(mesh.indices) == 4 * n * n
+    _, corner = np.unique(mesh.attributes["POSITION"], axis=0, return_inverse=True)
+    triangles = corner[mesh.indices]
+    edges = np.stack([triangles.reshape(-1), np.roll(triangles, -1, axis=1).reshape(-1)], axis=1)
+    forward = {tuple(edge) for edge in edges.tolist()}
+    assert len(forward) == len(edges) and all((b, a) in forward for a, b in forward)
+    assert corner.max() + 1 == 2 * n * n + 2  # Euler
+
+
+def test_the_tables_have_a_row_for_each_run():
+    run = {"triangles": 4, "bytes": 10, "cpu_seconds": 1.0, "seconds": 1.0, "peak_bytes": 1 << 20}
+    level = {"triangles": 2, "stated": 0.2, "measured": 0.1, "within": 1.0}
+    small = {"n": 2, "memory": "500M", "whole": run, "chunks": run, "levels": [level]}
+    large = {"n": 11, "memory": "2G", "chunks": {**run, "triangles": 5_000_000}}
+    origin = {"machine": {"cpu": "x", "cores": 2}, "commit": "", "date": "2026-01-01"}
+    origin["script"] = "bench.out_of_core"
+    text = out_of_core.block({"models": [small, large], **origin})
+    assert text.count("\n| 4 |") == 3 and "\n| 5,000,000 | 2G |" in text and "1.000" in text

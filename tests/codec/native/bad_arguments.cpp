@@ -1,0 +1,472 @@
+// bad_arguments FILE: calls the C interface with everything that is wrong; FILE holds a valid view.
+// Build with ASan and UBSan (MESHLET_FUZZ). Each call must return a status, and the library must
+// work after it.
+#include <atomic>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "gltf_meshlet.h"
+
+namespace {
+
+void expect(bool holds, const char* what, int line) {
+  if (holds) return;
+  std::fprintf(stderr, "bad_arguments.cpp:%d: %s (%s)\n", line, what, gltf_meshlet_error());
+  std::exit(1);
+}
+#define EXPECT(condition) expect(condition, #condition, __LINE__)
+#define REFUSED(call) EXPECT((call) == GLTF_MESHLET_ARGUMENT && *gltf_meshlet_error())
+#define WORKS(call) EXPECT((call) == GLTF_MESHLET_OK)
+
+template <class T>
+T sized() {
+  T out{};
+  out.size = sizeof out;
+  return out;
+}
+
+std::vector<char> file;
+
+gltf_meshlet_view* open_view() {
+  gltf_meshlet_view* view;
+  WORKS(gltf_meshlet_open(file.data(), file.size(), &view));
+  return view;
+}
+
+// Arrays with room for a whole view.
+struct Room {
+  gltf_meshlet_counts counts = sized<gltf_meshlet_counts>();
+  std::vector<uint32_t> triangles;
+  std::vector<std::vector<uint32_t>> integers;
+  std::vector<uint32_t*> lists;
+  gltf_meshlet_arrays arrays = sized<gltf_meshlet_arrays>();
+
+  explicit Room(const gltf_meshlet_view* view) {
+    WORKS(gltf_meshlet_get_counts(view, &counts));
+    triangles.resize(3 * counts.triangles);
+    integers.resize(counts.streams);
+    for (auto& list : integers) list.resize(GLTF_MESHLET_ELEMENTS * counts.vertices);
+    for (auto& list : integers) lists.push_back(list.data());
+    arrays.triangle_room = counts.triangles;
+    arrays.vertex_room = counts.vertices;
+    arrays.triangles = triangles.data();
+    arrays.integers = lists.data();
+  }
+};
+
+void test_objects() {
+  gltf_meshlet_view* view = open_view();
+  gltf_meshlet_counts counts = sized<gltf_meshlet_counts>();
+  const void* items;
+  size_t bytes;
+  char stack[256] = {};
+  for (void* wrong : {static_cast<void*>(nullptr), reinterpret_cast<void*>(~uintptr_t(0)),
+                      reinterpret_cast<void*>(uintptr_t(123456)), static_cast<void*>(stack)}) {
+    REFUSED(gltf_meshlet_get_counts(static_cast<gltf_meshlet_view*>(wrong), &counts));
+    REFUSED(gltf_meshlet_get_array(static_cast<gltf_meshlet_result*>(wrong), 0, &items, &bytes));
+    if (wrong) REFUSED(gltf_meshlet_close(wrong));
+  }
+  REFUSED(gltf_meshlet_get_array(reinterpret_cast<gltf_meshlet_result*>(view), 0, &items, &bytes));
+  WORKS(gltf_meshlet_get_counts(view, &counts));
+  WORKS(gltf_meshlet_close(view));
+  REFUSED(gltf_meshlet_close(view));
+  REFUSED(gltf_meshlet_get_counts(view, &counts));
+  REFUSED(gltf_meshlet_validate(view, 1));
+  REFUSED(gltf_meshlet_decode_meshlets(view, nullptr, 0, nullptr, nullptr, nullptr));
+  WORKS(gltf_meshlet_close(nullptr));
+  WORKS(gltf_meshlet_close(open_view()));
+}
+
+void test_bytes() {
+  gltf_meshlet_view* view;
+  REFUSED(gltf_meshlet_open(nullptr, 0, &view));
+  REFUSED(gltf_meshlet_open(file.data(), file.size(), nullptr));
+  for (size_t size = 0; size < file.size(); size += 4) {
+    const std::vector<char> cut(file.data(), file.data() + size);
+    EXPECT(gltf_meshlet_open(cut.empty() ? file.data() : cut.data(), size, &view) ==
+           GLTF_MESHLET_MALFORMED);
+    EXPECT(view == nullptr);
+  }
+}
+
+template <class T>
+void test_sizes(int (*call)(const gltf_meshlet_view*, T*), const gltf_meshlet_view* view) {
+  REFUSED(call(view, nullptr));
+  struct {
+    T known;
+    char later[64];
+  } large;
+  for (uint32_t size : {0u, 4u, uint32_t(sizeof(T)) - 1, 5000u, ~0u}) {
+    large.known.size = size;
+    REFUSED(call(view, &large.known));
+  }
+  std::memset(&large, 0xAA, sizeof large);
+  large.known.size = sizeof large;
+  WORKS(call(view, &large.known));
+  EXPECT(large.known.size == sizeof large && large.later[0] == 0 && large.later[63] == 0);
+}
+
+void test_views() {
+  gltf_meshlet_view* view = open_view();
+  const uint32_t many = ~0u;
+  test_sizes<gltf_meshlet_counts>(gltf_meshlet_get_counts, view);
+  test_sizes<gltf_meshlet_statistics>(gltf_meshlet_get_statistics, view);
+  test_sizes<gltf_meshlet_blob>([](const gltf_meshlet_view* v,
+                                   gltf_meshlet_blob* b) { return gltf_meshlet_get_blob(v, 0, b); },
+                                view);
+  gltf_meshlet_blob blob = sized<gltf_meshlet_blob>();
+  gltf_meshlet_stream stream;
+  uint32_t one;
+  EXPECT(gltf_meshlet_get_blob(view, many, &blob) == GLTF_MESHLET_NUMBER);
+  EXPECT(gltf_meshlet_get_stream(view, many, 0, &stream) == GLTF_MESHLET_NUMBER);
+  EXPECT(gltf_meshlet_get_stream(view, 0, many, &stream) == GLTF_MESHLET_NUMBER);
+  REFUSED(gltf_meshlet_get_stream(view, 0, 0, nullptr));
+  EXPECT(gltf_meshlet_get_meshlet_triangles(view, many, &one, 1) == GLTF_MESHLET_NUMBER);
+  REFUSED(gltf_meshlet_get_meshlet_triangles(view, 0, nullptr, 1 << 20));
+  REFUSED(gltf_meshlet_get_meshlet_triangles(view, 0, &one, 1));
+  for (int32_t threads : {-1, 0, 1, 1 << 30, INT32_MIN, INT32_MAX})
+    WORKS(gltf_meshlet_validate(view, threads));
+  WORKS(gltf_meshlet_close(view));
+}
+
+void test_decoding() {
+  gltf_meshlet_view* view = open_view();
+  Room room(view);
+  WORKS(gltf_meshlet_decode(view, 0, &room.arrays));
+  const gltf_meshlet_arrays good = room.arrays;
+  const auto refused = [&](gltf_meshlet_arrays arrays) {
+    REFUSED(gltf_meshlet_decode(view, 1, &arrays));
+    arrays.first_vertex = 0;
+    REFUSED(gltf_meshlet_decode_range(view, 0, room.counts.meshlets, &arrays));
+  };
+  gltf_meshlet_arrays wrong = good;
+  refused((wrong.size = 0, wrong));
+  wrong = good;
+  refused((wrong.triangles = nullptr, wrong));
+  wrong = good;
+  refused((wrong.triangle_room--, wrong));
+  wrong = good;
+  refused((wrong.vertex_room--, wrong));
+  wrong = good;
+  wrong.first_vertex = 1;
+  REFUSED(gltf_meshlet_decode(view, 1, &wrong));
+  REFUSED(gltf_meshlet_decode(view, 1, nullptr));
+  const uint64_t all = room.counts.meshlets, largest = ~uint64_t(0);
+  REFUSED(gltf_meshlet_decode_range(view, 0, all - 1, &room.arrays));  // needs 64 for each
+  EXPECT(gltf_meshlet_decode_range(view, 0, 0, &room.arrays) == GLTF_MESHLET_NUMBER);
+  EXPECT(gltf_meshlet_decode_range(view, all, 1, &room.arrays) == GLTF_MESHLET_NUMBER);
+  EXPECT(gltf_meshlet_decode_range(view, 1, largest, &room.arrays) == GLTF_MESHLET_NUMBER);
+  EXPECT(gltf_meshlet_decode_range(view, largest, largest, &room.arrays) == GLTF_MESHLET_NUMBER);
+  WORKS(gltf_meshlet_decode_range(view, 0, all, &room.arrays));
+  const uint32_t numbers[] = {0, uint32_t(all)};
+  REFUSED(gltf_meshlet_decode_meshlets(view, nullptr, 1, nullptr, nullptr, nullptr));
+  WORKS(gltf_meshlet_decode_meshlets(view, nullptr, 0, nullptr, nullptr, nullptr));
+  EXPECT(gltf_meshlet_decode_meshlets(view, numbers, 2, nullptr, nullptr, nullptr) ==
+         GLTF_MESHLET_NUMBER);
+  WORKS(gltf_meshlet_close(view));
+}
+
+// Two threads decode with one view, until one has been refused and the other one closes it.
+void test_threads() {
+  gltf_meshlet_view* view = open_view();
+  std::atomic<int> busy{0}, closed{0};
+  const std::vector<uint32_t> numbers(1000, 0);
+  const auto run = [&] {
+    while (true) {
+      const int status = gltf_meshlet_decode_meshlets(view, numbers.data(), numbers.size(), nullptr,
+                                                      nullptr, nullptr);
+      if (status == GLTF_MESHLET_BUSY) busy++;
+      if (status == GLTF_MESHLET_ARGUMENT) break;
+      EXPECT(status == GLTF_MESHLET_OK || status == GLTF_MESHLET_BUSY);
+      if (busy) gltf_meshlet_close(view);
+    }
+    closed++;
+  };
+  std::thread other(run);
+  run();
+  other.join();
+  EXPECT(busy > 0 && closed == 2);
+}
+
+// A mesh of two triangles, which encodes.
+struct Mesh {
+  uint32_t triangles[6] = {0, 1, 2, 2, 1, 3}, ids[4] = {0, 1, 2, 3};
+  float positions[12] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0};
+  uint32_t integers[12] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0};
+  uint32_t order[2] = {0, 1}, begin[2] = {0, 1}, two[2] = {0, 2};
+  const uint32_t* values[1] = {integers};
+  gltf_meshlet_stream stream{};
+  gltf_meshlet_mesh mesh = sized<gltf_meshlet_mesh>();
+  gltf_meshlet_options options = sized<gltf_meshlet_options>();
+  gltf_meshlet_groups groups = sized<gltf_meshlet_groups>();
+
+  Mesh() {
+    stream.elements = 3;
+    stream.bits = 1;
+    stream.predictor = GLTF_MESHLET_CHOOSE_PREDICTOR;
+    stream.step = 1;
+    mesh.triangles = triangles;
+    mesh.triangle_count = 2;
+    mesh.vertex_count = 4;
+    mesh.position_ids = ids;
+    mesh.positions = positions;
+    mesh.streams = &stream;
+    mesh.values = values;
+    mesh.stream_count = 1;
+    groups.triangles = triangles;
+    groups.triangle_count = 2;
+    groups.begin = two;
+    groups.begin_count = 2;
+  }
+
+  int encode() {
+    gltf_meshlet_result* result = nullptr;
+    const int status = gltf_meshlet_encode(&mesh, &options, nullptr, &result);
+    EXPECT((result != nullptr) == (status == GLTF_MESHLET_OK));
+    WORKS(gltf_meshlet_close(result));
+    return status;
+  }
+
+  int generate() {
+    gltf_meshlet_result* result = nullptr;
+    const int status = gltf_meshlet_generate(&mesh, &groups, &options, &result);
+    WORKS(gltf_meshlet_close(result));
+    return status;
+  }
+
+  void give_meshlets() {
+    mesh.order = order;
+    mesh.disk_begin = two;
+    mesh.meshlet_begin = mesh.group_begin = begin;
+    mesh.disk_begin_count = mesh.meshlet_begin_count = mesh.group_begin_count = 2;
+  }
+};
+
+// Changes a mesh that encodes and generates; encoding it is then refused.
+template <class Change>
+void encode_refuses(const Change& change, int line) {
+  Mesh m;
+  change(m);
+  expect(m.encode() == GLTF_MESHLET_ARGUMENT, "a bad mesh is encoded", line);
+}
+#define ENCODE_REFUSES(change) encode_refuses([](Mesh& m) { change; }, __LINE__)
+#define GENERATE_REFUSES(change) \
+  do {                           \
+    Mesh m;                      \
+    WORKS(m.generate());         \
+    change;                      \
+    REFUSED(m.generate());       \
+  } while (false)
+
+void test_encoding() {
+  WORKS(Mesh().encode());
+  ENCODE_REFUSES(m.mesh.size = 8);
+  ENCODE_REFUSES(m.options.size = ~0u);
+  ENCODE_REFUSES(m.mesh.triangles = nullptr);
+  ENCODE_REFUSES(m.mesh.position_ids = nullptr);
+  ENCODE_REFUSES(m.mesh.positions = nullptr);
+  ENCODE_REFUSES(m.mesh.streams = nullptr);
+  ENCODE_REFUSES(m.mesh.values = nullptr);
+  ENCODE_REFUSES(m.values[0] = nullptr);
+  ENCODE_REFUSES(m.mesh.triangle_count = 0);
+  ENCODE_REFUSES(m.mesh.triangle_count = ~uint64_t(0));
+  ENCODE_REFUSES(m.mesh.vertex_count = 3);
+  ENCODE_REFUSES(m.mesh.vertex_count = ~uint64_t(0));
+  ENCODE_REFUSES(m.mesh.stream_count = 0);
+  ENCODE_REFUSES(m.triangles[5] = 4);
+  ENCODE_REFUSES(m.triangles[5] = 2);
+  ENCODE_REFUSES(m.ids[3] = 4);
+  ENCODE_REFUSES(m.positions[3] = INFINITY);
+  ENCODE_REFUSES(m.positions[11] = NAN);
+  ENCODE_REFUSES(m.integers[11] = 2);
+  ENCODE_REFUSES(m.stream.kind = 200);
+  ENCODE_REFUSES(m.stream.elements = 0);
+  ENCODE_REFUSES(m.stream.elements = 5);
+  ENCODE_REFUSES(m.stream.bits = 33);
+  ENCODE_REFUSES(m.stream.predictor = 99);
+  ENCODE_REFUSES(m.stream.step = NAN);
+  ENCODE_REFUSES(m.options.effort = 3);
+  ENCODE_REFUSES(m.options.max_triangles = 65);
+  ENCODE_REFUSES(m.options.max_vertices = 2);
+  ENCODE_REFUSES(m.options.lambda = NAN);
+  ENCODE_REFUSES(m.options.lambda = -1);
+  ENCODE_REFUSES(m.options.fill = INFINITY);
+  ENCODE_REFUSES((m.give_meshlets(), m.order[1] = 0));
+  ENCODE_REFUSES((m.give_meshlets(), m.order[1] = 7));
+  ENCODE_REFUSES((m.give_meshlets(), m.mesh.disk_begin = nullptr));
+  ENCODE_REFUSES((m.give_meshlets(), m.mesh.group_begin_count = 0));
+  ENCODE_REFUSES((m.give_meshlets(), m.mesh.disk_begin_count = 1));
+  ENCODE_REFUSES((m.give_meshlets(), m.begin[1] = 2));
+  Mesh m;
+  gltf_meshlet_result* result;
+  REFUSED(gltf_meshlet_encode(&m.mesh, nullptr, nullptr, nullptr));
+  REFUSED(gltf_meshlet_encode(nullptr, nullptr, nullptr, &result));
+  gltf_meshlet_statistics statistics{};
+  REFUSED(gltf_meshlet_encode(&m.mesh, nullptr, &statistics, &result));
+  m.options.progress = [](void* count, float) { return ++*static_cast<int*>(count); };
+  int calls = 0;
+  m.options.user = &calls;
+  EXPECT(m.encode() == GLTF_MESHLET_CANCELLED && calls == 1);
+  m.give_meshlets();
+  m.options.progress = nullptr;
+  WORKS(m.encode());
+}
+
+void test_results() {
+  Mesh m;
+  gltf_meshlet_result* result;
+  WORKS(gltf_meshlet_encode(&m.mesh, nullptr, nullptr, &result));
+  const void* items;
+  size_t bytes;
+  REFUSED(gltf_meshlet_get_array(result, 0, nullptr, &bytes));
+  REFUSED(gltf_meshlet_get_array(result, 0, &items, nullptr));
+  EXPECT(gltf_meshlet_get_array(result, 1, &items, &bytes) == GLTF_MESHLET_NUMBER);
+  WORKS(gltf_meshlet_get_array(result, 0, &items, &bytes));
+  WORKS(gltf_meshlet_close(result));
+  REFUSED(gltf_meshlet_get_array(result, 0, &items, &bytes));
+}
+
+void test_packing() {
+  gltf_meshlet_result* result = nullptr;
+  REFUSED(gltf_meshlet_pack(nullptr, 1, 1, &result));
+  REFUSED(gltf_meshlet_pack(file.data(), file.size(), 1, nullptr));
+  EXPECT(gltf_meshlet_pack(file.data(), file.size() - 4, 1, &result) == GLTF_MESHLET_MALFORMED);
+  EXPECT(result == nullptr);
+  WORKS(gltf_meshlet_pack(file.data(), file.size(), -1, &result));
+  const void* packed = nullptr;
+  size_t size = 0, bytes = 0;
+  WORKS(gltf_meshlet_get_array(result, 0, &packed, &size));
+  REFUSED(gltf_meshlet_get_unpacked_bytes(nullptr, size, &bytes));
+  REFUSED(gltf_meshlet_get_unpacked_bytes(packed, size, nullptr));
+  EXPECT(gltf_meshlet_get_unpacked_bytes(packed, size - 1, &bytes) == GLTF_MESHLET_MALFORMED);
+  WORKS(gltf_meshlet_get_unpacked_bytes(packed, size, &bytes));
+  EXPECT(bytes == file.size());
+  std::vector<char> view(bytes);
+  REFUSED(gltf_meshlet_unpack(nullptr, size, 1, view.data(), bytes));
+  REFUSED(gltf_meshlet_unpack(packed, size, 1, nullptr, bytes));
+  REFUSED(gltf_meshlet_unpack(packed, size, 1, view.data(), bytes - 1));
+  WORKS(gltf_meshlet_unpack(packed, size, 0, view.data(), bytes));
+  EXPECT(view == file);
+  WORKS(gltf_meshlet_close(result));
+}
+
+void test_weld_and_sort() {
+  uint32_t numbers[2], different;
+  const char rows[4] = {};
+  REFUSED(gltf_meshlet_weld(nullptr, 1, 1, numbers, &different));
+  REFUSED(gltf_meshlet_weld(rows, 2, 2, nullptr, &different));
+  REFUSED(gltf_meshlet_weld(rows, 2, 2, numbers, nullptr));
+  REFUSED(gltf_meshlet_weld(rows, ~size_t(0), 2, numbers, &different));
+  WORKS(gltf_meshlet_weld(rows, 2, 0, numbers, &different));
+  EXPECT(different == 1);
+  WORKS(gltf_meshlet_weld(nullptr, 0, 1, nullptr, &different));
+  const float points[6] = {0, 1, 2, 3, 4, NAN};
+  REFUSED(gltf_meshlet_sort_points(points, 2, numbers));
+  REFUSED(gltf_meshlet_sort_points(nullptr, 1, numbers));
+  REFUSED(gltf_meshlet_sort_points(points, 1, nullptr));
+  REFUSED(gltf_meshlet_sort_points(points, ~size_t(0), numbers));
+  WORKS(gltf_meshlet_sort_points(points, 1, numbers));
+  WORKS(gltf_meshlet_sort_points(nullptr, 0, nullptr));
+}
+
+void test_lines() {
+  gltf_meshlet_result* result;
+  const char text[] = {'v', ' ', '1', '\n', 'f', ' ', 'x'};  // no zero at the end
+  WORKS(gltf_meshlet_scan_lines(text, sizeof text, "v", GLTF_MESHLET_NUMBERS, &result));
+  WORKS(gltf_meshlet_close(result));
+  REFUSED(gltf_meshlet_scan_lines(text, sizeof text, "f", GLTF_MESHLET_CORNERS, &result));
+  EXPECT(result == nullptr);
+  REFUSED(gltf_meshlet_scan_lines(text, sizeof text, "v", 3, &result));
+  REFUSED(gltf_meshlet_scan_lines(text, ~size_t(0), "v", GLTF_MESHLET_NUMBERS, &result));
+  REFUSED(gltf_meshlet_scan_lines(nullptr, 1, "v", GLTF_MESHLET_NUMBERS, &result));
+  REFUSED(gltf_meshlet_scan_lines(text, 1, nullptr, GLTF_MESHLET_NUMBERS, &result));
+  REFUSED(gltf_meshlet_scan_lines(text, 1, "v", GLTF_MESHLET_NUMBERS, nullptr));
+}
+
+void test_levels() {
+  GENERATE_REFUSES(m.groups.size = 0);
+  GENERATE_REFUSES(m.groups.begin = nullptr);
+  GENERATE_REFUSES(m.groups.begin_count = 0);
+  GENERATE_REFUSES(m.two[1] = 3);
+  GENERATE_REFUSES(m.two[0] = 1);
+  GENERATE_REFUSES(m.groups.triangle_count = 1);
+  GENERATE_REFUSES(m.ids[0] = 4);
+  GENERATE_REFUSES(m.triangles[0] = 1);
+  Mesh m;
+  gltf_meshlet_surface* surface;
+  const float* shapes[2] = {m.positions, nullptr};
+  const auto open = [&](uint32_t count, uint64_t vertices) {
+    return gltf_meshlet_open_surface(shapes, count, vertices, &m.groups, 0.5f, 1, &surface);
+  };
+  REFUSED(open(0, 4));
+  REFUSED(open(2, 4));
+  REFUSED(open(1, 3));
+  REFUSED(open(1, 0));
+  REFUSED(gltf_meshlet_open_surface(nullptr, 1, 4, &m.groups, 0.5f, 1, &surface));
+  REFUSED(gltf_meshlet_open_surface(shapes, 1, 4, nullptr, 0.5f, 1, &surface));
+  REFUSED(gltf_meshlet_open_surface(shapes, 1, 4, &m.groups, 0.5f, 1, nullptr));
+  WORKS(open(1, 4));
+  gltf_meshlet_carried carried = sized<gltf_meshlet_carried>();
+  uint32_t chosen[1] = {0}, begin[2] = {0, 1}, vertex[1] = {3};
+  const float area[1] = {1};
+  carried.vertices = vertex;
+  carried.begin = begin;
+  carried.areas = area;
+  carried.count = 1;
+  gltf_meshlet_result* result;
+  const auto measure = [&] {
+    const int status =
+        gltf_meshlet_measure(surface, &m.groups, &m.groups, chosen, 1, &carried, 1, &result);
+    WORKS(gltf_meshlet_close(result));
+    return status;
+  };
+  WORKS(measure());
+  vertex[0] = 4;
+  REFUSED(measure());
+  vertex[0] = 3;
+  begin[1] = 2;
+  REFUSED(measure());
+  begin[1] = 1;
+  chosen[0] = 1;
+  REFUSED(measure());
+  chosen[0] = 0;
+  carried.areas = nullptr;
+  REFUSED(measure());
+  WORKS(gltf_meshlet_close(surface));
+  REFUSED(gltf_meshlet_measure(surface, &m.groups, &m.groups, chosen, 1, &carried, 1, &result));
+  float distance[4];
+  const float* p = m.positions;
+  WORKS(gltf_meshlet_get_distances(p, 4, &m.groups, p, 4, 1, distance, nullptr));
+  REFUSED(gltf_meshlet_get_distances(p, 4, &m.groups, p, 3, 1, distance, nullptr));
+  REFUSED(gltf_meshlet_get_distances(p, 4, &m.groups, nullptr, 4, 1, distance, nullptr));
+  REFUSED(gltf_meshlet_get_distances(nullptr, 4, &m.groups, p, 4, 1, distance, nullptr));
+  REFUSED(gltf_meshlet_get_distances(p, 4, &m.groups, p, 4, 1, nullptr, nullptr));
+  REFUSED(gltf_meshlet_get_distances(p, 4, nullptr, p, 4, 1, distance, nullptr));
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::ifstream input(argc > 1 ? argv[1] : "", std::ios::binary);
+  file.assign(std::istreambuf_iterator<char>(input), {});
+  EXPECT(gltf_meshlet_abi() == GLTF_MESHLET_ABI && *gltf_meshlet_error() == 0);
+  test_objects();
+  test_bytes();
+  test_views();
+  test_decoding();
+  test_threads();
+  test_encoding();
+  test_results();
+  test_packing();
+  test_weld_and_sort();
+  test_lines();
+  test_levels();
+  return 0;
+}

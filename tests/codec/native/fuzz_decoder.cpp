@@ -1,0 +1,290 @@
+// fuzz_decoder FOLDER [MUTATIONS [SEED]]
+// Runs every .bin file of a folder, every truncation of each small one, and MUTATIONS random
+// mutations of them through the C interface, as views of one blob or several. Build with ASan and
+// UBSan (MESHLET_FUZZ). It must decode any input or say that it is malformed, within seconds;
+// otherwise the program ends with status 1 or a sanitizer's report. For coverage-guided fuzzing,
+// link with -fsanitize=fuzzer -DMESHLET_LIBFUZZER.
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <optional>
+#include <random>
+#include <vector>
+
+#include "../../../codec/format/constants.h"
+#include "gltf_meshlet.h"
+
+namespace {
+
+using Bytes = std::vector<uint8_t>;
+
+void expect(bool holds, const char* problem) {
+  if (holds) return;
+  std::fprintf(stderr, "fuzz_decoder: %s\n", problem);
+  std::abort();
+}
+
+// Is this a success? Otherwise the bytes must be malformed: nothing else is wrong here.
+bool valid(int status) {
+  expect(status == GLTF_MESHLET_OK || status == GLTF_MESHLET_MALFORMED, gltf_meshlet_error());
+  return status == GLTF_MESHLET_OK;
+}
+
+template <class T>
+T sized() {
+  T out{};
+  out.size = sizeof out;
+  return out;
+}
+
+// An open view and what its headers say.
+struct View {
+  gltf_meshlet_view* view = nullptr;
+  gltf_meshlet_counts counts = sized<gltf_meshlet_counts>();
+  std::vector<gltf_meshlet_stream> streams;
+  std::vector<gltf_meshlet_blob> blobs;
+
+  explicit View(const Bytes& bytes) {
+    static const uint8_t none = 0;
+    if (!valid(gltf_meshlet_open(bytes.empty() ? &none : bytes.data(), bytes.size(), &view)))
+      return;
+    expect(valid(gltf_meshlet_get_counts(view, &counts)), "an open view has no counts");
+    streams.resize(counts.streams);
+    blobs.resize(counts.blobs, sized<gltf_meshlet_blob>());
+    for (uint32_t s = 0; s < counts.streams; s++)
+      expect(valid(gltf_meshlet_get_stream(view, 0, s, &streams[s])), "a stream is missing");
+    for (uint32_t b = 0; b < counts.blobs; b++)
+      expect(valid(gltf_meshlet_get_blob(view, b, &blobs[b])), "a blob is missing");
+  }
+  ~View() { gltf_meshlet_close(view); }
+  View(const View&) = delete;
+};
+
+// The decoded arrays of a view or of some meshlets.
+struct Arrays {
+  std::vector<uint32_t> triangles;
+  std::vector<std::vector<uint32_t>> values;
+  uint64_t vertices;
+
+  Arrays(uint64_t triangle_count, uint64_t vertex_count, const View& view)
+      : triangles(3 * triangle_count), vertices(vertex_count) {
+    for (const gltf_meshlet_stream& s : view.streams)
+      values.emplace_back(vertex_count * (s.kind == GLTF_MESHLET_OCT ? 3u : s.elements));
+  }
+
+  // Calls decode(arrays), which writes integers or values; returns what it wrote, or nothing.
+  template <class Decode>
+  std::optional<gltf_meshlet_arrays> fill(bool integers, Decode decode) {
+    std::vector<uint32_t*> as_integers;
+    for (std::vector<uint32_t>& array : values) as_integers.push_back(array.data());
+    std::vector<void*> as_values(as_integers.begin(), as_integers.end());
+    auto out = sized<gltf_meshlet_arrays>();
+    out.triangle_room = triangles.size() / 3;
+    out.vertex_room = vertices;
+    out.triangles = triangles.data();
+    if (integers)
+      out.integers = as_integers.data();
+    else
+      out.values = as_values.data();
+    if (!valid(decode(&out))) return {};
+    return out;
+  }
+};
+
+// Returns nothing if the view is malformed.
+std::optional<Arrays> decode_everything(const View& view, bool integers) {
+  const gltf_meshlet_counts& n = view.counts;
+  expect(n.vertices <= 64 * n.meshlets, "more vertices than the meshlets can hold");
+  Arrays arrays(n.triangles, n.vertices, view);
+  const auto decode = [&](auto* out) { return gltf_meshlet_decode(view.view, 1, out); };
+  if (!arrays.fill(integers, decode)) return {};
+  for (uint32_t vertex : arrays.triangles)
+    expect(vertex < n.vertices, "a triangle names a vertex that does not exist");
+  return arrays;
+}
+
+// Decodes ranges of a valid blob and compares the values at all corners with those of `whole`.
+// continued: each range continues the one before.
+void compare_ranges(const Bytes& bytes, uint32_t number, const Arrays& whole, bool continued) {
+  std::optional<View> view(bytes);
+  const gltf_meshlet_blob blob = view->blobs[number];
+  const uint64_t step = blob.meshlets / 3 + 1, last = blob.first_meshlet + blob.meshlets;
+  size_t corner = 3 * size_t(blob.first_triangle), vertices = 0;
+  std::vector<std::vector<uint32_t>> values(view->streams.size());
+  for (uint64_t first = blob.first_meshlet; first < last; first += step) {
+    const uint64_t count = std::min(step, last - first);
+    Arrays part(64 * count, 64 * count, *view);
+    if (!continued) {
+      view.emplace(bytes);
+      vertices = 0;
+      values.assign(values.size(), {});
+    }
+    const uint32_t other = uint32_t(last - 1);  // changes nothing
+    expect(valid(gltf_meshlet_decode_meshlets(view->view, &other, 1, nullptr, nullptr, nullptr)),
+           "a meshlet of a valid blob is refused");
+    const auto written = part.fill(
+        true, [&](auto* out) { return gltf_meshlet_decode_range(view->view, first, count, out); });
+    expect(written.has_value(), "a range of a valid blob is refused");
+    vertices += written->vertices_out;
+    for (size_t s = 0; s < values.size(); s++)
+      values[s].insert(
+          values[s].end(), part.values[s].begin(),
+          part.values[s].begin() + long(written->vertices_out) * view->streams[s].elements);
+    for (size_t i = 0; i < 3 * written->triangles_out; i++, corner++) {
+      const uint32_t there = whole.triangles[corner], here = part.triangles[i];
+      expect(here < vertices, "a range names a vertex that does not exist");
+      expect(!continued || here + blob.first_vertex == there, "a range continues other numbers");
+      for (size_t s = 0; s < values.size(); s++)
+        for (uint32_t c = 0, n = view->streams[s].elements; c < n; c++)
+          expect(values[s][n * here + c] == whole.values[s][n * there + c],
+                 "a range decodes to other values");
+    }
+  }
+}
+
+void decode_meshlets(const View& view) {
+  size_t elements = 0;
+  for (const gltf_meshlet_stream& s : view.streams) elements += s.elements;
+  std::vector<uint32_t> integers(64 * elements);
+  uint8_t triangles[3 * 64];
+  uint32_t sizes[2];
+  for (uint32_t m = uint32_t(view.counts.meshlets); m-- > 0;)
+    if (valid(gltf_meshlet_decode_meshlets(view.view, &m, 1, sizes, triangles, integers.data())))
+      for (uint32_t i = 0; i < 3 * sizes[0]; i++)
+        expect(triangles[i] < sizes[1], "a meshlet names a vertex that does not exist");
+}
+
+// Returns whether the whole view decodes.
+bool try_view(const Bytes& bytes) {
+  const View view(bytes);
+  if (!view.view) return false;
+  const std::optional<Arrays> whole = decode_everything(view, true);
+  expect(decode_everything(view, false).has_value() == whole.has_value(),
+         "decoding to values and to integers disagree on a view");
+  const bool all = valid(gltf_meshlet_validate(view.view, 1));
+  expect(whole || !all, "a valid view does not decode");
+  for (uint32_t b = 0; all && b < view.counts.blobs; b++)
+    for (bool continued : {false, true}) compare_ranges(bytes, b, *whole, continued);
+  auto statistics = sized<gltf_meshlet_statistics>();
+  expect(valid(gltf_meshlet_get_statistics(view.view, &statistics)) || !all,
+         "bits of a valid view are not counted");
+  decode_meshlets(view);
+  return whole.has_value();
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  try_view(Bytes(data, data + size));
+  return 0;
+}
+
+#ifndef MESHLET_LIBFUZZER
+namespace {
+
+constexpr size_t kSmall = 2048;   // bytes: files up to this size are cut at every length
+constexpr double kTooLong = 2.0;  // seconds for one input, with sanitizers
+
+struct Summary {
+  size_t inputs = 0, decoded = 0;
+  double slowest = 0;
+
+  void run(const Bytes& blob) {
+    const auto start = std::chrono::steady_clock::now();
+    decoded += try_view(blob);
+    inputs++;
+    slowest = std::max(
+        slowest, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+    expect(slowest < kTooLong, "an input takes too long");
+  }
+};
+
+// Repairs the lengths of blobs and the padding of the last one, which the decoder checks first:
+// most mutations then get past them.
+void repair_frame(Bytes& view) {
+  view.resize(view.size() / 4 * 4);
+  for (size_t at = 0; view.size() - at >= BLOB_HEADER_BYTES + BLOB_PADDING_BYTES;) {
+    const uint32_t rest = uint32_t(view.size() - at);
+    uint32_t length;
+    std::memcpy(&length, view.data() + at + 4 * BLOB_WORD_BYTES, sizeof length);
+    if (length < BLOB_HEADER_BYTES || length % 4 || length > rest - BLOB_HEADER_BYTES) {
+      std::memcpy(view.data() + at + 4 * BLOB_WORD_BYTES, &rest, sizeof rest);
+      std::fill(view.end() - BLOB_PADDING_BYTES, view.end(), uint8_t(0));
+      return;
+    }
+    at += length;
+  }
+}
+
+void mutate(Bytes& blob, const Bytes& other, std::mt19937& random) {
+  const auto below = [&](size_t bound) { return bound ? random() % bound : 0; };
+  for (size_t i = 1 + below(6); i > 0 && !blob.empty(); --i) {
+    const size_t at = below(blob.size());
+    switch (below(6)) {
+      case 0: blob[at] ^= uint8_t(1u << below(8)); break;
+      case 1: blob[at] = uint8_t(random()); break;
+      case 2: blob[at] = below(2) ? 0xFF : 0x00; break;
+      case 3: blob[at] = uint8_t(blob[at] + (below(2) ? 1 : -1)); break;
+      case 4:
+        if (below(8) == 0) blob.resize(at);
+        break;
+      default: {
+        const size_t length = std::min({below(16), blob.size() - at, other.size()});
+        std::copy_n(other.begin() + long(below(other.size() - length + 1)), length,
+                    blob.begin() + long(at));
+      }
+    }
+  }
+  if (below(16)) repair_frame(blob);
+}
+
+std::vector<Bytes> read_corpus(const char* folder) {
+  std::vector<std::filesystem::path> paths;
+  for (const auto& entry : std::filesystem::directory_iterator(folder))
+    if (entry.path().extension() == ".bin") paths.push_back(entry.path());
+  std::sort(paths.begin(), paths.end());
+  std::vector<Bytes> corpus;
+  for (const auto& path : paths) {
+    std::ifstream file(path, std::ios::binary);
+    corpus.emplace_back(std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>());
+  }
+  return corpus;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const std::vector<Bytes> corpus = argc > 1 ? read_corpus(argv[1]) : std::vector<Bytes>{};
+  if (corpus.empty()) {
+    std::fprintf(stderr, "usage: fuzz_decoder FOLDER_WITH_BIN_FILES [MUTATIONS [SEED]]\n");
+    return 2;
+  }
+  const long mutations = argc > 2 ? std::atol(argv[2]) : 100000;
+  Summary files, truncations, mutated;
+  for (const Bytes& blob : corpus) {
+    files.run(blob);
+    for (size_t length = 0; blob.size() <= kSmall && length < blob.size(); length++) {
+      Bytes cut(blob.begin(), blob.begin() + long(length));
+      truncations.run(cut);
+      repair_frame(cut);
+      truncations.run(cut);
+    }
+  }
+  std::mt19937 random(argc > 3 ? uint32_t(std::atol(argv[3])) : 1u);
+  for (long i = 0; i < mutations; i++) {
+    Bytes blob = corpus[random() % corpus.size()];
+    mutate(blob, corpus[random() % corpus.size()], random);
+    mutated.run(blob);
+  }
+  for (const auto& [name, summary] :
+       {std::pair{"files", files}, {"truncations", truncations}, {"mutations", mutated}})
+    std::printf("%s: %zu run, %zu decoded, slowest %.1f ms\n", name, summary.inputs,
+                summary.decoded, summary.slowest * 1e3);
+  return 0;
+}
+#endif

@@ -1,0 +1,149 @@
+"""codec/c: bad arguments give a status, docs/c.md is right, Python agrees with the header."""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import re
+import shutil
+import subprocess
+import threading
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gltf_ext import _codec
+from tests.helpers.environment import ROOT
+from tests.helpers.native import program_of
+
+HEADER = ROOT / "codec" / "c" / "gltf_meshlet.h"
+LIBRARY = Path(_codec.library._name)
+VECTOR = ROOT / "spec" / "vectors" / "valid_group_tables.bin"
+
+
+# --- the manual's programs ---
+
+
+@pytest.mark.parametrize(
+    ("language", "compiler", "printed"),
+    [
+        ("c", ["cc", "-std=c99", "-pedantic"], "128 triangles in "),
+        ("cpp", ["c++", "-std=c++11", "-pthread"], " triangles in "),
+    ],
+)
+def test_program_of_the_manual(language, compiler, printed, tmp_path):
+    if shutil.which(compiler[0]) is None:
+        pytest.skip(f"{compiler[0]} is not installed")
+    (code,) = re.findall(
+        rf"^```{language}\n(.*?)^```", (ROOT / "docs" / "c.md").read_text(), re.M | re.S
+    )
+    source, program = tmp_path / f"program.{language}", tmp_path / "program"
+    source.write_text(code)
+    flags = ["-Wall", "-Wextra", "-Werror", f"-I{HEADER.parent}", source]
+    link = [f"-L{LIBRARY.parent}", "-lgltf_meshlet", f"-Wl,-rpath,{LIBRARY.parent}"]
+    subprocess.run([*compiler, *flags, *link, "-o", program], check=True)
+    done = subprocess.run([program, VECTOR], check=True, capture_output=True, text=True, timeout=60)
+    assert printed in done.stdout
+    if language == "cpp":
+        count = _codec.Decoder(VECTOR.read_bytes()).triangle_count
+        assert done.stdout.startswith(f"{count} of {count} triangles")
+
+
+# --- Python's side ---
+
+
+def test_python_has_the_constants_of_the_format():
+    text = (ROOT / "codec" / "format" / "constants.h").read_text()
+    names = [
+        name
+        for name in vars(_codec)
+        if re.match("(KIND|PREDICT|GRID|OCT|STREAM|BLOB|MESHL)_", name)
+    ]
+    names += ["MESHLET_TRIANGLES", "MESHLET_VERTICES"]
+    for name in names:
+        (value,) = re.findall(rf"#define {name} (\d+)u", text)
+        assert getattr(_codec, name) == int(value), name
+    assert len(names) > 15
+
+
+def test_python_declares_what_the_header_declares(tmp_path):
+    """Functions' number of arguments, structs' sizes and offsets."""
+    if shutil.which("cc") is None:
+        pytest.skip("cc is not installed")
+    text = re.sub(r"/\*.*?\*/", "", HEADER.read_text(), flags=re.S)
+    declared = dict(re.findall(r"gltf_meshlet_(\w+)\(([^;]*)\);", text))
+    for name, types in map(str.split, _codec._FUNCTIONS.split(",")):
+        assert len(declared[name].split(",")) == len(types), name
+    expected, printed = [], []
+    for name, body in re.findall(r"typedef struct (gltf_meshlet_\w+) \{(.*?)\n\}", text, re.S):
+        short = name.removeprefix("gltf_meshlet_").capitalize()
+        struct = _codec.StreamHeader if short == "Stream" else getattr(_codec, f"_{short}")
+        fields = [getattr(struct, field) for field, _ in struct._fields_]
+        expected += [ctypes.sizeof(struct), *(field.offset for field in fields)]
+        body = re.sub(r"\(\*(\w+)\)\([^)]*\)", r"\1", body)
+        printed.append(f"sizeof({name})")
+        printed += [f"offsetof({name}, {f})" for f in re.findall(r"(\w+)(?:\[\w+\])?[,;]", body)]
+    calls = "".join(f'printf("%d ", (int){value});' for value in printed)
+    source = f"#include <stdio.h>\n#include <gltf_meshlet.h>\nint main(void) {{{calls}}}\n"
+    program = tmp_path / "layout"
+    command = ["cc", f"-I{HEADER.parent}", "-x", "c", "-", "-o", program]
+    subprocess.run(command, input=source, text=True, check=True)
+    done = subprocess.run([program], capture_output=True, text=True)
+    assert list(map(int, done.stdout.split())) == expected
+
+
+def test_what_the_progress_function_raises_cancels():
+    class Enough(BaseException):
+        pass
+
+    def progress(fraction):
+        raise Enough(str(fraction))
+
+    triangles, positions = np.array([[0, 1, 2]], np.uint32), np.eye(3, dtype=np.float32)
+    stream = {"kind": _codec.KIND_INTEGER, "components": 1, "bits": 1}
+    values = [np.array([[0], [1], [0]], np.uint32)]
+    with pytest.raises(Enough):
+        _codec.encode(triangles, triangles[0], positions, [stream], values, progress=progress)
+
+
+def test_calls_release_the_interpreter():
+    """Python runs while another thread decodes, and is refused the same view."""
+    decoder, numbers = _codec.Decoder(VECTOR.read_bytes()), np.zeros(200_000, np.uint32)
+
+    def decode_all():
+        while True:
+            with contextlib.suppress(ValueError):  # the other thread came first
+                return decoder.decode_many(numbers)
+
+    thread = threading.Thread(target=decode_all)
+    thread.start()
+    refused = 0
+    while thread.is_alive():
+        try:
+            decoder.decode_meshlet(0)
+        except ValueError as error:
+            assert "another thread uses the view" in str(error)
+            refused += 1
+    assert refused
+
+
+def test_kept_arrays_hold_what_new_ones_do():
+    decoder = _codec.Decoder(VECTOR.read_bytes())
+    for m in range(decoder.meshlet_count):
+        triangles, values = decoder.decode_meshlet(m)
+        sizes = decoder.decode_kept(m)
+        assert sizes == (len(triangles), len(values[0]))
+        np.testing.assert_array_equal(decoder.kept[0][: sizes[0]], triangles)
+        for kept, new in zip(decoder.kept[1], values):
+            np.testing.assert_array_equal(kept[: sizes[1]], new)
+
+
+# --- bad arguments ---
+
+
+def test_bad_arguments_give_a_status():
+    """Under ASan and UBSan."""
+    program = program_of("MESHLET_FUZZ", "bad_arguments")
+    done = subprocess.run([program, VECTOR], capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stderr

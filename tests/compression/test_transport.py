@@ -1,0 +1,121 @@
+"""compress --transport, transcode: packed files read like others and come back byte for byte."""
+
+import numpy as np
+import pytest
+
+import gltf_ext
+from gltf_ext.gltf.transport import TRANSPORT
+from gltf_meshlet import cli
+from spec.make_lod_vectors import FOLDER as LOD_VECTORS
+from tests.helpers.gltf_builder import NORMALIZED, Builder, everything, glb_bytes, glb_json
+
+
+def model(path):
+    """Every kind of attribute, and a sheet of positions alone."""
+    builder = Builder()
+    attributes, triangles, targets = everything()
+    builder.mesh(attributes, triangles, targets, NORMALIZED)
+    builder.mesh({"POSITION": attributes["POSITION"]}, triangles)
+    return builder.write(path)
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory):
+    """The same model plain, compressed and packed."""
+    folder = tmp_path_factory.mktemp("transport")
+    plain = model(folder / "plain.glb")
+    gltf_ext.compress(plain, folder / "compressed.glb")
+    gltf_ext.compress(plain, folder / "packed.glb", transport=True)
+    return folder
+
+
+def equal(first, second):
+    return first.read_bytes() == second.read_bytes()
+
+
+def change(path, output, edit):
+    """A copy of a .glb with a changed JSON."""
+    properties, data = glb_json(path), path.read_bytes()
+    edit(properties)
+    output.write_bytes(glb_bytes(properties, data[data.index(b"BIN\0") + 4 :]))
+    return output
+
+
+def test_packed_files_are_smaller_and_declared(files):
+    properties = glb_json(files / "packed.glb")
+    assert (files / "packed.glb").stat().st_size < (files / "compressed.glb").stat().st_size
+    assert TRANSPORT in properties["extensionsRequired"]
+    assert any(TRANSPORT in view.get("extensions", {}) for view in properties["bufferViews"])
+
+
+def test_readers_see_no_difference(files):
+    packed, compressed = files / "packed.glb", files / "compressed.glb"
+    for a, b in zip(gltf_ext.load(packed), gltf_ext.load(compressed), strict=True):
+        assert np.array_equal(a.indices, b.indices)
+        for name, values in a.attributes.items():
+            assert np.array_equal(values, b.attributes[name])
+    assert gltf_ext.validate(packed) == []
+    assert gltf_ext.verify(files / "plain.glb", packed)["ok"]
+    assert gltf_ext.inspect(packed)["totals"] == gltf_ext.inspect(compressed)["totals"]
+    for path in (packed, compressed):
+        gltf_ext.decompress(path, files / f"{path.stem}.plain.glb")
+    assert equal(files / "packed.plain.glb", files / "compressed.plain.glb")
+
+
+def test_transcode_both_ways_gives_the_same_bytes(files, capsys):
+    assert cli.main(["transcode", str(files / "compressed.glb"), str(files / "a.glb")]) == 0
+    assert equal(files / "a.glb", files / "packed.glb")
+    assert cli.main(["transcode", str(files / "a.glb"), str(files / "b.glb")]) == 0
+    assert equal(files / "b.glb", files / "compressed.glb")
+    assert [line.rsplit(" ")[-1] for line in capsys.readouterr().out.splitlines()] == [
+        "packed",
+        "unpacked",
+    ]
+
+
+@pytest.mark.parametrize("name", ["lod_sheet", "lod_streams", "lod_touching_spheres"])
+def test_levels_of_detail(name, tmp_path):
+    source = LOD_VECTORS / f"{name}.glb"
+    outputs = [tmp_path / f"{i}.glb" for i in range(3)]
+    for before, after in zip([source, *outputs], outputs):
+        gltf_ext.transcode(before, after)
+        assert gltf_ext.validate(after) == []
+        assert gltf_ext.inspect(after)["lod"] == gltf_ext.inspect(source)["lod"]
+    assert equal(outputs[0], outputs[2])
+
+
+def test_damaged_files_give_one_line(files, tmp_path):
+    def longer(properties):
+        for view in properties["bufferViews"]:
+            if TRANSPORT in view.get("extensions", {}):
+                view["extensions"][TRANSPORT]["byteLength"] += 4
+
+    path = change(files / "packed.glb", tmp_path / "longer.glb", longer)
+    with pytest.raises(gltf_ext.MeshletError, match=r"bufferView \d: .*does not say that"):
+        gltf_ext.load(path)
+    data = bytearray((files / "packed.glb").read_bytes())
+    view = next(v for v in glb_json(files / "packed.glb")["bufferViews"] if v.get("extensions"))
+    begin = data.index(b"BIN\0") + 4 + view.get("byteOffset", 0)
+    data[begin + 100] ^= 16
+    damaged = tmp_path / "damaged.glb"
+    damaged.write_bytes(data)
+    assert cli.main(["validate", str(damaged)]) == 2
+    with pytest.raises(gltf_ext.MeshletError, match=r"^[^\n]+$"):
+        gltf_ext.load(damaged)
+
+
+@pytest.mark.parametrize("view", [None, "1", {}, [], True, 2.5, 99])
+def test_levels_in_no_buffer_view_are_refused(tmp_path, view):
+    def edit(properties):
+        (primitive,) = (p for mesh in properties["meshes"] for p in mesh["primitives"])
+        primitive["extensions"]["EXT_meshlet_lod"]["pages"]["bufferView"] = view
+
+    damaged = change(LOD_VECTORS / "lod_strip.glb", tmp_path / "damaged.glb", edit)
+    with pytest.raises(gltf_ext.MeshletError, match=r"bufferView .* does not exist"):
+        gltf_ext.transcode(damaged, tmp_path / "out.glb")
+    assert not (tmp_path / "out.glb").exists()
+
+
+def test_transport_needs_the_whole_model_in_memory(files):
+    with pytest.raises(gltf_ext.MeshletError, match="transport needs the whole model"):
+        gltf_ext.compress(files / "plain.glb", files / "x.glb", transport=True, max_memory="1G")

@@ -1,0 +1,264 @@
+"""The readers of .obj, .ply and .stl: what they keep, blocks of any size, what they refuse."""
+
+import io
+import random
+
+import numpy as np
+import pytest
+import trimesh
+from PIL import Image
+
+from gltf_ext.compression.primitives import read_primitive
+from gltf_ext.errors import MeshletError
+from gltf_ext.gltf import mesh_files
+from gltf_ext.gltf import ply as ply_module
+from gltf_ext.gltf import stl as stl_module
+from gltf_ext.gltf.importers import open_model
+
+OBJ = b"""# a quad and a triangle with a seam, then two faces of other materials
+mtllib m.mtl
+o thing
+v 0 0 0
+v 1 0 0 1.0
+v 1 1 0
+v 0 1 0
+vt 0 0
+vt 1 0.25
+vt 1 1
+vn 0 0 1
+vn 0 0 -1
+f 1/1/1 2/2/1 \\
+  3/3/1 4/1/1
+usemtl red
+f 1/1/2 3/3/2 2/2/2
+usemtl two words
+v 0 0 5
+f -1//-1 -2//-1 -3//-2
+f 5 4 3 # no normal
+"""
+
+
+def ply(order: str) -> bytes:
+    """A triangle and a quad with colours; then a triangle."""
+    header = (
+        f"ply\nformat {order} 1.0\ncomment TextureFile t.png\nelement vertex 5\n"
+        "property double x\nproperty float y\nproperty float z\nproperty uchar red\n"
+        "property uchar green\nproperty uchar blue\nelement edge 0\nproperty int vertex1\n"
+        "element face 3\nproperty list uchar int vertex_indices\nproperty ushort flag\nend_header\n"
+    )
+    vertices = [(i, i * i, 0.5, 10 * i, 0, 255) for i in range(5)]
+    faces = [(0, 1, 2), (0, 1, 2, 3), (2, 3, 4)]
+    if order == "ascii":
+        rows = [*vertices, *((len(face), *face, 7) for face in faces)]
+        return (header + "\n".join(" ".join(map(str, row)) for row in rows)).encode()
+    end = "<" if "little" in order else ">"
+    vertex = np.dtype(
+        [(n, end + t) for n, t in zip("xyzrgb", ("f8", "f4", "f4", "u1", "u1", "u1"))]
+    )
+    body = np.array(vertices, vertex).tobytes()
+    for face in faces:
+        body += bytes([len(face)]) + np.array(face, end + "i4").tobytes()
+        body += np.array(7, end + "u2").tobytes()
+    return header.encode() + body
+
+
+STL = b"".join(
+    b"Solid %s\n"
+    % name
+    + b" facet normal 0 0 1\n  outer loop\n   vertex 0 0 0\n   VERTEX 1e0 0 0\n   vertex 0 +1 0\n"
+    b"  endloop\n endfacet\n" * 2 + b"endsolid %s\n" % name
+    for name in (b"first one", b"b")
+)
+BINARY_STL = (
+    bytes(80)
+    + (2).to_bytes(4, "little")
+    + 2 * (np.float32([0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0]).tobytes() + b"ab")
+)
+FILES = {
+    "a.obj": OBJ,
+    "a.ply": ply("ascii"),
+    "little.ply": ply("binary_little_endian"),
+    "big.ply": ply("binary_big_endian"),
+    "a.stl": STL,
+    "b.stl": BINARY_STL,
+}
+
+
+@pytest.fixture
+def folder(tmp_path):
+    for name, content in FILES.items():
+        (tmp_path / name).write_bytes(content)
+    Image.new("RGB", (2, 2), (255, 0, 0)).save(tmp_path / "t.png")
+    Image.new("RGB", (2, 2), (255, 0, 0)).save(tmp_path / "t.bmp")
+    (tmp_path / "m.mtl").write_text(
+        "newmtl red\nKd 1 0.5 0\nNs 98\nmap_Kd t.bmp\nnewmtl two words\nNewmtl unused\nKd x\n"
+    )
+    return tmp_path
+
+
+def read(path):
+    """name -> (triangles, attributes) of each mesh."""
+    document = open_model(path)
+    primitives = [read_primitive(document, i, 0)[0] for i in range(len(document.meshes))]
+    return {m.name: (p.indices, p.attributes) for m, p in zip(document.meshes, primitives)}
+
+
+def corners(mesh, attribute="POSITION"):
+    triangles, attributes = mesh
+    return attributes[attribute][triangles].tolist()
+
+
+def test_obj(folder):
+    meshes = read(folder / "a.obj")
+    assert list(meshes) == ["thing", "red", "two words"]
+    quad = meshes["thing"]
+    assert corners(quad) == [
+        [[0, 0, 0], [1, 0, 0], [1, 1, 0]],
+        [[0, 0, 0], [1, 1, 0], [0, 1, 0]],
+    ]
+    assert corners(quad, "TEXCOORD_0")[0] == [[0, 1], [1, 0.75], [1, 0]]
+    assert set(corners(quad, "NORMAL")[1][0]) == {0, 1}
+    assert len(meshes["red"][1]["POSITION"]) == 3
+    assert corners(meshes["two words"]) == [
+        [[0, 0, 5], [0, 1, 0], [1, 1, 0]],
+        [[0, 0, 5], [0, 1, 0], [1, 1, 0]],
+    ]
+    assert set(meshes["two words"][1]) == {"POSITION"}, "a corner has no normal"
+
+
+def test_obj_materials(folder):
+    document = open_model(folder / "a.obj")
+    names = [m.primitives[0].material for m in document.meshes]
+    red, other = document.materials
+    assert names == [None, 0, 1] and (red.name, other.name) == ("red", "two words")
+    assert red.pbrMetallicRoughness.baseColorFactor == [1, 0.5, 0, 1]
+    assert red.pbrMetallicRoughness.roughnessFactor == pytest.approx(0.02**0.25)
+    assert red.pbrMetallicRoughness.baseColorTexture.index == 0
+    data = bytes(document.bytes_of_view(document.images[0].bufferView))
+    with Image.open(io.BytesIO(data)) as image:  # glTF has no .bmp
+        assert image.format == "PNG" and image.getpixel((0, 0))[:3] == (255, 0, 0)
+    assert open_model(folder / "a.obj").import_warnings == ()
+
+
+def test_obj_colors(tmp_path):
+    path = tmp_path / "a.obj"
+    path.write_text("v 0 0 0 1 0.5 0\nv 1 0 0 0 0 2\nv 0 1 0 0 0 nan\nf 1 2 3\n")
+    ((_, attributes),) = read(path).values()
+    assert attributes["COLOR_0"].tolist() == [
+        [255, 128, 0, 255],
+        [0, 0, 255, 255],
+        [0, 0, 0, 255],
+    ]
+
+
+def test_obj_with_indices_of_missing_normals(tmp_path):
+    (tmp_path / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1/1/1 2/2/2 3/3/3\n")
+    document = open_model(tmp_path / "a.obj")
+    assert len(document.import_warnings) == 2 and "normal" in document.import_warnings[1]
+    assert set(document.meshes[0].primitives[0].attributes) == {"POSITION"}
+
+
+@pytest.mark.parametrize("name", ["a.ply", "little.ply", "big.ply"])
+def test_ply(folder, name):
+    ((triangles, attributes),) = read(folder / name).values()
+    assert triangles.tolist() == [[0, 1, 2], [0, 1, 2], [0, 2, 3], [2, 3, 4]]
+    assert attributes["POSITION"].tolist() == [[i, i * i, 0.5] for i in range(5)]
+    assert attributes["COLOR_0"].tolist() == [[10 * i, 0, 255, 255] for i in range(5)]
+    assert len(open_model(folder / name).images) == 1
+
+
+def test_ply_with_values_at_corners(tmp_path):
+    (tmp_path / "a.ply").write_text(
+        "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
+        "property float z\nelement face 2\nproperty list uchar int vertex_index\n"
+        "property list uchar float texcoord\nproperty float red\nproperty float green\n"
+        "property float blue\nend_header\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n"
+        "3 0 1 2 6 0 0 1 0 0 1 1 0 0\n3 2 1 3 6 0 1 1 0 1 1 0 0 1\n"
+    )
+    ((triangles, attributes),) = read(tmp_path / "a.ply").values()
+    colors = attributes["COLOR_0"][triangles][:, :, :3].tolist()
+    assert colors == [[[255, 0, 0]] * 3, [[0, 0, 255]] * 3] and len(attributes["POSITION"]) == 6
+    assert attributes["TEXCOORD_0"][triangles[1]].tolist() == [[0, 0], [1, 1], [1, 0]]
+
+
+@pytest.mark.parametrize("name, names", [("a.stl", ["first one", "b"]), ("b.stl", ["b.stl"])])
+def test_stl(folder, name, names):
+    meshes = read(folder / name)
+    assert list(meshes) == names
+    for mesh in meshes.values():
+        assert corners(mesh) == [[[0, 0, 0], [1, 0, 0], [0, 1, 0]]] * 2
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_blocks_of_any_size_give_the_same(folder, monkeypatch, name):
+    whole = read(folder / name)
+    for size in (1, 7, 50, 120):
+        for module in (mesh_files, ply_module, stl_module):
+            monkeypatch.setattr(module, "BLOCK_BYTES", size)
+        parts = read(folder / name)
+        assert parts.keys() == whole.keys()
+        for key, (triangles, attributes) in whole.items():
+            np.testing.assert_array_equal(parts[key][0], triangles)
+            for attribute, values in attributes.items():
+                np.testing.assert_array_equal(parts[key][1][attribute], values)
+
+
+@pytest.mark.parametrize(
+    "name, content, message",
+    [
+        ("a.obj", b"v 0 0 0\nf 1 2 3\n", "a face uses vertex 3 of 1"),
+        ("a.obj", b"v 0 0 0\nf 1 1 -2\n", "a face uses a vertex before the first"),
+        ("a.obj", b"v 0 0 0\nf 1 0 1\n", "a face uses vertex 0"),
+        ("a.obj", b"v 0 0 x\xff\nf 1 1 1\n", '"v 0 0 x?" is not a line of numbers'),
+        ("a.obj", b"v 0 0 0\nf 1/1/1/1 1 1\n", "is not a line of numbers"),
+        ("a.obj", b"v 0 0\nf 1 1 1\n", "has a vertex of 2 numbers"),
+        ("a.obj", b"f 1 2 99999999999\n", "is not a line of numbers"),
+        ("a.ply", b"obj\n", "is not a .ply"),
+        ("a.ply", b"ply\nformat ascii 1.0\n", "has a header that does not end"),
+        ("a.ply", ply("ascii")[:-20], "too short"),
+        ("a.ply", ply("ascii").replace(b"face 3", b"face 4"), "is cut off"),
+        ("a.ply", ply("binary_little_endian")[:-1], "is cut off"),
+        ("a.ply", ply("ascii").replace(b"3 0 1 2 7", b"3 0 1 9 7"), "a face uses vertex 10 of 5"),
+        ("a.ply", ply("ascii").replace(b"vertex 5", b"vertex 9" + b"9" * 30), "too short"),
+        (
+            "a.ply",
+            ply("binary_big_endian").replace(b"list uchar int", b"list int double"),
+            "is cut off",
+        ),
+        ("a.stl", BINARY_STL[:-1], "is cut off"),
+        ("a.stl", STL[:-20], "is cut off"),
+        ("a.stl", STL.replace(b"1e0 0 0", b"1e0 0"), "is not 3 numbers"),
+        ("a.stl", STL.replace(b"   vertex 0 0 0\n", b""), "has a facet that is no triangle"),
+    ],
+)
+def test_refused_in_one_line(tmp_path, name, content, message):
+    (tmp_path / name).write_bytes(content)
+    with pytest.raises(MeshletError, match=r"^[^\n]*$") as caught:
+        open_model(tmp_path / name)
+    assert message in str(caught.value)
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_damaged_files_raise_nothing_else(folder, name):
+    draw = random.Random(5)
+    for _ in range(100):
+        content = bytearray(FILES[name])
+        for _ in range(draw.randint(1, 4)):
+            at = draw.randrange(len(content))
+            content[at : at + draw.randint(0, 3)] = draw.choice(
+                [b"", b"9", b"-", b"/", b"\n", b"\\\n", b"999999", b"\xff\xff", b" ", b"e", b"\0"]
+            )
+        (folder / name).write_bytes(content)
+        try:
+            read(folder / name)
+        except MeshletError as error:
+            assert "\n" not in str(error)
+
+
+def test_agrees_with_trimesh(tmp_path):
+    mesh = trimesh.creation.torus(2.0, 0.5)
+    for name, options in (("a.ply", {"encoding": "ascii"}), ("b.ply", {}), ("a.obj", {})):
+        mesh.export(tmp_path / name, **options)
+        ((triangles, attributes),) = read(tmp_path / name).values()
+        np.testing.assert_array_equal(triangles, mesh.faces)
+        np.testing.assert_allclose(attributes["POSITION"], mesh.vertices, atol=1e-6)

@@ -1,0 +1,64 @@
+"""gltf_ext.lod.samples: nearest places, and differences in normals and texture coordinates."""
+
+import numpy as np
+import pytest
+
+from gltf_ext.compression.primitives import Primitive
+from gltf_ext.lod.samples import Places, nearest_places, shading_differences, spread_by_area
+from tests.helpers.vulkan_scenes import ball
+
+
+@pytest.fixture
+def sphere() -> Primitive:
+    """A unit sphere with its normals and texture coordinates that follow from the positions."""
+    positions, triangles = ball(48, 32)
+    attributes = {
+        "POSITION": positions.astype(np.float32),
+        "NORMAL": positions.astype(np.float32),
+        "TEXCOORD_0": positions[:, :2].astype(np.float32),
+    }
+    return Primitive(0, 0, triangles.astype(np.uint32), attributes)
+
+
+def changed(primitive: Primitive, **attributes: np.ndarray) -> Primitive:
+    return Primitive(0, 0, primitive.indices, {**primitive.attributes, **attributes})
+
+
+def test_a_surface_has_the_shading_of_itself(sphere):
+    found = shading_differences(sphere, sphere, 500)
+    assert found.keys() == {"NORMAL", "TEXCOORD_0"}
+    assert found["NORMAL"].max() < 0.5 and found["TEXCOORD_0"].max() < 0.01
+
+
+def test_turned_normals_and_moved_texcoords_are_found(sphere):
+    """Normals turned by 10 degrees about z: those at the poles stay, those at the equator move."""
+    turn = np.radians(10.0)
+    rotation = np.array(
+        [[np.cos(turn), -np.sin(turn), 0], [np.sin(turn), np.cos(turn), 0], [0, 0, 1]]
+    )
+    normals = (sphere.attributes["NORMAL"] @ rotation.T).astype(np.float32)
+    moved = (sphere.attributes["TEXCOORD_0"] + [0.3, 0.4]).astype(np.float32)
+    found = shading_differences(changed(sphere, NORMAL=normals, TEXCOORD_0=moved), sphere, 2000)
+    assert 9.5 < found["NORMAL"].max() < 10.5 and found["NORMAL"].min() < 2.0
+    np.testing.assert_allclose(found["TEXCOORD_0"], 0.5, atol=0.02)
+
+
+def test_nearest_places_lie_at_the_stated_distance(sphere):
+    points = np.random.default_rng(1).uniform(-2, 2, (300, 3)).astype(np.float32)
+    distances, places = nearest_places(points, sphere)
+    assert (places.weights >= 0).all()
+    np.testing.assert_allclose(places.weights.sum(axis=1), 1.0)
+    apart = np.linalg.norm(places.of(sphere, "POSITION") - points, axis=1)
+    np.testing.assert_allclose(apart, distances, atol=1e-5)
+
+
+def test_places_spread_by_area(sphere):
+    places = spread_by_area(sphere, 4000)
+    assert abs(places.of(sphere, "POSITION").mean(axis=0)).max() < 0.05
+
+
+def test_a_surface_without_area_has_one_place():
+    point = Primitive(0, 0, np.zeros((2, 3), np.uint32), {"POSITION": np.ones((1, 3), np.float32)})
+    places = spread_by_area(point, 100)
+    assert isinstance(places, Places) and len(places.triangle) == 1
+    assert shading_differences(point, point, 100) == {}

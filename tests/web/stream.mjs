@@ -1,0 +1,360 @@
+// Streams files in Node, without an engine, for test_stream.py.
+// Usage: node stream.mjs WEB TASK FILE...; prints JSON.
+import { readFileSync } from 'node:fs';
+import path from 'node:path';
+import { pathToFileURL } from 'node:url';
+
+import { faults, serveFile } from './fault_server.mjs';
+import { serve } from './static_server.mjs';
+
+const [web, task, ...given] = process.argv.slice(2);
+const load = (name) => import(pathToFileURL(path.join(web, name)));
+const { createDecoder, MalformedError } = await load('decoder.js');
+const { SourceError, openSource } = await load('stream/source.js');
+const { openDocument } = await load('stream/document.js');
+const { readCounts, Tables, LOD } = await load('stream/tables.js');
+const { Cut, View, largestScale } = await load('stream/cut.js');
+const { openStreamer } = await load('stream/streamer.js');
+await createDecoder(); // fails early without decoder.wasm
+
+const IDENTITY = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1];
+const pause = (milliseconds) => new Promise((resolve) => setTimeout(resolve, milliseconds));
+
+// Looks at the first primitive from `distance` radii, at an angle.
+function viewOf(streamer, distance = 2.5, angle = 0) {
+  const [x, y, z, radius] = streamer.primitives[0]?.tables.spheres ?? [0, 0, 0, 1];
+  const far = distance * radius;
+  const eye = [x + far * Math.sin(angle), y, z + far * Math.cos(angle)];
+  return new View({ eye, pixelsPerUnit: 1000, near: radius / 1000 });
+}
+
+// Opens a file; gives each primitive one instance. told: warnings, and what has broken the stream.
+async function open(place, options = {}) {
+  const told = { warnings: [], broken: [] };
+  const streamer = await openStreamer(place, {
+    stallMs: 20_000,
+    onWarning: (text) => told.warnings.push(text),
+    onBroken: (error) => told.broken.push(error.message),
+    ...options,
+  });
+  for (const one of streamer.primitives) streamer.addInstance(one).place(IDENTITY);
+  return Object.assign(streamer, { told });
+}
+
+// Whether a stream has told of anything: some problems it only warns of, and tries again.
+const hasProblem = ({ told, refused }) =>
+  told.warnings.length + told.broken.length + refused.length > 0;
+
+// Updates until nothing is missing, until the condition holds, or for so many milliseconds. Returns
+// the largest total of bytes.
+async function rest(streamer, view, { pixels = 1, limit = 300_000, until = () => false } = {}) {
+  const end = performance.now() + limit;
+  let most = 0;
+  while (performance.now() < end && streamer.told.broken.length === 0 && !until(streamer)) {
+    streamer.update(view, pixels);
+    const { complete, waiting, bytes } = streamer.statistics;
+    most = Math.max(most, bytes.total);
+    if (complete && waiting === 0) break;
+    await pause(3);
+  }
+  return most;
+}
+
+// What is drawn: [page, meshlets] of each primitive.
+function drawn(streamer) {
+  return streamer.primitives.map(({ cut, instances: [instance] }) => {
+    const ranges = [];
+    cut.forDrawn((p, first, count) => ranges.push([p, first, count]));
+    return [ranges.sort((a, b) => a[0] - b[0] || a[1] - b[1]), instance.triangles];
+  });
+}
+
+// A number for the triangles that are drawn, in any order, by the positions in the arrays.
+function digest(streamer) {
+  let sum = 0;
+  for (const { pool, formats, instances } of streamer.primitives) {
+    const a = formats.findIndex(({ name }) => name === 'POSITION');
+    const { size } = formats[a];
+    for (const { starts, counts } of instances)
+      starts.forEach((start, r) => {
+        for (let i = start; i < start + counts[r]; i += 3) {
+          let hash = 7;
+          for (let n = 0; n < 3 * size; n++) {
+            const vertex = pool.index[i + Math.floor(n / size)];
+            hash = Math.imul(hash, 31) + pool.arrays[a][size * vertex + (n % size)];
+          }
+          sum = (sum + hash) | 0;
+        }
+      });
+  }
+  return sum;
+}
+
+// The tables of the primitives of a file, all of them read; null without levels.
+async function tablesOf(document) {
+  const found = [];
+  for (const mesh of document.json.meshes)
+    for (const { extensions } of mesh.primitives) {
+      const counts = readCounts(extensions?.[LOD]);
+      if (!counts) {
+        found.push(null);
+        continue;
+      }
+      const bytes = await document.readView(extensions[LOD].bufferView);
+      const size = async (view) => (await document.readView(view)).length;
+      const tables = new Tables(counts);
+      const [fine, coarse] = [
+        extensions.EXT_meshlet_edgebreaker.bufferView,
+        extensions[LOD].pages.bufferView,
+      ];
+      tables.addPages(bytes.subarray(...tables.pageRange), await size(coarse), await size(fine));
+      const groups = bytes.subarray(...tables.groupRange(0, counts.groupCount));
+      tables.addGroups(groups, bytes.subarray(...tables.runRange(0, tables.runsOf(groups))));
+      found.push(tables);
+    }
+  return found;
+}
+
+const tasks = {
+  // Of a file, given as two arguments with its lod_*.json: the cuts that differ.
+  async cuts(files) {
+    const differences = [];
+    for (let i = 0; i < files.length; i += 2) {
+      const document = await openDocument(new Blob([readFileSync(files[i])]));
+      const tables = await tablesOf(document);
+      const { primitives } = JSON.parse(readFileSync(files[i + 1], 'utf8'));
+      primitives.forEach((expected, p) => {
+        if ((expected === null) !== (tables[p] === null)) differences.push(`${files[i]} ${p}`);
+        if (!expected) return;
+        const one = tables[p];
+        if (`${[...one.levels()]}` !== `${expected.levels}` || one.rootPages !== expected.rootPages)
+          differences.push(`${files[i]} ${p}: levels`);
+        for (const [
+          c,
+          { error, level, camera, matrix, resident, drawn },
+        ] of expected.cuts.entries()) {
+          if (level !== undefined) continue;
+          const cut = new Cut(one);
+          const flags =
+            resident && Uint8Array.from({ length: one.pageCount }, (_, n) => +resident.includes(n));
+          const view = camera
+            ? new View({ ...camera, near: 1e-4 })
+            : new View({ eye: null, pixelsPerUnit: 1, near: 1 });
+          const placed = { matrix: matrix ?? IDENTITY, scale: largestScale(matrix ?? IDENTITY) };
+          cut.walk(view, placed, camera?.threshold ?? error, flags ?? null);
+          const found = [];
+          cut.forDrawn((page, first, count) => {
+            for (let m = first; m < first + count; m++) found.push([page, m]);
+          });
+          const text = (pairs) => pairs.map(String).sort().join(' ');
+          if (text(found) !== text(drawn)) differences.push(`${files[i]} ${p} cut ${c}`);
+        }
+      });
+    }
+    return differences;
+  },
+
+  // What becomes of malformed files: refused levels, warnings, an error.
+  async malformed(files) {
+    const results = {};
+    for (const file of files) {
+      try {
+        const streamer = await open(new Blob([readFileSync(file)]));
+        await rest(streamer, viewOf(streamer), { pixels: 0, until: hasProblem });
+        const { told, refused } = streamer;
+        results[path.basename(file)] = {
+          refused: refused.map(({ error }) => error.message),
+          ...told,
+        };
+        streamer.close();
+      } catch (error) {
+        const ours = error instanceof MalformedError || error instanceof SourceError;
+        results[path.basename(file)] = { error: error.message, ours };
+      }
+    }
+    return results;
+  },
+
+  // The first picture: its error in pixels, the bytes that it has taken, and what it has warned of.
+  async first([file]) {
+    const server = await serveFile(readFileSync(file));
+    const streamer = await open(server.url);
+    let fetched;
+    while (!streamer.ready) {
+      ({ fetched } = streamer.statistics);
+      streamer.update(null, 1);
+      await pause(1);
+    }
+    streamer.update(viewOf(streamer), 1);
+    const { error } = streamer.statistics;
+    streamer.close();
+    server.close();
+    return { error, fetched, warnings: streamer.told.warnings };
+  },
+
+  // A file on servers with each fault: what is told, and whether the picture is that of a good one.
+  async faults([file]) {
+    const bytes = readFileSync(file);
+    const run = async ([name, answer]) => {
+      const server = await serveFile(bytes, { answer });
+      const streamer = await open(server.url, name === 'hangs' ? { stallMs: 3000 } : {});
+      await rest(streamer, viewOf(streamer), { pixels: 0.2 });
+      const { complete } = streamer.statistics;
+      const result = { ...streamer.told, complete, drawn: JSON.stringify(drawn(streamer)) };
+      streamer.close();
+      server.close();
+      return [name, result];
+    };
+    const results = Object.fromEntries(await Promise.all(Object.entries(faults).map(run)));
+    const expected = results.none.drawn;
+    for (const result of Object.values(results)) result.drawn = result.drawn === expected;
+    return results;
+  },
+
+  // Statuses and a file that changes.
+  async refusals([file, other]) {
+    const bytes = readFileSync(file);
+    const failing = (status) => (_request, response) => response.writeHead(status).end();
+    const results = {};
+    for (const status of [404, 403, 416]) {
+      const server = await serveFile(bytes, { answer: failing(status) });
+      results[status] = await openSource(server.url).catch(({ message }) => message);
+      server.close();
+    }
+    const server = await serveFile(bytes);
+    results.gone = await openStreamer(server.url.replace(/:\d+/, ':9'), {
+      signal: AbortSignal.timeout(700),
+    }).catch(({ message }) => message);
+    const streamer = await open(server.url);
+    await rest(streamer, viewOf(streamer, 30));
+    Object.assign(server, { bytes: readFileSync(other), etag: '"2"' });
+    await rest(streamer, viewOf(streamer), { pixels: 0 });
+    results.changed = streamer.told.broken;
+    streamer.close();
+    // Offline and back: requests fail, then all is as before.
+    Object.assign(server, { bytes, etag: '"1"' });
+    const again = await open(server.url);
+    await rest(again, viewOf(again, 30));
+    server.answer = (request) => request.socket.destroy();
+    await rest(again, viewOf(again), { pixels: 0.2, until: hasProblem });
+    results.offline = { complete: again.complete, warned: again.told.warnings.length > 0 };
+    server.answer = undefined;
+    await rest(again, viewOf(again), { pixels: 0.2 });
+    results.back = again.complete;
+    again.close();
+    server.close();
+    return results;
+  },
+
+  // A flight around a file within a budget: the largest total, whether the end is the same by
+  // another path, and whether a stream with memory for all draws the same at that error. resized:
+  // how often memory has moved between pools.
+  async budget([file, maxBytes]) {
+    const server = await serveFile(readFileSync(file));
+    const ends = [];
+    let most = 0;
+    let resized = 0;
+    let last;
+    for (const turns of [[], [0.5, 1, 2, 3, 4, 5, 6]]) {
+      const streamer = await open(server.url, { maxBytes: Number(maxBytes) });
+      for (const pool of streamer.pools) pool.resized = () => resized++;
+      for (const angle of turns)
+        for (let frame = 0; frame < 15; frame++) {
+          streamer.update(viewOf(streamer, 1.1 + angle / 6, angle), 1);
+          most = Math.max(most, streamer.bytes.total);
+          await pause(3);
+        }
+      most = Math.max(most, await rest(streamer, viewOf(streamer, 1.2)));
+      ends.push(JSON.stringify([drawn(streamer), streamer.complete, digest(streamer)]));
+      last = streamer.statistics;
+      streamer.close();
+    }
+    const { threshold, triangles } = last;
+    const roomy = await open(server.url);
+    await rest(roomy, viewOf(roomy, 1.2), { pixels: threshold });
+    ends.push(JSON.stringify([drawn(roomy), roomy.complete, digest(roomy)]));
+    roomy.close();
+    server.close();
+    const same = ends.every((end) => end === ends[0]);
+    return { most, same, resized, threshold, triangles };
+  },
+
+  // Whether all is there at the end if a page updates only when the stream says so, and has time for
+  // one decoded page a frame.
+  async onDemand([file, maxBytes]) {
+    let asked = true;
+    const onChange = () => {
+      asked = true;
+    };
+    const server = await serveFile(readFileSync(file));
+    const streamer = await open(server.url, { maxBytes: Number(maxBytes), onChange });
+    const end = performance.now() + 60_000;
+    const { now } = performance;
+    let late = 0;
+    performance.now = () => {
+      late += 2;
+      return now.call(performance) + late;
+    };
+    while (now.call(performance) < end && !(streamer.complete && !asked)) {
+      if (asked) {
+        asked = false;
+        streamer.update(viewOf(streamer, 1.2), 0.5);
+      }
+      await pause(1);
+    }
+    const { complete } = streamer;
+    streamer.close();
+    server.close();
+    return complete;
+  },
+
+  // Whether files show the same triangles of the same pages.
+  async same(files) {
+    const ends = [];
+    for (const file of files) {
+      const server = await serve('', '', path.dirname(file));
+      const streamer = await open(`${server.url}/files/${path.basename(file)}`);
+      await rest(streamer, viewOf(streamer), { pixels: 0.2 });
+      ends.push(JSON.stringify([drawn(streamer), streamer.complete, digest(streamer)]));
+      streamer.close();
+      server.close();
+    }
+    return ends.every((end) => end === ends[0]) && ends[0].includes('true');
+  },
+
+  // Mutants of a file: what they end as. Fails with any exception that is not ours.
+  async mutants([file, count, seed]) {
+    const original = readFileSync(file);
+    let state = Number(seed);
+    const random = (below) => {
+      state = (Math.imul(state, 1664525) + 1013904223) >>> 0;
+      return Math.floor((state / 2 ** 32) * below);
+    };
+    const ends = { refused: 0, opened: 0, failed: 0, most: 0 };
+    for (let i = 0; i < Number(count); i++) {
+      const bytes = Buffer.from(original);
+      for (let n = 1 + random(3); n > 0; n--) {
+        const at = random(2) ? random(6000) % bytes.length : random(bytes.length);
+        bytes[at] = random(2) ? random(256) : bytes[at] ^ (1 << random(8));
+      }
+      const blob = new Blob([random(20) ? bytes : bytes.subarray(0, random(bytes.length))]);
+      try {
+        const streamer = await open(blob, { maxBytes: 8e6 });
+        ends.most = Math.max(
+          ends.most,
+          await rest(streamer, viewOf(streamer), { pixels: 0, limit: 25 }),
+        );
+        if (streamer.refused.length > 0) ends.refused++;
+        else ends.opened++;
+        streamer.close();
+      } catch (error) {
+        if (!(error instanceof MalformedError || error instanceof SourceError)) throw error;
+        ends.failed++;
+      }
+    }
+    return ends;
+  },
+};
+
+process.stdout.write(JSON.stringify(await tasks[task](given)));
+process.exit(0); // Workers of closed pools may still end

@@ -1,0 +1,181 @@
+"""Streaming in Node, without an engine: cuts, malformed files, faults of servers, the budget."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import trimesh
+
+from gltf_ext import compress, transcode
+from tests.helpers import environment
+from tests.helpers.environment import NODE_MODULES, ROOT
+from tests.helpers.large import moved_beyond_4_gib
+
+WEB = ROOT / "web"
+VECTORS = ROOT / "spec" / "lod_vectors"
+MOST_KILOBYTES = 40  # of what a page downloads to stream, with Brotli, without three.js
+MUTANTS = 300
+ALL_MUTANTS = 20_000  # with --full
+
+
+def stream(task: str, *given: object) -> Any:
+    """What stream.mjs prints."""
+    environment.need_program("node", "Debian: apt install nodejs")
+    if not (WEB / "decoder.wasm").is_file():
+        environment.missing("no web/decoder.wasm; run: make web")
+    command = ["node", Path(__file__).with_name("stream.mjs"), WEB, task, *given]
+    done = subprocess.run(list(map(str, command)), capture_output=True, text=True, timeout=3000)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+@pytest.fixture
+def bunny(model, tmp_path) -> Path:
+    environment.need_package("meshoptimizer")
+    compress(model("bunny.glb"), tmp_path / "bunny.glb", lod=True)
+    return tmp_path / "bunny.glb"
+
+
+def test_cuts_are_those_of_the_vectors():
+    files = sorted(VECTORS.glob("lod_*.glb"))
+    assert len(files) > 5
+    given = [path for file in files for path in (file, file.with_suffix(".json"))]
+    assert stream("cuts", *given) == []
+
+
+def test_malformed_vectors():
+    """Levels are refused, or pages; a page is never drawn that is not as the tables say."""
+    reasons = json.loads((VECTORS / "malformed.json").read_text())
+    results = stream("malformed", *sorted(VECTORS.glob("malformed_*.glb")))
+    assert set(results) == set(reasons)
+    for name, result in results.items():
+        assert result.get("ours", True), (name, result)
+        found = reasons[name]["foundBy"]
+        told = result.get("refused", []) + result.get("warnings", []) + result.get("broken", [])
+        if found != "validator" and not name.startswith("malformed_not_compressed"):
+            assert told or "error" in result, (name, result)
+        if found == "tables" and "not_compressed" not in name:
+            assert result.get("refused") or "error" in result, (name, result)
+
+
+def test_packed_files_stream_as_unpacked_ones(bunny, tmp_path):
+    transcode(bunny, tmp_path / "packed.glb")
+    assert stream("same", bunny, tmp_path / "packed.glb") is True
+    assert stream("budget", tmp_path / "packed.glb", 9_000_000)["most"] <= 9_000_000
+
+
+def test_levels_beyond_4_gib_stream(tmp_path):
+    near = VECTORS / "lod_levels.glb"
+    assert stream("same", near, moved_beyond_4_gib(near, tmp_path)) is True
+
+
+def test_faults_of_servers(bunny):
+    """The picture is complete and the same with each of them, and each is told."""
+    results = stream("faults", bunny)
+    assert len(results) > 8
+    for name, result in results.items():
+        assert (result["drawn"], result["complete"], result["broken"]) == (True, True, []), name
+        assert bool(result["warnings"]) == (name != "none"), name
+    for name in ("ignores ranges", "ignores later ranges"):
+        assert "does not answer ranges, so that the whole file" in results[name]["warnings"][0]
+    assert "compresses its answers" in results["compresses ranges"]["warnings"][0]
+    (hidden,) = results["hides its headers"]["warnings"]
+    assert "Access-Control-Expose-Headers: Content-Range, ETag" in hidden
+
+
+def test_refusals_changes_and_offline(bunny, model, tmp_path):
+    compress(model("suzanne.glb"), tmp_path / "other.glb", lod=True)
+    results = stream("refusals", bunny, tmp_path / "other.glb")
+    assert results["404"].endswith("the server answered 404")
+    assert results["403"].endswith("the server answered 403")
+    assert "416" in results["416"]
+    assert results["changed"] and "the file has changed" in results["changed"][0]
+    assert results["offline"] == {"complete": False, "warned": True}
+    assert results["back"] is True
+
+
+def test_first_picture_has_a_shape(bunny):
+    """The coarsest level alone would be 13 pixels off."""
+    first = stream("first", bunny)
+    assert first["error"] < 6
+    assert first["fetched"] <= 150_000
+    assert first["warnings"] == []
+
+
+def test_budget_is_kept_and_the_end_does_not_depend_on_the_path(bunny):
+    errors = []
+    for budget in (3_000_000, 4_000_000, 64_000_000):
+        result = stream("budget", bunny, budget)
+        assert result["most"] <= budget
+        assert result["same"] is True
+        assert result["triangles"] > 1000
+        errors.append(result["threshold"])
+    assert errors == sorted(errors, reverse=True)
+    assert errors[0] > errors[-1] == 1
+
+
+@pytest.fixture
+def two_layouts(tmp_path) -> Path:
+    """Two balls, one of them with colours, so that their vertices lie in different pools."""
+    environment.need_package("meshoptimizer")
+    scene = trimesh.Scene()
+    for number, x in enumerate((0.0, 50.0)):
+        ball = trimesh.creation.icosphere(6, 1.0)
+        noise = np.random.default_rng(number).normal(size=len(ball.vertices)) * 0.005
+        ball.vertices = ball.vertices * (1 + noise)[:, None] + [x, 0, 0]
+        if number:
+            ball.visual.vertex_colors = np.full((len(ball.vertices), 4), 200, np.uint8)
+        scene.add_geometry(ball)
+    scene.export(tmp_path / "balls.glb")
+    compress(tmp_path / "balls.glb", tmp_path / "lod.glb", lod=True)
+    return tmp_path / "lod.glb"
+
+
+def test_memory_moves_to_the_layout_in_view(two_layouts):
+    result = stream("budget", two_layouts, 4_000_000)
+    assert result["resized"] > 0
+    assert result["most"] <= 4_000_000
+    assert result["same"] is True
+    assert result["threshold"] > 1
+
+
+def test_pages_that_draw_on_demand_see_all(bunny, two_layouts):
+    """Pages that update only after `onChange`."""
+    assert stream("onDemand", bunny, 64_000_000) is True
+    assert stream("onDemand", two_layouts, 4_000_000) is True
+
+
+def test_mutants_are_refused_or_drawn(request, tmp_path):
+    count = ALL_MUTANTS if request.config.getoption("--full") else MUTANTS
+    transcode(VECTORS / "lod_levels.glb", tmp_path / "packed.glb")
+    files = (VECTORS / "lod_levels.glb", VECTORS / "lod_streams.glb", tmp_path / "packed.glb")
+    for seed, file in enumerate(files):
+        ends = stream("mutants", file, count // 2, seed)
+        assert sum(ends[end] for end in ("refused", "failed", "opened")) == count // 2
+        assert min(ends["failed"], ends["opened"]) > count / 20 and ends["refused"] > 0
+        assert ends["most"] < 8_000_000
+
+
+def test_download_is_small(tmp_path):
+    """Library, Worker and decoder in a bundle, compressed by Brotli; three.js is the page's own.
+    The transport form does not count."""
+    program = environment.need_npm_package("esbuild") / "bin" / "esbuild"
+    files = {"stream": WEB / "stream" / "three.js", "worker": WEB / "stream" / "worker.js"}
+    given = [f"{name}={path}" for name, path in files.items()]
+    options = ["--bundle", "--minify", "--format=esm"]
+    options += [f"--external:{name}" for name in ("three", "three/*", "*/transport.js")]
+    command = [program, *given, *options, f"--outdir={tmp_path}", "--log-level=error"]
+    subprocess.run(list(map(str, command)), check=True, cwd=NODE_MODULES)
+    script = "process.stdout.write(String(require('zlib').brotliCompressSync(" + (
+        "require('fs').readFileSync(process.argv[1])).length))"
+    )
+    sizes = [
+        int(subprocess.check_output(["node", "-e", script, file]))
+        for file in (tmp_path / "stream.js", tmp_path / "worker.js", WEB / "decoder.wasm")
+    ]
+    assert sum(sizes) <= 1000 * MOST_KILOBYTES, sizes
