@@ -28,6 +28,7 @@ from gltf_meshlet.demo.model import write_glb
 from tools import blender_python
 
 EXTENSION = ROOT / "dist" / f"gltf_meshlet-blender-{gltf_ext.__version__}.zip"
+PARTS = ("models", "repetitions")
 MODELS = ("suzanne", "DamagedHelmet", "sponza_like", "dragon", "bistro_like")
 FORMATS = {"plain": "plain", "meshlets": "ours", "draco": "Draco"}
 REPETITIONS = 5
@@ -36,10 +37,6 @@ REPETITIONS = 5
 def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--models", nargs="+", default=list(MODELS), help="names, default: all")
     parser.add_argument("--repetitions", type=int, default=REPETITIONS)
-
-
-def is_complete(options: argparse.Namespace) -> bool:
-    return options.models == list(MODELS) and options.repetitions >= REPETITIONS
 
 
 def check(options: argparse.Namespace) -> None:
@@ -113,8 +110,8 @@ def in_blender(folder: Path, function: str, *arguments) -> dict:
 # --- report ---
 
 
-def summary(result: dict) -> str:
-    """The table to print and to show in docs/blender.md."""
+def table(result: dict) -> str:
+    """Sizes, times and memory by model and format."""
     headings = ["model", "triangles"]
     for what in ("MB", "seconds", "peak MB"):
         headings += [f"{what}, {form}" for form in FORMATS.values()]
@@ -141,7 +138,7 @@ def block(result: dict) -> str:
     ]
     first = ", ".join(f"{1000 * s:.0f} ms {name}" for s, name in zip(firsts, FORMATS.values()))
     return (
-        f"{summary(result)}\n"
+        f"{table(result)}\n"
         f"Seconds are the fastest of {result['repetitions']} imports, each in a new Blender; peak "
         "MB is the median growth of its memory, Blender's mesh included. The first import of a "
         f"small file after Blender starts, which loads the code of its format: {first}.\n\n"

@@ -1,9 +1,8 @@
 """How many bits does each choice of the format save, on real models?
 
-Writes docs/choices.md, which the specification's rationale cites. Predictors and codes are compared
-on the encoder's meshlets: the reference decoder gives every vertex and its neighbours, and each
-alternative pays for its residuals and its code fields, meshlet by meshlet. Choices that the encoder
-can switch off are compared by whole files. For options of `compress` see bench.parameters.
+Writes docs/choices.md. Choices that the encoder can switch off are compared by whole files; the
+reference decoder counts symbols, references and hops. For options of `compress` see
+bench.parameters.
 """
 
 from __future__ import annotations
@@ -24,7 +23,6 @@ from bench.size import section_bits
 from gltf_ext import _codec
 from gltf_ext.compression.extension import require_compressed
 from gltf_ext.gltf.importers import open_model
-from spec import predictors
 from spec.reference_decoder import (
     AFFINE,
     COPY,
@@ -43,118 +41,10 @@ from spec.reference_decoder import (
 
 NAMES = ("bunny", "beast", "igea", "engine")
 NAMES_SWITCHED = (*NAMES, "dragon", "DamagedHelmet", "sponza_like")
-OPTIONS = {"position_bits": 12, "normal_bits": 8, "texcoord_bits": 12}
 # Predictors of any stream, and those that predict other streams from the positions.
 PREDICTORS = {"parallelogram": PARALLELOGRAM, "mean": MEAN, "copy": COPY, "damped": DAMPED}
 GEOMETRIC = {"GEO": GEO, "AFFINE": AFFINE}
 CHOOSE = -1  # in place of a predictor: the encoder chooses
-PARAMETERS = range(32)
-# Parameters that a meshlet can choose from
-RICE_CODES, EXPONENTIAL_CODES = 4, 3  # of traversed vertices
-CHAIN_RICE_CODES = 7  # of chains, which have no exp-Golomb codes
-
-
-# --- costs in bits ---
-
-
-def zigzag(difference: int) -> int:
-    return 2 * difference if difference >= 0 else -2 * difference - 1
-
-
-def fixed_cost(residuals: list[list[int]]) -> int:
-    """Bits: a code of 3, and per element a width of 5 and the residuals in that width."""
-    return 3 + sum(5 + len(column) * max(column).bit_length() for column in zip(*residuals))
-
-
-def rice_cost(residuals: list[list[int]], k: int) -> int:
-    """Bits: a code of 3, and per residual a unary quotient and k low bits."""
-    return 3 + sum((u >> k) + 1 + k for vertex in residuals for u in vertex)
-
-
-def exponential_cost(residuals: list[list[int]], k: int) -> int:
-    """Bits: a code of 3, and per residual the exp-Golomb code of parameter k."""
-    return 3 + sum(2 * ((u >> k) + 1).bit_length() - 1 + k for vertex in residuals for u in vertex)
-
-
-def class_costs(meshlets: list[list[list[int]]], chains: bool = False) -> dict[str, float]:
-    """Bits per vertex of one class of residuals, [meshlet][vertex][element], for each code.
-
-    "rice" and "exp-Golomb": with the format's number of parameters to choose from per meshlet.
-    "all": the format's choice of codes per meshlet, with one base for the model.
-    chains: the format's codes of chains, not those of traversed vertices.
-    """
-    rice_codes = CHAIN_RICE_CODES if chains else RICE_CODES
-    meshlets = [residuals for residuals in meshlets if residuals]
-    count = sum(map(len, meshlets))
-    fixed = [fixed_cost(residuals) for residuals in meshlets]
-    rice = [[rice_cost(residuals, k) for k in PARAMETERS] for residuals in meshlets]
-    exponential = [[exponential_cost(residuals, k) for k in PARAMETERS] for residuals in meshlets]
-
-    def best_rice(base: int) -> list[int]:
-        return [min(of_k[base : base + rice_codes]) for of_k in rice]
-
-    def best_exponential(first: int) -> list[int]:
-        return [min(of_k[first : first + EXPONENTIAL_CODES]) for of_k in exponential]
-
-    def best(base: int) -> list[int]:
-        codes = [fixed, best_rice(base)]
-        if not chains:
-            codes.append(best_exponential(max(base, 1) - 1))
-        return [min(costs) for costs in zip(*codes)]
-
-    return {
-        "fixed": sum(fixed) / count,
-        "rice, one k": min(sum(of_k[k] - 3 for of_k in rice) for k in PARAMETERS) / count,
-        "rice": min(sum(best_rice(base)) for base in PARAMETERS) / count,
-        "exp-Golomb": min(sum(best_exponential(first)) for first in PARAMETERS[:-1]) / count,
-        "all": min(sum(best(base)) for base in PARAMETERS) / count,
-    }
-
-
-# --- residuals of the alternatives ---
-
-
-def traversed_residuals(decoder: Decoder, m: int, values, runs, predictor: int) -> list[list[int]]:
-    """Residuals of stream 0's traversed vertices by one predictor."""
-    residuals = []
-    for v, a, b, o in decoder.traversed(decoder.file.meshlet(m), runs):
-        prediction = values[b]  # of the root gate's a
-        if a != b:
-            prediction = predictors.apex(predictor, values, values, a, b, o, v)
-        residuals.append([zigzag(x - p) for x, p in zip(values[v], prediction)])
-    return residuals
-
-
-def toward(run: list[list[int]], i: int) -> list[int]:
-    """The format's prediction of vertex i: a step from the one before it toward the end."""
-    return predictors.toward(run[i - 1], run[-1], len(run) - i)
-
-
-def chord(run: list[list[int]], i: int) -> list[int]:
-    """Vertex i of equal steps on the line between the two ends."""
-    n = len(run) - 1
-    return [a + (i * (b - a) + n // 2) // n for a, b in zip(run[0], run[-1])]
-
-
-def previous(run: list[list[int]], i: int) -> list[int]:
-    """The vertex before vertex i."""
-    return run[i - 1]
-
-
-CHAINS = {"toward the end": toward, "chord": chord, "previous": previous}
-
-
-def chain_residuals(meshlet, values, runs, predict) -> list[list[int]]:
-    """Residuals of stream 0 inside owned references. predict: one of CHAINS."""
-    residuals = []
-    for reference, run in zip(meshlet.references, runs):
-        if reference.kind != OWNED:
-            continue
-        points = [values[v] for v in run]
-        for i in range(1, len(points) - 1):
-            prediction = predict(points, i)
-            residuals.append([zigzag(x - p) for x, p in zip(points[i], prediction)])
-    return residuals
 
 
 def count_hops(decoder: Decoder, meshlet, j: int) -> int:
@@ -170,20 +60,12 @@ def count_hops(decoder: Decoder, meshlet, j: int) -> int:
 
 def measure_meshlets(blobs: list[bytes]) -> dict:
     """Figures per vertex and per meshlet of some blobs."""
-    traversed = {name: [] for name in PREDICTORS}
-    chains = {name: [] for name in CHAINS}
     kinds, hops, symbols, stored = Counter(), Counter(), Counter(), Counter()
     meshlets = disks = 0
     for blob in blobs:
         decoder = Decoder(blob)
         for m in range(decoder.file.meshlet_count):
             meshlet = decoder.file.meshlet(m)
-            values = decoder.meshlet(m)[1][0]
-            runs = decoder.boundary(meshlet)
-            for name, predictor in PREDICTORS.items():
-                traversed[name].append(traversed_residuals(decoder, m, values, runs, predictor))
-            for name, predict in CHAINS.items():
-                chains[name].append(chain_residuals(meshlet, values, runs, predict))
             kinds.update(reference.kind for reference in meshlet.references)
             hops.update(count_hops(decoder, meshlet, j) for j in range(len(meshlet.references)))
             symbols.update(meshlet.symbols)
@@ -194,8 +76,6 @@ def measure_meshlets(blobs: list[bytes]) -> dict:
     return {
         "symbols": {symbol: symbols[symbol] / total for symbol in "CLERS"},
         "entropy": -sum(n * math.log2(n / stored.total()) for n in stored.values()) / total,
-        "traversed": {name: class_costs(residuals) for name, residuals in traversed.items()},
-        "chains": {name: class_costs(residuals, True) for name, residuals in chains.items()},
         "references_per_meshlet": {
             kind: kinds[kind] / meshlets for kind in (OWNED, FOREIGN, PRIVATE)
         },
@@ -206,7 +86,7 @@ def measure_meshlets(blobs: list[bytes]) -> dict:
 
 def totals(path: Path, folder: Path, **options) -> tuple[dict, Path]:
     output = folder / "out.glb"
-    gltf_ext.compress(path, output, **OPTIONS, **options)
+    gltf_ext.compress(path, output, **options)
     return gltf_ext.inspect(output)["totals"], output
 
 
@@ -288,7 +168,7 @@ def measure(options: argparse.Namespace) -> dict:
         if name in NAMES_SWITCHED:
             switched.append(measure_switched(path))
             progress(f"{name}, choices switched off")
-    return {"options": OPTIONS, "models": rows, "switched": switched}
+    return {"models": rows, "switched": switched}
 
 
 def measure_model(path: Path) -> dict:
@@ -350,17 +230,6 @@ def report(result: dict) -> str:
         ]
         for row in rows
     ]
-    codes = list(rows[0]["traversed"]["parallelogram"])
-    traversed = [
-        [f"{row['model']}, {name}", *figures((costs[code] for code in codes), 1)]
-        for row in rows
-        for name, costs in row["traversed"].items()
-    ]
-    chains = [
-        [f"{row['model']}, {name}", *figures((costs[code] for code in codes), 1)]
-        for row in rows
-        for name, costs in row["chains"].items()
-    ]
     boundary = []
     for row in rows:
         hops = row["corners_by_hops"]
@@ -397,28 +266,6 @@ and as stored: 1 for R, 2 to 4 for the others in one of two orders per group of 
 the last E of a meshlet. Last, the entropy of the stored symbols.
 
 {markdown_table(["model", *"CLERS", "paper's code", "stored", "entropy"], connectivity)}
-## Positions of traversed vertices
-
-Bits per vertex (three elements, codes included) in these codes:
-
-* fixed: widths per meshlet,
-* rice, one k: one Rice parameter for the model,
-* rice: the best of four neighbouring Rice parameters per meshlet,
-* exp-Golomb: the best of three neighbouring exp-Golomb parameters per meshlet,
-* all: the best of fixed, rice and exp-Golomb per meshlet, as in the format.
-
-The format has two more predictors: GEO and AFFINE predict other streams from the positions. The
-last table has their gain.
-
-{markdown_table(["model, predictor", *codes], traversed)}
-## Positions of chain vertices
-
-The same for the vertices between two corners of an owned run: predicted by a step from the vertex
-before toward the run's end, as in the format, from the chord between the corners, or from the
-vertex before alone. Of Rice codes, a meshlet has seven to choose from; the format uses no
-exp-Golomb codes here, since neighbours could not find their low bits without a scan.
-
-{markdown_table(["model, predictor", *codes], chains)}
 ## Boundaries
 
 References and disks per meshlet; bits per meshlet of references, codes, headers and tables; and

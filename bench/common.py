@@ -39,29 +39,33 @@ def answer(question: Any, arguments: list[str]) -> None:
     """Answers the question of a module. Errors end the program with one line.
 
     question: a module, whose docstring begins with the help text, with these names; all but
-    `measure` and one of `report` and `summary` are optional:
+    `measure` and one of `report`, `block` and `summary`, which is printed, are optional:
 
     measure(options): returns the figures without their origin; may raise MeshletError or OSError
-    report(result): the text of docs/NAME.md, of which the module writes every line
-    summary(result): the text to print, by default that of `report`
-    block(result): the text between the comments "begin measurements" and "end measurements" in
-        docs/NAME.md, where hyphens replace underscores
+    report(result): the text of docs/DOCUMENT.md, of which the module writes every line
+    block(result): the text between the comments "begin BLOCK" and "end BLOCK" in docs/DOCUMENT.md
+    summary(result): a text for docs/results.md
     save_plot(result, path): draws docs/NAME.png and returns the path
-    write_documents(result): writes further documents and pictures and returns their paths
+    write_pictures(result): draws further pictures and returns their paths
+    DOCUMENT: the document's name, by default NAME with hyphens for underscores
+    BLOCK: by default "measurements"
     PACKAGES: the packages whose versions a result keeps
     add_options(parser): adds options
     check(options): ends the program if it cannot measure with the options; runs first
-    is_complete(options): False if they measure only a part, which is printed but not written
+    PARTS: names of options; other values than the defaults measure a part, which is only printed
     """
     name = _name(question)
-    options = _options(question, name, arguments)
+    parser = _parser(question, name)
+    options = parser.parse_args(arguments)
+    parts = getattr(question, "PARTS", ())
+    is_part = any(getattr(options, part) != parser.get_default(part) for part in parts)
     try:
         result = read_result(name) if options.docs_only else _measured(question, options)
         if result is None:
             raise SystemExit(f"bench {name}: bench/results/{name}.json is missing")
-        print((getattr(question, "summary", None) or question.report)(result))
-        complete = getattr(question, "is_complete", None)
-        if options.no_write or (complete and not complete(options)):
+        texts = (getattr(question, text, None) for text in ("report", "block", "summary"))
+        print(next(filter(None, texts))(result))
+        if options.no_write or is_part:
             return
         written = [] if options.docs_only else [write_result(name, result)]
         written += documents_of(question, result)
@@ -74,15 +78,18 @@ def answer(question: Any, arguments: list[str]) -> None:
 def documents_of(question: Any, result: dict) -> list[Path]:
     """Writes the documents and pictures of a result; returns their paths."""
     name = _name(question).replace("_", "-")
+    document = DOCS / f"{getattr(question, 'DOCUMENT', name)}.md"
     written = []
     if hasattr(question, "save_plot"):
         written.append(question.save_plot(result, DOCS / f"{name}.png"))
     if hasattr(question, "report"):
-        written.append(write_document(name, question.report(result)))
+        document.write_text(question.report(result))
+        written.append(document)
     if hasattr(question, "block"):
-        written.append(replace_block(DOCS / f"{name}.md", "measurements", question.block(result)))
-    if hasattr(question, "write_documents"):
-        written += question.write_documents(result)
+        block = getattr(question, "BLOCK", "measurements")
+        written.append(replace_block(document, block, question.block(result)))
+    if hasattr(question, "write_pictures"):
+        written += question.write_pictures(result)
     return written
 
 
@@ -90,7 +97,7 @@ def _name(question: Any) -> str:
     return question.__name__.rpartition(".")[2]
 
 
-def _options(question: Any, name: str, arguments: list[str]) -> argparse.Namespace:
+def _parser(question: Any, name: str) -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog=f"python -m bench {name}", description=question.__doc__.splitlines()[0]
     )
@@ -102,7 +109,7 @@ def _options(question: Any, name: str, arguments: list[str]) -> argparse.Namespa
         action="store_true",
         help=f"measure nothing; write the documents of bench/results/{name}.json",
     )
-    return parser.parse_args(arguments)
+    return parser
 
 
 def _measured(question: Any, options: argparse.Namespace) -> dict:
@@ -135,6 +142,13 @@ def call_in_process(module: str, function: str, *arguments):
     if done.returncode:
         raise SystemExit(f"bench: {module}.{function} failed in a process of its own")
     return json.loads(done.stdout.splitlines()[-1])
+
+
+def memory_of_process(field: str) -> int:
+    """Bytes of a field of /proc/self/status: VmRSS, or the peak, VmHWM, of this process alone
+    (ru_maxrss would count those of the process that started it)."""
+    lines = Path("/proc/self/status").read_text().splitlines()
+    return 1024 * next(int(line.split()[1]) for line in lines if line.startswith(f"{field}:"))
 
 
 # --- the origin of figures ---
@@ -239,14 +253,23 @@ def percentiles(times: Iterable[float]) -> dict[str, float]:
     }
 
 
+def milliseconds(row: dict) -> float:
+    """The median of a frame on the GPU."""
+    return row["milliseconds"]["median"]
+
+
+def megabytes(row: dict) -> float:
+    """Megabytes resident on the GPU; a result has their number or a number per use."""
+    resident = row["resident_bytes"]
+    return (sum(resident.values()) if isinstance(resident, dict) else resident) / 1e6
+
+
+def pixels(result: dict) -> str:
+    """The size of its pictures."""
+    return f"{result['width']} x {result['height']}"
+
+
 # --- documents ---
-
-
-def write_document(name: str, text: str) -> Path:
-    """Writes docs/NAME.md; returns its path."""
-    path = DOCS / f"{name}.md"
-    path.write_text(text)
-    return path
 
 
 def replace_block(path: Path, name: str, text: str) -> Path:
@@ -255,6 +278,11 @@ def replace_block(path: Path, name: str, text: str) -> Path:
     before, rest = path.read_text().split(begin)
     path.write_text(before + begin + text + end + rest.split(end, 1)[1])
     return path
+
+
+def bullets(named: Mapping[str, str]) -> str:
+    """A list of names with what is said of them."""
+    return "".join(f"* {name}: {text}\n" for name, text in named.items())
 
 
 def markdown_table(headings: Iterable[str], rows: Iterable[Sequence[str]]) -> str:
@@ -267,6 +295,19 @@ def markdown_table(headings: Iterable[str], rows: Iterable[Sequence[str]]) -> st
 def table(rows: Iterable[Any], columns: Mapping[str, Callable[[Any], str]]) -> str:
     """A Markdown table with a line for each row. columns: the text of a cell, by heading."""
     return markdown_table(columns, [[text(row) for text in columns.values()] for row in rows])
+
+
+def table_by_model(first: str, rows: list[dict], line: Callable[[dict], str], cell, heading) -> str:
+    """A table with a column for each model; `line` names the line of a row."""
+    cells = {(line(row), row["model"]): cell(row) for row in rows}
+    models = {row["model"]: heading(row) for row in rows}
+    return markdown_table(
+        [first, *models.values()],
+        [
+            [name, *(cells.get((name, model), "") for model in models)]
+            for name in dict.fromkeys(name for name, _ in cells)
+        ],
+    )
 
 
 def best_in_bold(values: Iterable[float | None], form: str, largest: bool = True) -> list[str]:
@@ -306,40 +347,3 @@ def save_figure(figure: Any, path: Path, figures: Any = None, **options: Any) ->
 def digest(figures: Any) -> str:
     """The fingerprint of a picture's figures."""
     return hashlib.sha256(json.dumps(figures, sort_keys=True).encode()).hexdigest()
-
-
-def grouped_bars(
-    bars: dict[str, dict[str, float]],
-    size: tuple[float, float],
-    width: float,
-    colors: Mapping[str, str] = {},
-) -> tuple[Any, Any]:
-    """(figure, axis) with a group of bars for each key of `bars`, and a color for each series.
-
-    width: of a group.
-    """
-    figure, axis = pyplot().subplots(figsize=size, dpi=100)
-    names = list(dict.fromkeys(name for group in bars.values() for name in group))
-    each = width / len(names)
-    for k, name in enumerate(names):
-        places = [place for place, group in enumerate(bars.values()) if name in group]
-        axis.bar(
-            [place + (k - (len(names) - 1) / 2) * each for place in places],
-            [group[name] for group in bars.values() if name in group],
-            0.92 * each,
-            color=colors.get(name),
-            label=name,
-        )
-    axis.set_xticks(range(len(bars)), list(bars))
-    axis.spines[["top", "right"]].set_visible(False)
-    return figure, axis
-
-
-def panels(titles: Sequence[str], size: tuple[float, float], **settings) -> tuple[Any, Any]:
-    """(figure, axes): axes side by side with titles and a grid. settings: of every axis."""
-    figure, axes = pyplot().subplots(1, len(titles), figsize=size, dpi=100)
-    for axis, title in zip(axes, titles):
-        axis.set(**settings)
-        axis.set_title(title, fontsize=10)
-        axis.grid(alpha=0.3)
-    return figure, axes

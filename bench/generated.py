@@ -9,7 +9,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import trimesh
 
 from gltf_meshlet.demo import model as demo_model
 from gltf_meshlet.demo.model import Primitive
@@ -157,22 +156,6 @@ def _displacement(u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray,
     return height, along, around
 
 
-# --- models made finer ---
-
-
-def cut_into_four(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Each triangle as four, with new vertices in the middles of the edges."""
-    starts, ends = triangles.reshape(-1), np.roll(triangles, -1, axis=1).reshape(-1)
-    keys = np.minimum(starts, ends) * len(points) + np.maximum(starts, ends)
-    edges, middle = np.unique(keys, return_inverse=True)
-    middles = (points[edges // len(points)] + points[edges % len(points)]) / 2
-    ab, bc, ca = (middle.reshape(-1, 3) + len(points)).T
-    a, b, c = triangles.T
-    # The four stay neighbours in the list.
-    pieces = np.stack([a, ab, ca, ab, b, bc, ca, bc, c, ab, bc, ca], axis=1)
-    return np.concatenate([points, middles]), pieces.reshape(-1, 3)
-
-
 def vertex_normals(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """float64[V, 3]: unit normals, or zero."""
     a, b, c = points[triangles].transpose(1, 0, 2)
@@ -186,11 +169,3 @@ def vertex_normals(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     )
     length = np.linalg.norm(sums, axis=1, keepdims=True)
     return sums / np.where(length > 0.0, length, 1.0)
-
-
-def save_smooth(points: np.ndarray, triangles: np.ndarray, path: Path) -> Path:
-    """Writes a .glb of triangles with smooth normals; returns its path."""
-    normals = vertex_normals(points, triangles)
-    mesh = trimesh.Trimesh(points, triangles, vertex_normals=normals, process=False)
-    path.write_bytes(mesh.export(file_type="glb", include_normals=True))
-    return path

@@ -10,8 +10,6 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
-from trimesh import Trimesh
-from trimesh.visual import TextureVisuals
 
 import gltf_ext
 from bench import peers
@@ -20,7 +18,7 @@ from gltf_ext.compression.primitives import Primitive
 from gltf_ext.gltf.importers import open_model
 from gltf_ext.gltf.scene import read_scene
 from gltf_ext.lod import open_lod
-from gltf_ext.lod.reports import surface_distances
+from gltf_ext.lod.samples import surface_distances
 from gltf_ext.lod.simplifier import simplify
 
 LEAST_TRIANGLES = 64
@@ -83,17 +81,9 @@ def halved(mesh: Primitive) -> Primitive:
 
 def level_of(mesh: Primitive, error: float) -> dict:
     """A level, with the bytes of our view of it."""
-    texture = mesh.attributes.get("TEXCOORD_0")
     with tempfile.TemporaryDirectory() as folder:
         plain, ours = Path(folder) / "plain.glb", Path(folder) / "ours.glb"
-        exported = Trimesh(
-            mesh.attributes["POSITION"],
-            mesh.indices,
-            vertex_normals=mesh.attributes.get("NORMAL"),
-            visual=None if texture is None else TextureVisuals(uv=texture),
-            process=False,
-        )
-        plain.write_bytes(exported.export(file_type="glb", include_normals=True))
+        peers.write_primitives([mesh], plain)
         gltf_ext.compress(plain, ours, page_bytes=0)
         (compressed,) = open_lod(ours)
     return {"triangles": len(mesh.indices), "error": error, "bytes": len(compressed.blob)}

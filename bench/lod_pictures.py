@@ -18,8 +18,8 @@ import gltf_ext
 from bench.common import DOCS, pyplot, read_result
 from bench.models import real_model
 from gltf_ext.lod import Cut, LodPrimitive, cut_at_level, open_lod
-from gltf_meshlet.demo.plots import meshlet_colors
-from gltf_meshlet.demo.rasterizer import Camera, Mesh, rasterize
+from gltf_meshlet.demo.model import meshlet_colors
+from tools.rasterizer import Camera, Mesh, rasterize
 
 LEVELS = (0, 1, 2, 3)
 WIDTH, HEIGHT = 1000, 840  # of one level, before it is cropped

@@ -13,23 +13,20 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
-from bench import meshlet_peers, peers, vulkan_peers
+from bench import meshlet_peers, peers
 from bench.common import (
-    DOCS,
     best_in_bold,
     markdown_table,
     origin_line,
     progress,
-    read_result,
-    replace_block,
     spread,
     versions,
 )
-from bench.generated import write_generated
-from bench.models import real_models
+from bench.models import all_models
 from bench.speed import native
 from gltf_ext import _codec
 
+DOCUMENT, BLOCK = "size", "meshlet_formats"
 OURS = "ours"
 NEWER = """\
 meshoptimizer 1.3.0 and DGF SDK 1.2.0 are newer; their sources could not be fetched. The newest
@@ -61,10 +58,9 @@ def measure(options: argparse.Namespace) -> dict:
     """All models in all formats."""
     formats, missing = meshlet_peers.available()
     rows = []
-    with tempfile.TemporaryDirectory() as folder:
-        for path in [*real_models(), *write_generated(Path(folder))]:
-            rows.append(measure_model(path, formats))
-            progress(path.stem)
+    for path in all_models():
+        rows.append(measure_model(path, formats))
+        progress(path.stem)
     return {
         "peers": {peer.name: peer.version for peer in formats},
         "missing": missing,
@@ -147,28 +143,10 @@ def published_table() -> str:
     ).replace("---:", "---")
 
 
-def gpu_table() -> str:
-    """What bench/vulkan_peers.py has measured; empty if it has not."""
-    result = read_result("vulkan_peers")
-    if result is None:
-        return ""
-    device = "{name}, driver {driver}".format(**result["device"])
-    return f"""Billion triangles per second on the GPU, {device}, with the decoding shader of each
-project (`python -m bench vulkan_peers`); meshoptimizer's decodes triangles but not the vertices.
-Wrong: other bytes than that project's decoder on the CPU gives. DGF's shader, written for Direct3D,
-shifts by the full width, which Vulkan leaves undefined; that may be why:
+def block(result: dict) -> str:
+    """The section of docs/size.md."""
+    return f"""## Positions and triangles alone
 
-{vulkan_peers.summary(result)}
-"""
-
-
-def section() -> str:
-    """The section of docs/size.md; without a result, how to get it."""
-    result = read_result("meshlet_formats")
-    begin = "## Positions and triangles alone\n"
-    if result is None:
-        return f"{begin}\nNot measured yet: run `python -m bench meshlet_formats`.\n"
-    return f"""{begin}
 {origin_line(result)}
 Formats that a GPU decodes meshlet by meshlet, without other attributes. Measured with
 {versions(result["peers"])}.
@@ -177,17 +155,7 @@ Formats that a GPU decodes meshlet by meshlet, without other attributes. Measure
 Bits per triangle, all data that decoding needs:
 
 {position_tables(result["rows"])}
-{gpu_table()}Published by others, not measured here: for models, precisions and attributes of their
+Published by others, not measured here: for models, precisions and attributes of their
 own, with levels of detail (see [ours](lod_results.md)):
 
 {published_table()}"""
-
-
-def summary(result: dict) -> str:
-    """The tables to print."""
-    return position_tables(result["rows"])
-
-
-def write_documents(result: dict) -> list[Path]:
-    """The section of docs/size.md."""
-    return [replace_block(DOCS / "size.md", "meshlet_formats", section())]

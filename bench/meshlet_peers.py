@@ -22,8 +22,9 @@ from pathlib import Path
 import numpy as np
 
 import gltf_ext
+from bench import peers
 from bench.common import ROOT
-from bench.peers import PeerMissing, checkout_version, installed, plain_glb, position_grids
+from bench.peers import PeerMissing, checkout_version, position_grids, write_primitives
 from gltf_ext.compression.extension import require_compressed
 from gltf_ext.compression.primitives import Primitive
 from gltf_ext.compression.streams import Bits, plan_primitive
@@ -70,7 +71,7 @@ def integers_of(primitives: list[Primitive], bits: Bits = DEFAULT_BITS) -> list[
     result = []
     for primitive in primitives:
         plan = plan_primitive(primitive.attributes, [], grids[primitive.mesh], bits, "")
-        bits_of_elements = [s.bits for s in plan.streams for _ in range(s.components)]
+        bits_of_elements = [s.bits for s in plan.streams for _ in range(s.elements)]
         values = np.concatenate(plan.values, axis=1).astype(np.uint32)
         result.append(Integers(primitive.indices, values, tuple(bits_of_elements)))
     return result
@@ -78,12 +79,9 @@ def integers_of(primitives: list[Primitive], bits: Bits = DEFAULT_BITS) -> list[
 
 def compressed(primitives: list[Primitive], **options) -> tuple[dict, list[bytes]]:
     """Ours: (inspect's totals of the primitives' file, its blobs). options: of compress."""
-    meshes: dict[int, list] = {}
-    for primitive in primitives:
-        meshes.setdefault(primitive.mesh, []).append((primitive.indices, primitive.attributes))
     with tempfile.TemporaryDirectory() as folder:
         source, output = Path(folder) / "in.glb", Path(folder) / "out.glb"
-        source.write_bytes(plain_glb(list(meshes.values())))
+        write_primitives(primitives, source)
         gltf_ext.compress(source, output, **options)
         blobs = [b for p in require_compressed(open_model(output)) for b in p.blobs]
         return gltf_ext.inspect(output)["totals"], blobs
@@ -104,17 +102,11 @@ class MeshoptMeshlets:
         )
         self.version = f"meshoptimizer {checkout_version(self.checkout)}"
 
-    def run(self, parts: list[Integers], stream: Path | None = None) -> Run:
-        """Encodes, decodes and times. stream: a file to write (see meshopt_meshlets.cpp)."""
+    def run(self, parts: list[Integers]) -> Run:
+        """Encodes, decodes and times."""
         program = _program("meshopt_meshlets", "MESHOPTIMIZER", self.checkout)
-        figures, decoded = _run([program, *self.limits], parts, stream)
-        return Run(
-            figures["bytes"],
-            figures["meshlets"],
-            decoded,
-            figures["encode_seconds"],
-            figures["decode_seconds"],
-        )
+        figures, decoded = _run([program, *self.limits], parts)
+        return Run(**figures, decoded=decoded)
 
 
 class DenseGeometry:
@@ -133,8 +125,8 @@ class DenseGeometry:
         self.packer, self.name = packer, f"AMD DGF, {packer}"
         self.version = f"DGF-SDK {checkout_version(self.checkout)}"
 
-    def run(self, parts: list[Integers], stream: Path | None = None) -> Run:
-        """Encodes, decodes and times. stream: a file for the blocks. Decodes positions only."""
+    def run(self, parts: list[Integers]) -> Run:
+        """Encodes, decodes and times. Decodes positions only."""
         program = _program("dgf_blocks", "DGF_SDK", self.checkout)
         bare = [
             Integers(
@@ -146,17 +138,12 @@ class DenseGeometry:
         ]
         has_attributes = any(len(part.bits) > POSITION_ELEMENTS for part in parts)
         command = [program, self.packer, "4" if has_attributes else "0"]
-        figures, decoded = _run(command, bare, stream)
+        figures, decoded = _run(command, bare)
         attributes = sum(
             _attribute_bytes(part.bits) * len(own.values) for part, own in zip(parts, decoded)
         )
-        return Run(
-            figures["bytes"] + attributes,
-            figures["meshlets"],
-            decoded,
-            figures["encode_seconds"],
-            figures["decode_seconds"],
-        )
+        figures["bytes"] += attributes
+        return Run(**figures, decoded=decoded)
 
 
 def _attribute_bytes(bits: tuple[int, ...]) -> int:
@@ -166,7 +153,7 @@ def _attribute_bytes(bits: tuple[int, ...]) -> int:
 
 def available() -> tuple[list, list[str]]:
     """(the installed formats, a line per missing one: what to do)."""
-    return installed([MeshoptMeshlets, DenseGeometry, lambda: DenseGeometry("HPG24")])
+    return peers.available([MeshoptMeshlets, DenseGeometry, lambda: DenseGeometry("HPG24")])
 
 
 # --- their programs ---
@@ -187,14 +174,12 @@ def _program(name: str, option: str, checkout: Path) -> Path:
     return build_folder(PROGRAMS, ROOT / "build" / name, f"-D{option}={checkout}") / name
 
 
-def _run(
-    command: list[object], parts: list[Integers], stream: Path | None
-) -> tuple[dict, list[Integers]]:
+def _run(command: list[object], parts: list[Integers]) -> tuple[dict, list[Integers]]:
     """(the program's figures, the decoded parts)."""
     with tempfile.TemporaryDirectory() as folder:
         source, decoded = Path(folder) / "in", Path(folder) / "decoded"
         _words(parts).tofile(source)
-        arguments = [*command, source, decoded, *([stream] if stream else [])]
+        arguments = [*command, source, decoded]
         done = subprocess.run(list(map(str, arguments)), stdout=subprocess.PIPE, check=True)
         return json.loads(done.stdout), _parts(np.fromfile(decoded, np.uint32))
 

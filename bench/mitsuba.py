@@ -31,6 +31,7 @@ from bench.common import call_in_process, progress
 from bench.models import real_model
 
 PACKAGES = ("mitsuba", "drjit", "numpy")
+PARTS = ("models", "variants", "fractions")
 MODELS = ("bunny", "sponza_like", "dragon")
 VARIANTS = ("scalar_rgb", "llvm_ad_rgb")
 FRACTIONS = (1.0, 0.5, 0.25, 0.1, 0.0)
@@ -40,6 +41,7 @@ UNCACHED_SHARE = 8  # without a cache, one of so many samples is rendered
 INTEGRATORS = {"depth": {"type": "depth"}, "path": {"type": "path", "max_depth": 3}}
 VIEW = (0.3, 0.4, 1.0)
 WARM_SPP = 2
+ATTRIBUTES = ("POSITION", "NORMAL", "TEXCOORD_0")  # of Mitsuba's own mesh
 
 
 def measure(options: argparse.Namespace) -> dict:
@@ -77,12 +79,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--height", type=int, default=720)
 
 
-def is_complete(options: argparse.Namespace) -> bool:
-    """True if nothing is left out."""
-    chosen = (tuple(options.models), tuple(options.variants), tuple(options.fractions))
-    return chosen == (MODELS, VARIANTS, FRACTIONS)
-
-
 def _prepared(model: str, folder: Path) -> Path:
     """Compresses and decompresses the model; returns the compressed file."""
     compressed = folder / f"{model}.glb"
@@ -103,11 +99,11 @@ def _use(variant: str) -> None:
 
 def _shapes(path: str, fraction: float | None, policy: str = POLICIES[0]) -> dict:
     """Mitsuba's own meshes (None), or compressed shapes that share one cache."""
-    import mitsuba as mi
-
     if fraction is None:
+        from mitsuba_plugin.scene import ordinary_mesh
+
         return {
-            f"shape_{i}": _mesh(mi, p)
+            f"shape_{i}": ordinary_mesh("native", p.indices, *map(p.attributes.get, ATTRIBUTES))
             for i, p in enumerate(gltf_ext.load(path.replace(".glb", ".plain.glb")))
         }
     return {
@@ -126,28 +122,6 @@ def _shapes(path: str, fraction: float | None, policy: str = POLICIES[0]) -> dic
 
 def _places(path: str) -> list[tuple[int, int]]:
     return [(d.mesh, d.primitive) for d in gltf_ext.decoders(path)]
-
-
-def _mesh(mi, primitive: gltf_ext.Primitive):
-    attributes = primitive.attributes
-    mesh = mi.Mesh(
-        "native",
-        len(attributes["POSITION"]),
-        len(primitive.indices),
-        has_vertex_normals="NORMAL" in attributes,
-        has_vertex_texcoords="TEXCOORD_0" in attributes,
-    )
-    parameters = mi.traverse(mesh)
-    parameters["faces"] = primitive.indices.astype(np.uint32).ravel()
-    for name, target in (
-        ("POSITION", "vertex_positions"),
-        ("NORMAL", "vertex_normals"),
-        ("TEXCOORD_0", "vertex_texcoords"),
-    ):
-        if name in attributes:
-            parameters[target] = attributes[name].astype(np.float32).ravel()
-    parameters.update()
-    return mesh
 
 
 def _scene(shapes: dict, integrator: dict, size: tuple[int, int]):
@@ -242,7 +216,6 @@ def _time_rounds(settings: dict, name: str, scenes: list, rows: list[dict]) -> N
             to_native.append(time_taken / base)
     for row, scene, own, to_native in zip(rows, scenes, seconds, ratios):
         row[name] = statistics.median(own)
-        row[f"{name}_range"] = [min(own), max(own)]
         if row["fraction"] is None:
             continue
         row[f"{name}_ratio"] = statistics.median(to_native)
@@ -425,12 +398,7 @@ def save_plot(result: dict, path: Path) -> Path:
     return common.save_figure(figure, path, dpi=110)
 
 
-def summary(result: dict) -> str:
-    """The tables to print and to show in docs/mitsuba.md."""
-    tables = (_table, _memory_table, _policy_table, _start_table)
-    return "\n".join(table(result) for table in tables)
-
-
 def block(result: dict) -> str:
     """The tables in docs/mitsuba.md."""
-    return summary(result) + "\n" + common.origin_line(result)
+    tables = (_table, _memory_table, _policy_table, _start_table)
+    return "\n".join(table(result) for table in tables) + "\n" + common.origin_line(result)

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import argparse
 import os
+import tempfile
+from collections.abc import Iterator
 from pathlib import Path
-
-import numpy as np
 
 import gltf_ext
 from bench.common import ROOT
-from bench.generated import cut_into_four, save_smooth, torus
+from bench.generated import torus, write_generated
+from bench.large_model import write_displaced
 from gltf_ext.compression.extension import compressed_primitives
 from gltf_ext.gltf.importers import open_model
 from gltf_meshlet.demo.model import write_glb
@@ -53,6 +54,12 @@ def real_models() -> list[Path]:
     return found
 
 
+def all_models() -> Iterator[Path]:
+    """The real models, then generated ones, which exist until the last was taken."""
+    with tempfile.TemporaryDirectory() as folder:
+        yield from [*real_models(), *write_generated(Path(folder))]
+
+
 def real_model(name: str) -> Path:
     """The file of one real model. Ends the program if it is missing."""
     path = MODELS / f"{name}.glb"
@@ -85,8 +92,8 @@ def torus_and_named(names: list[str], triangles: int, folder: Path) -> dict[str,
 # --- files named on the command line, for measurements on a GPU ---
 
 
-def add_model_files(parser: argparse.ArgumentParser) -> None:
-    """The arguments that name files, for `model_files`."""
+def add_gpu_options(parser: argparse.ArgumentParser) -> None:
+    """The arguments that name files, for `model_files`, and the GPU."""
     parser.add_argument(
         "models", nargs="*", type=Path, help=".glb files; uncompressed ones are compressed first"
     )
@@ -98,6 +105,7 @@ def add_model_files(parser: argparse.ArgumentParser) -> None:
         metavar="MODEL",
         help="also measure this model with four times its triangles",
     )
+    parser.add_argument("--device", help="number or part of the name (default: the first GPU)")
 
 
 def check_model_files(options: argparse.Namespace) -> None:
@@ -124,9 +132,7 @@ def compressed(path: Path, folder: Path) -> Path:
 
 def subdivided(path: Path, folder: Path) -> Path:
     """A compressed model of the file's first primitive with four times its triangles."""
-    source = gltf_ext.load(path)[0]
-    positions = source.attributes["POSITION"].astype(np.float64)
-    fine = cut_into_four(positions, source.indices.astype(np.int64))
-    raw, output = save_smooth(*fine, folder / "raw.glb"), folder / f"{path.stem}_x4.glb"
+    raw = write_displaced(path, 2, folder / "raw.glb", noise=0.0)
+    output = folder / f"{path.stem}_x4.glb"
     gltf_ext.compress(raw, output)
     return output

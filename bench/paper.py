@@ -1,18 +1,15 @@
 """The paper's own encoding on our models, beside what the paper claims of it.
 
-Writes docs/paper.md and docs/figure3.png. The encoding's tests decode models again.
+Writes docs/paper.md. The encoding's tests decode models again.
 """
 
 from __future__ import annotations
 
 import argparse
-import tempfile
-from pathlib import Path
 
-from bench import figures, paper_encoding
-from bench.common import markdown_table, origin_line, progress
-from bench.generated import write_generated
-from bench.models import PAPER_MODELS, real_models
+from bench import paper_encoding
+from bench.common import bullets, markdown_table, origin_line, progress
+from bench.models import PAPER_MODELS, all_models
 from bench.peers import DEFAULT_BITS, Part, read_parts
 from gltf_ext.compression.streams import Bits
 
@@ -39,14 +36,13 @@ def measure(options: argparse.Namespace) -> dict:
     """All models, with meshlets as full as the paper's and as ours."""
     rows: list[dict] = []
     without_texcoords = []
-    with tempfile.TemporaryDirectory() as folder:
-        for path in [*real_models(), *write_generated(Path(folder))]:
-            parts = read_parts(path)
-            if any(part.texcoords is None for part in parts):
-                without_texcoords.append(path.stem)
-            for meshlets in FILLS:
-                rows.append(measure_model(path.stem, parts, meshlets))
-                progress(f"{path.stem}, meshlets as {meshlets}: {rows[-1]['ratio']:.2f}")
+    for path in all_models():
+        parts = read_parts(path)
+        if any(part.texcoords is None for part in parts):
+            without_texcoords.append(path.stem)
+        for meshlets in FILLS:
+            rows.append(measure_model(path.stem, parts, meshlets))
+            progress(f"{path.stem}, meshlets as {meshlets}: {rows[-1]['ratio']:.2f}")
     return {"claims": CLAIMS, "without_texcoords": without_texcoords, "rows": rows}
 
 
@@ -91,15 +87,11 @@ def stated_figures(encoded: paper_encoding.Encoded, raw_bytes: int) -> dict:
         "extra_bits_per_meshlet": tables / meshlets,
         "index_bits_per_triangle": (bits["connectivity"] + tables) / triangles,
         "difference_gain": position_bits * written / encoded.difference_bits,
-        "difference_gain_complement": position_bits * written / encoded.complement_bits,
         "vertex_bits_once": (encoded.difference_bits + attribute_bits) / written,
         "vertex_ratio_once": raw_vertex_bits
         / counts["vertices"]
         / ((encoded.difference_bits + attribute_bits) / written),
         "vertex_ratio": raw_vertex_bits / vertex_bits,
-        "ratio_complement": 8
-        * raw_bytes
-        / (sum(bits.values()) - encoded.difference_bits + encoded.complement_bits),
     }
 
 
@@ -111,6 +103,7 @@ def report(result: dict) -> str:
     sections = "\n".join(
         f"## On meshlets as full as {whose}\n\n{_tables(result, whose)}" for whose in FILLS
     )
+    without = ", ".join(result["without_texcoords"]) or "none"
     return f"""# The paper's encoding
 
 {origin_line(result)}
@@ -122,22 +115,19 @@ coordinates 12. Its tests decode models again to the same triangles and integers
 * Meshlets are made by our encoder. If a meshlet of ours has several disks, each disk is a meshlet
   here.
 * The paper's models have normals and texture coordinates. These of ours lack texture coordinates,
-  at least in part, and so have less raw data per vertex: {_without(result)}.
+  at least in part, and so have less raw data per vertex: {without}.
 * The paper does not say how it writes negative differences. We use the smaller form, zigzag (0, -1,
-  1, -2, ...); other columns give the result for two's complement.
+  1, -2, ...).
 
 {sections}
 ## Where the data is
 
-![Compressed data in percent of raw, by part](figure3.png)
-
-*Figure 3 of the paper for our models, and our format on the same meshlets. In the paper,
-uncompressed attributes of boundaries take almost as much as all compressed data; here the ends of
-boundaries take {_ends_share(result)} of its encoding.*
+In the paper, uncompressed attributes of boundaries take almost as much as all compressed data; here
+the ends of boundaries take {_ends_share(result)} of its encoding.
 
 ## The paper's models
 
-{_stand_ins()}"""
+{bullets(PAPER_MODELS)}"""
 
 
 def _tables(result: dict, whose: str) -> str:
@@ -176,12 +166,10 @@ def _tables(result: dict, whose: str) -> str:
     vertices = table([
         column("m", "", "m", "d"),
         claimed_column("differences: times smaller", "difference_gain"),
-        column("in two's complement", claims["difference_gain"], "difference_gain_complement"),
         column("vertices written once: bits", "about 69", "vertex_bits_once", ".1f"),
         claimed_column("times smaller", "vertex_ratio_once"),
         claimed_column("with both ends of boundaries", "vertex_ratio"),
         ("all: times smaller", claims["ratio"], lambda row: f"**{row['ratio']:.2f}**"),
-        column("all, in two's complement", claims["ratio"], "ratio_complement"),
     ])  # fmt: skip
     return f"{connectivity}\n{vertices}"
 
@@ -194,27 +182,3 @@ def _ends_share(result: dict) -> str:
         if row["meshlets_of"] == "ours" and row["model"] in PAPER_MODELS
     ]
     return f"{min(shares):.0f} to {max(shares):.0f} %" if shares else "nothing"
-
-
-def _without(result: dict) -> str:
-    return ", ".join(result["without_texcoords"]) or "none"
-
-
-def _stand_ins() -> str:
-    return "".join(f"* {name}: {what}\n" for name, what in PAPER_MODELS.items())
-
-
-def summary(result: dict) -> str:
-    """The ratios to print."""
-    return markdown_table(
-        ["model, meshlets as full as", "times smaller"],
-        [
-            [f"{row['model']}, {row['meshlets_of']}", f"{row['ratio']:.2f}"]
-            for row in result["rows"]
-        ],
-    )
-
-
-def write_documents(result: dict) -> list[Path]:
-    """The pictures of sizes."""
-    return figures.draw_all()

@@ -322,7 +322,7 @@ class Encoded:
     data: the file; bits: of each of PARTS, their sum is 8 * len(data); counts: meshlets,
     references, boundaries, and vertices by how they are stored (ends, inner of boundaries,
     interior); symbols: how many of each; m: the width of short differences; difference_bits: what
-    all differences take, flags included; complement_bits: what they would take in two's complement.
+    all differences take, flags included.
     """
 
     data: bytes
@@ -331,7 +331,6 @@ class Encoded:
     symbols: dict[str, int]
     m: int
     difference_bits: int
-    complement_bits: int
 
 
 @dataclass
@@ -372,7 +371,6 @@ def encode_meshes(meshes: list[Mesh], bits: Bits) -> Encoded:
     ]
     lengths = Counter(u.bit_length() for u in differences)
     m = best_m(lengths, n)
-    complements = Counter((unzigzag(u) % (1 << n)).bit_length() for u in differences)
     stream, tables, spent, counts, symbols = BitWriter(), [], Counter(), Counter(), Counter()
     for mesh, t in zip(meshes, traversed):
         references = sum(len(disk.references) for disk in mesh.disks)
@@ -407,7 +405,6 @@ def encode_meshes(meshes: list[Mesh], bits: Bits) -> Encoded:
         {s: symbols[s] for s in SYMBOLS},
         m,
         difference_bits(lengths, n, m),
-        difference_bits(complements, n, best_m(complements, n)),
     )
 
 

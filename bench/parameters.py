@@ -1,6 +1,6 @@
 """Which parameters? Size and speed over one option of compress at a time.
 
-Writes docs/parameters.md and docs/parameters.png.
+Writes docs/parameters.md.
 """
 
 from __future__ import annotations
@@ -8,15 +8,15 @@ from __future__ import annotations
 import argparse
 import tempfile
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import gltf_ext
 from bench.common import (
-    markdown_table,
     origin_line,
     progress,
-    pyplot,
     spread,
+    table,
 )
 from bench.models import add_model_names, torus_and_named
 from bench.speed import native
@@ -24,7 +24,6 @@ from gltf_ext.compression.extension import require_compressed
 from gltf_ext.compression.options import EFFORTS, Options
 from gltf_ext.gltf.importers import open_model
 
-PACKAGES = ("gltf-meshlet", "numpy", "matplotlib")
 NAMES = ("bunny", "engine", "sponza_like")
 GENERATED = 60_000  # triangles of the generated model
 REPETITIONS = 3  # of compress
@@ -51,6 +50,25 @@ TITLES = {
         "`--lambda`: large values make regions compact, small values planar.",
     ),
     "position_bits": ("Position grid", "`-vp`: bits of a position along the longest side."),
+}
+
+
+def _named(row: dict) -> str:
+    mark = " (default)" if row["value"] == DEFAULTS[row["option"]] else ""
+    return f"{row['model']}, {row['value']}{mark}"
+
+
+COLUMNS: dict[str, Callable[[dict], str]] = {
+    "model, value": _named,
+    "meshlets": lambda row: f"{row['meshlets']:,}",
+    "triangles per meshlet": lambda row: f"{row['mean_triangles_per_meshlet']:.1f}",
+    "ratio": lambda row: f"{row['ratio']:.2f}",
+    "bits per triangle": lambda row: f"{row['bits_per_triangle']['total']:.2f}",
+    "compress, seconds": lambda row: f"{row['compress_seconds']['median']:.2f}",
+    "decode, million triangles per second": lambda row: (
+        f"{row['triangles'] / row['decode_seconds']['median'] / 1e6:.1f}"
+    ),
+    "one meshlet, microseconds": lambda row: f"{row['meshlet_microseconds']['median']:.2f}",
 }
 
 
@@ -109,21 +127,7 @@ def report(result: dict) -> str:
 
 {text} The default is {DEFAULTS[option]}.
 
-{
-            markdown_table(
-                [
-                    "model, value",
-                    "meshlets",
-                    "triangles per meshlet",
-                    "ratio",
-                    "bits per triangle",
-                    "compress, seconds",
-                    "decode, million triangles per second",
-                    "one meshlet, microseconds",
-                ],
-                [_figures(row) for row in rows],
-            )
-        }""")
+{table(rows, COLUMNS)}""")
     return f"""# Parameters
 
 {origin_line(result)}
@@ -131,80 +135,10 @@ One option of `compress` changes at a time; the others keep their defaults, exce
 is {EFFORT}, since the default's meshlets do not depend on all options. Bits per triangle include
 everything. "compress" is the whole call on all threads, including files. "decode" is the
 C++ call for the whole model on one thread, "one meshlet" the mean for a single meshlet.
-{_noise(result)}[choices.md](choices.md) measures the choices that are fixed in the format.
-
-![Ratio and decode speed over the options](parameters.png)
+Times are rough: the default rows of a model are one file, measured again for each option.
+[choices.md](choices.md) measures the choices that are fixed in the format.
 
 {chr(10).join(sections)}"""
-
-
-def _noise(result: dict) -> str:
-    """How far repeated measurements of the defaults, one per option, lie apart in each model."""
-
-    def span(key: str) -> float:
-        """The largest ratio of slowest to fastest."""
-        times: dict[str, list[float]] = {}
-        for row in result["rows"]:
-            if row["option"] != "effort" and row["value"] == DEFAULTS[row["option"]]:
-                times.setdefault(row["model"], []).append(row[key]["median"])
-        return max(max(of_model) / min(of_model) for of_model in times.values())
-
-    decode, meshlet, compress = (
-        f"{span(key):.2f}" for key in ("decode_seconds", "meshlet_microseconds", "compress_seconds")
-    )
-    return f"""Times are rough: the default rows are the same file, measured again per option,
-and differ by up to {decode} times in decoding, {meshlet} in decoding one meshlet and \
-{compress} in compressing. Ignore smaller differences.
-"""
-
-
-def _figures(row: dict) -> list[str]:
-    mark = " (default)" if row["value"] == DEFAULTS[row["option"]] else ""
-    return [
-        f"{row['model']}, {row['value']}{mark}",
-        f"{row['meshlets']:,}",
-        f"{row['mean_triangles_per_meshlet']:.1f}",
-        f"{row['ratio']:.2f}",
-        f"{row['bits_per_triangle']['total']:.2f}",
-        f"{row['compress_seconds']['median']:.2f}",
-        f"{row['triangles'] / row['decode_seconds']['median'] / 1e6:.1f}",
-        f"{row['meshlet_microseconds']['median']:.2f}",
-    ]
-
-
-def save_plot(result: dict, path: Path) -> Path:
-    """Ratio and decode speed over each numeric option."""
-    options = [option for option in VALUES if option != "effort"]
-    figure, axes = pyplot().subplots(
-        2, len(options), figsize=(3.6 * len(options), 6.4), dpi=100, sharex="col"
-    )
-    for column, option in enumerate(options):
-        for model in dict.fromkeys(row["model"] for row in result["rows"]):
-            rows = [
-                row for row in result["rows"] if (row["model"], row["option"]) == (model, option)
-            ]
-            values = [row["value"] for row in rows]
-            axes[0, column].plot(
-                values, [row["ratio"] for row in rows], "-o", markersize=4, label=model
-            )
-            speeds = [row["triangles"] / row["decode_seconds"]["median"] / 1e6 for row in rows]
-            axes[1, column].plot(values, speeds, "-o", markersize=4)
-        axes[0, column].set_title(TITLES[option][0], fontsize=10)
-        axes[1, column].set_xlabel(option.rstrip("_").replace("_", " "))
-        for axis in axes[:, column]:
-            axis.axvline(DEFAULTS[option], color="gray", linewidth=0.8, linestyle=":")
-            axis.set_ylim(0, 1.06 * axis.get_ylim()[1])
-            axis.grid(alpha=0.3)
-            if option == "lambda_":
-                axis.set_xscale("log")
-                axis.set_xticks(VALUES[option], map(str, VALUES[option]), fontsize=8, rotation=60)
-                axis.minorticks_off()
-    axes[0, 0].set_ylabel("ratio")
-    axes[1, 0].set_ylabel("decode, million triangles per second")
-    axes[0, 0].legend(frameon=False, fontsize=8)
-    figure.tight_layout()
-    figure.savefig(path)
-    return path
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:

@@ -27,15 +27,20 @@ import shutil
 import struct
 import subprocess
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import pygltflib
 
 from bench.common import ROOT
 from gltf_ext.compression.primitives import Primitive, read_primitive, triangle_primitives, weld
 from gltf_ext.compression.streams import Bits, Grid, plan_primitive, position_grid
+from gltf_ext.files import write_files
+from gltf_ext.gltf.accessors import add_accessor, bounds, set_bounds
+from gltf_ext.gltf.container import model_files
+from gltf_ext.gltf.document import Document
 from gltf_ext.gltf.importers import open_model
 
 NODE_MODULES = Path(
@@ -43,6 +48,7 @@ NODE_MODULES = Path(
 )
 CORTO = os.environ.get("GLTF_MESHLET_CORTO", "")
 DEFAULT_BITS = Bits()
+TEXTURE = {"textures": [{"source": 0}], "images": [{"uri": "data:image/png;base64,"}]}
 # The attributes that all codecs know, and their numbers of components.
 ATTRIBUTES = {"POSITION": 3, "NORMAL": 3, "TEXCOORD_0": 2}
 
@@ -71,6 +77,27 @@ class Part:
         """4 bytes per float component and per index."""
         floats = 3 + 3 * (self.normals is not None) + 2 * (self.texcoords is not None)
         return 4 * (floats * len(self.positions) + self.triangles.size)
+
+
+# --- JavaScript ---
+
+
+def require_web(packages: Iterable[str] = (), files: Iterable[str] = ()) -> None:
+    """Ends the program if an npm package is missing, or a file of web/ that is compiled."""
+    for name in packages:
+        if not (NODE_MODULES / name).is_dir():
+            raise SystemExit(f"bench: npm install --prefix build/node {name}")
+    for name in files:
+        if not (ROOT / "web" / name).is_file():
+            raise SystemExit(f"bench: no web/{name}; run: make web")
+
+
+def node(*arguments: object) -> str:
+    """What a program prints in Node. Ends this one if it fails: Node has then said why."""
+    done = subprocess.run(["node", *map(str, arguments)], stdout=subprocess.PIPE, text=True)
+    if done.returncode:
+        raise SystemExit("bench: a program in Node failed")
+    return done.stdout
 
 
 # --- models as parts ---
@@ -142,10 +169,21 @@ def _part(primitive: Primitive, grid, bits: Bits) -> Part:
     )
 
 
+class Unpacked:
+    """A codec that writes a buffer per part, to be unpacked before drawing."""
+
+    def file_bytes(self, buffers: list[bytes]) -> int:
+        return sum(map(len, buffers))
+
+    def resident_bytes(self, parts: list[Part], buffers: list[bytes]) -> int:
+        """Unpacked before drawing, to floats and 32-bit indices."""
+        return sum(part.raw_bytes for part in parts)
+
+
 # --- Draco ---
 
 
-class Draco:
+class Draco(Unpacked):
     """Google's Draco through DracoPy, one buffer per part. level: 0 (fastest) to 10 (smallest)."""
 
     def __init__(self, level: int = 7):
@@ -179,18 +217,11 @@ class Draco:
         """A function that decodes to DracoPy's meshes."""
         return lambda: [self._module.decode(buffer) for buffer in buffers]
 
-    def file_bytes(self, buffers: list[bytes]) -> int:
-        return sum(map(len, buffers))
-
-    def resident_bytes(self, parts: list[Part], buffers: list[bytes]) -> int:
-        """Unpacked before drawing, to floats and 32-bit indices."""
-        return sum(part.raw_bytes for part in parts)
-
 
 # --- Corto ---
 
 
-class Corto:
+class Corto(Unpacked):
     """ISTI's Corto: encodes with its command, decodes with its C library. One buffer per part.
 
     predictions: its normal modes to try, the smallest result counts ("border" drops differences and
@@ -228,20 +259,8 @@ class Corto:
         with tempfile.TemporaryDirectory() as folder:
             source, target = Path(folder) / "in.ply", Path(folder) / "out.crt"
             source.write_bytes(ply(part, bits))
-            command = [
-                CORTO,
-                "-q",
-                "1",
-                "-n",
-                str(bits.normal),
-                "-u",
-                str(bits.texcoord),
-                "-N",
-                prediction,
-                "-o",
-                target,
-                source,
-            ]
+            options = f"-q 1 -n {bits.normal} -u {bits.texcoord} -N {prediction} -o"
+            command = [CORTO, *options.split(), target, source]
             output = subprocess.run(command, check=True, capture_output=True, text=True).stdout
             return target.read_bytes(), int(re.search(r"Encoding time: (\d+)ms", output)[1]) / 1000
 
@@ -272,13 +291,6 @@ class Corto:
             return outputs
 
         return decode
-
-    def file_bytes(self, buffers: list[bytes]) -> int:
-        return sum(map(len, buffers))
-
-    def resident_bytes(self, parts: list[Part], buffers: list[bytes]) -> int:
-        """Unpacked before drawing, to floats and 32-bit indices."""
-        return sum(part.raw_bytes for part in parts)
 
 
 def ply(part: Part, bits: Bits) -> bytes:
@@ -350,17 +362,8 @@ class Gltfpack:
             )
         with tempfile.TemporaryDirectory() as folder:
             source, target = Path(folder) / "in.glb", Path(folder) / "out.glb"
-            source.write_bytes(parts_as_glb(parts, bits))
-            options = [
-                "-vp",
-                str(bits.position),
-                "-vn",
-                str(bits.normal),
-                "-vt",
-                str(bits.texcoord),
-                "-kn",
-                "-km",
-            ]
+            write_parts(parts, bits, source)
+            options = f"-vp {bits.position} -vn {bits.normal} -vt {bits.texcoord} -kn -km".split()
             options += ["-cc", "-ce", "khr"] if self.compressed else []
             command = ["node", self._script, "-i", source, "-o", target, *options]
             subprocess.run(command, check=True, capture_output=True)
@@ -388,8 +391,8 @@ class Gltfpack:
         return sum(view["byteLength"] for view in _geometry_views(glb_chunks(buffer)[0]))
 
 
-def parts_as_glb(parts: list[Part], bits: Bits) -> bytes:
-    """Parts as a .glb for gltfpack, a mesh each: positions in steps, texture coordinates in [0, 1].
+def write_parts(parts: list[Part], bits: Bits, path: Path) -> None:
+    """Writes parts for gltfpack, a mesh each: positions in steps, texture coordinates in [0, 1].
 
     The last mesh spans the whole position grid, so that gltfpack, which has one grid per file,
     takes steps of one. Materials have a texture (of no pixels), for without one gltfpack drops
@@ -404,89 +407,61 @@ def parts_as_glb(parts: list[Part], bits: Bits) -> bytes:
     for part in [*parts, span]:
         unit = None if part.texcoords is None else part.texcoords / (2**bits.texcoord - 1)
         named = {"POSITION": part.positions, "NORMAL": part.normals, "TEXCOORD_0": unit}
-        meshes.append(
-            [
-                (
-                    part.triangles,
-                    {name: values for name, values in named.items() if values is not None},
-                )
-            ]
-        )
-    return plain_glb(meshes, textured=True)
+        attributes = {name: values for name, values in named.items() if values is not None}
+        meshes.append([(part.triangles, attributes)])
+    write_plain(meshes, path, textured=True)
 
 
-def plain_glb(
-    meshes: list[list[tuple[np.ndarray, dict[str, np.ndarray]]]], textured: bool = False
-) -> bytes:
-    """A float32 .glb of meshes of primitives (triangles, attributes), in nodes named "part N"."""
-    binary, document = (
-        bytearray(),
+def write_primitives(primitives: list[Primitive], path: Path) -> None:
+    """Writes the triangles and attributes of primitives as a plain .glb."""
+    meshes: dict[int, list] = {}
+    for primitive in primitives:
+        meshes.setdefault(primitive.mesh, []).append((primitive.indices, primitive.attributes))
+    write_plain(list(meshes.values()), path)
+
+
+def write_plain(
+    meshes: list[list[tuple[np.ndarray, dict[str, np.ndarray]]]],
+    path: Path,
+    textured: bool = False,
+) -> None:
+    """Writes a float32 .glb of meshes of primitives (triangles, attributes).
+
+    The nodes are named "part N". textured: each primitive has a material with a texture.
+    """
+    numbers = list(range(len(meshes)))
+    document = Document(
         {
             "asset": {"version": "2.0"},
-            "accessors": [],
-            "bufferViews": [],
-            "meshes": [],
-            "nodes": [],
-        },
-    )
-    if textured:
-        document.update(
-            textures=[{"source": 0}], images=[{"uri": "data:image/png;base64,"}], materials=[]
-        )
-
-    def accessor(values: np.ndarray, target: int) -> int:
-        document["bufferViews"].append(
-            {"buffer": 0, "byteOffset": len(binary), "byteLength": values.nbytes, "target": target}
-        )
-        binary.extend(values.tobytes())
-        described = {
-            "bufferView": len(document["bufferViews"]) - 1,
-            "count": len(values),
-            "type": ("SCALAR", "VEC2", "VEC3")[values.shape[1] - 1],
-            "componentType": 5126 if values.dtype == np.float32 else 5125,
+            "scene": 0,
+            "scenes": [{"nodes": numbers}],
+            "nodes": [{"name": f"part {n}", "mesh": n} for n in numbers],
+            "meshes": [{"primitives": []} for _ in meshes],
+            "materials": [
+                {
+                    "name": f"part {n}",
+                    "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}},
+                }
+                for n in (numbers if textured else ())
+            ],
+            **(TEXTURE if textured else {}),
         }
-        if values.shape[1] == 3:
-            described.update(min=values.min(axis=0).tolist(), max=values.max(axis=0).tolist())
-        document["accessors"].append(described)
-        return len(document["accessors"]) - 1
-
+    )
     for number, primitives in enumerate(meshes):
-        document["meshes"].append({"primitives": []})
-        document["nodes"].append({"name": f"part {number}", "mesh": number})
         for triangles, attributes in primitives:
-            primitive = {
-                "attributes": {
-                    name: accessor(np.ascontiguousarray(v, np.float32), 34962)
-                    for name, v in attributes.items()
-                },
-                "indices": accessor(triangles.reshape(-1, 1).astype(np.uint32), 34963),
+            names = {
+                name: add_accessor(document, values.astype(np.float32))
+                for name, values in attributes.items()
             }
-            if textured:
-                primitive["material"] = len(document["materials"])
-                document["materials"].append(
-                    {
-                        "name": f"part {number}",
-                        "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}},
-                    }
-                )
-            document["meshes"][-1]["primitives"].append(primitive)
-    document.update(
-        scene=0, scenes=[{"nodes": list(range(len(meshes)))}], buffers=[{"byteLength": len(binary)}]
-    )
-    return _glb(document, bytes(binary))
-
-
-def _glb(document: dict, binary: bytes) -> bytes:
-    text = json.dumps(document).encode()
-    text += b" " * (-len(text) % 4)
-    binary += b"\0" * (-len(binary) % 4)
-    chunks = (
-        struct.pack("<I4s", len(text), b"JSON")
-        + text
-        + struct.pack("<I4s", len(binary), b"BIN\0")
-        + binary
-    )
-    return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
+            box = bounds(attributes["POSITION"].astype(np.float32))
+            set_bounds(document.accessors[names["POSITION"]], *box)
+            primitive = pygltflib.Primitive(
+                attributes=names,
+                indices=add_accessor(document, triangles.reshape(-1, 1).astype(np.uint32)),
+                material=number if textured else None,
+            )
+            document.meshes[number].primitives.append(primitive)
+    write_files(model_files(document, path))
 
 
 def glb_chunks(data: bytes) -> tuple[dict, bytes]:
@@ -538,24 +513,18 @@ def _meshopt_decode(compression: dict, binary: bytes) -> bytes:
 # --- installed codecs ---
 
 
-def all_makers() -> list:
-    """A function per codec that makes it; it raises PeerMissing if the codec is not installed."""
-    return [
-        lambda: Draco(7),
-        lambda: Draco(10),
-        Corto,
-        lambda: Gltfpack(False),
-        lambda: Gltfpack(True),
-    ]
+# What makes each codec; raises PeerMissing if it is not installed.
+MAKERS: tuple[Callable, ...] = (
+    lambda: Draco(7),
+    lambda: Draco(10),
+    Corto,
+    lambda: Gltfpack(False),
+    lambda: Gltfpack(True),
+)
 
 
-def available(makers: list | None = None) -> tuple[list, list[str]]:
-    """(the installed codecs, a line per missing one: what to install). Default: all_makers()."""
-    return installed(all_makers() if makers is None else makers)
-
-
-def installed(makers: list) -> tuple[list, list[str]]:
-    """(what the makers make, a line per maker that raises PeerMissing)."""
+def available(makers: Iterable[Callable] = MAKERS) -> tuple[list, list[str]]:
+    """(the installed codecs, a line per missing one: what to install)."""
     found, missing = [], []
     for make in makers:
         try:

@@ -1,7 +1,6 @@
 """How exact? Errors, surface distance, rendered difference and size at 8 to 16 bits.
 
-Writes docs/quality.md, docs/quality.png (errors over bits) and docs/quality_models.png (a model at
-each setting).
+Writes docs/quality.md and docs/quality_models.png, a model at each setting.
 
 Attribute errors are those of `verify`, which pairs each original vertex with its decoded one. The
 surface distance does not pair vertices: it measures points on one surface, and its vertices, to the
@@ -23,7 +22,6 @@ from bench.common import (
     DOCS,
     markdown_table,
     origin_line,
-    panels,
     progress,
     pyplot,
     save_figure,
@@ -33,7 +31,7 @@ from bench.models import add_model_names, torus_and_named
 from gltf_ext import _codec
 from gltf_ext.compression.options import Options
 from gltf_ext.compression.primitives import Primitive
-from gltf_meshlet.demo.rasterizer import Camera, Mesh, rasterize
+from tools.rasterizer import Camera, Mesh, rasterize
 
 PACKAGES = ("gltf-meshlet", "numpy", "matplotlib", "trimesh")
 NAMES = ("bunny", "suzanne", "DamagedHelmet")
@@ -69,11 +67,12 @@ def surface_distance(one: Mesh, other: Mesh) -> dict:
 
 def _distances(source: Mesh, target: Mesh) -> np.ndarray:
     """Exact distances from points of one surface to the other."""
-    return _codec.surface_distances(
+    distances, _ = _codec.surface_distances(
         np.ascontiguousarray(sampled(source.positions, source.triangles), np.float32),
         np.ascontiguousarray(target.positions, np.float32),
         np.ascontiguousarray(target.triangles, np.uint32),
     )
+    return distances
 
 
 # --- pictures ---
@@ -259,8 +258,6 @@ Columns:
 * bits per triangle of the positions, and ratio of the whole file.
 
 {table(rows, positions)}
-![Errors and ratio over bits](quality.png)
-
 ![{PICTURED} at {len(BITS)} settings](quality_models.png)
 
 {PICTURED}: original, and positions of {", ".join(map(str, BITS))} bits; whole, and close up.
@@ -279,34 +276,6 @@ Errors of normals are in degrees, of texture coordinates in texels of a {TEXELS}
 
 def _unless_zero(value: float | None, form: str, otherwise: str = "") -> str:
     return f"{value:{form}}" if value else otherwise
-
-
-def save_plot(result: dict, path: Path) -> Path:
-    """Errors and ratio over bits."""
-    titles = (
-        "Hausdorff distance, % of the longest side",
-        "normals: largest error, degrees",
-        f"uv: largest error, texels of {TEXELS}",
-        "ratio, positions at so many bits",
-    )
-    figure, axes = panels(titles, (15, 3.8), xlabel="bits", xticks=BITS)
-    for model in result["models"]:
-        rows, side = model["rows"], model["longest_side"]
-        series = (
-            [100 * row["surface"]["hausdorff"] / side for row in rows],
-            [row["errors"].get("NORMAL", {}).get("max") for row in rows],
-            [row["errors"].get("TEXCOORD_0", {}).get("max") for row in rows],
-            [row["ratio"] for row in rows],
-        )
-        for axis, values in zip(axes, series):
-            if None not in values:
-                axis.plot(BITS, values, "-o", markersize=4, label=model["model"])
-    for axis in axes[:-1]:
-        axis.set_yscale("log")
-    axes[-1].set_ylim(bottom=0)
-    axes[0].legend(frameon=False)
-    figure.tight_layout()
-    return save_figure(figure, path)
 
 
 def save_pictures(result: dict, path: Path) -> Path:
@@ -347,7 +316,7 @@ def _titled_meshes(original: Path, rows: list[dict], output: Path) -> list[tuple
     return drawn
 
 
-def write_documents(result: dict) -> list[Path]:
+def write_pictures(result: dict) -> list[Path]:
     """docs/quality_models.png."""
     return [save_pictures(result, DOCS / "quality_models.png")]
 

@@ -1,6 +1,6 @@
 """How small? Our files beside the paper's encoding, Draco, Corto, meshopt and DGF, equally precise.
 
-Writes docs/size.md, docs/figure3.png, figure7.png and peers.png. All codecs get
+Writes docs/size.md and docs/peers.png. All codecs get
 the same primitives with positions, normals and texture coordinates (no colours) on the same grids;
 bench/peers.py and meshlet_peers.py say what to install. The result names each codec that is
 missing; its column stays empty.
@@ -9,22 +9,23 @@ missing; its column stays empty.
 from __future__ import annotations
 
 import argparse
-import tempfile
 from collections import Counter
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 
-from bench import figures, meshlet_formats, meshlet_peers, paper_encoding, peers
+from bench import figures, meshlet_formats, meshlet_peers, paper_encoding, peers, transport
 from bench.common import (
     best_in_bold,
+    bullets,
     markdown_table,
     origin_line,
     progress,
+    read_result,
     table,
 )
-from bench.generated import GENERATED, write_generated
-from bench.models import OTHER_MODELS, PAPER_MODELS, real_models
+from bench.generated import GENERATED
+from bench.models import OTHER_MODELS, PAPER_MODELS, all_models
 from gltf_ext import _codec
 from gltf_ext.compression.primitives import Primitive
 from gltf_ext.compression.streams import Bits
@@ -125,10 +126,9 @@ def measure(options: argparse.Namespace) -> dict:
     codecs, missing = peers.available()
     formats, also_missing = meshlet_peers.available()
     rows = []
-    with tempfile.TemporaryDirectory() as folder:
-        for path in [*real_models(), *write_generated(Path(folder))]:
-            rows.append(measure_model(path, codecs, formats))
-            progress(f"{path.stem}: {rows[-1]['ratio']:.2f}")
+    for path in all_models():
+        rows.append(measure_model(path, codecs, formats))
+        progress(f"{path.stem}: {rows[-1]['ratio']:.2f}")
     return {
         "options": OPTIONS,
         "codecs": {codec.name: codec.version for codec in [*codecs, *formats]},
@@ -272,14 +272,9 @@ def report(result: dict) -> str:
         for name in names
         if not name.startswith(UNPACKED) and name != "meshopt-compressed glTF"
     ]
-    versions = "".join(f"* {name}: {version}\n" for name, version in result["codecs"].items())
     missing = "".join(f"* not measured: {line}\n" for line in result["missing"])
     measured = {row["model"] for row in result["models"]}
-    described = "".join(
-        f"* {n}: {what}\n"
-        for n, what in {**PAPER_MODELS, **OTHER_MODELS, **GENERATED}.items()
-        if n in measured
-    )
+    described = {**PAPER_MODELS, **OTHER_MODELS, **GENERATED}
     return f"""# Size
 
 {origin_line(result)}
@@ -302,7 +297,7 @@ grid, one per mesh.
 
 Versions:
 
-{versions}{missing}
+{bullets(result["codecs"])}{missing}
 ## Files
 
 How many times smaller than raw. The smallest file is in bold.
@@ -312,11 +307,6 @@ Quantised glTF takes 8 bytes per position; its normals have 3 x 8 bits, or are o
 meshopt compression.
 
 {ratios(result, "ratio", names)}
-![Compressed size in percent of raw](figure7.png)
-
-*Figure 7 of [the paper](../README.md#the-paper) for our models; three of its six are
-replaced by others, see the end of the page.*
-
 ## On the GPU
 
 How many times smaller than raw the data is that stays in memory while drawing. Ours and the paper's
@@ -326,7 +316,10 @@ Smaller than ours: {smaller_than_ours(result, "resident_ratio", resident)}.
 
 {ratios(result, "resident_ratio", resident)}
 <!-- begin meshlet_formats -->
-{meshlet_formats.section()}<!-- end meshlet_formats -->
+{meshlet_formats.block(read_result("meshlet_formats"))}<!-- end meshlet_formats -->
+
+<!-- begin transport -->
+{transport.block(read_result("transport"))}<!-- end transport -->
 
 ## Where our bits go
 
@@ -348,22 +341,9 @@ In memory while drawing:
 {byte_table(result, "resident_bytes", names)}
 ## The models
 
-{described}"""
+{bullets({name: text for name, text in described.items() if name in measured})}"""
 
 
-def write_documents(result: dict) -> list[Path]:
-    """The charts of sizes."""
+def write_pictures(result: dict) -> list[Path]:
+    """The chart of the peers."""
     return figures.draw_all()
-
-
-def summary(result: dict) -> str:
-    """The table to print."""
-    columns = {
-        "model": lambda row: row["model"],
-        "triangles": lambda row: f"{row['triangles']:,}",
-        "raw": lambda row: f"{row['raw_bytes'] / 1e6:.2f} MB",
-        "compressed": lambda row: f"{row['compressed_bytes'] / 1e6:.2f} MB",
-        "ratio": lambda row: f"{row['ratio']:.2f}",
-        "bits per triangle": lambda row: f"{row['bits_per_triangle']['total']:.1f}",
-    }
-    return table(result["models"], columns)

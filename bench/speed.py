@@ -12,14 +12,12 @@ import functools
 import importlib.util
 import json
 import os
-import pickle
 import statistics
 import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -28,12 +26,9 @@ import numpy as np
 from bench import peers
 from bench.common import (
     best_in_bold,
-    call_in_process,
     markdown_table,
     origin_line,
-    panels,
     progress,
-    save_figure,
     spread,
     table,
     versions,
@@ -167,17 +162,6 @@ def measure_model(name: str, path: Path, scratch: Path, found: list) -> dict:
         "decode": decoded,
         "one_meshlet_microseconds": meshlet_microseconds,
         "command": measure_command(path, scratch, repetitions),
-        "memory": {
-            "encode": {
-                codec: peak_memory(
-                    "encode", codec, primitives if codec.startswith(OURS) else parts, scratch
-                )
-                for codec in (OURS, *OTHER_EFFORTS, *libraries(found))
-            },
-            "decode": {
-                codec: peak_memory("decode", codec, buffers[codec], scratch) for codec in buffers
-            },
-        },
     }
 
 
@@ -307,54 +291,6 @@ def measure_command(path: Path, scratch: Path, repetitions: int) -> dict:
     }
 
 
-# --- peak memory, in a process of its own ---
-
-
-def libraries(found: list) -> list[str]:
-    """The peers that encode in the calling process; the others are commands."""
-    return [peer.name for peer in found if isinstance(peer, peers.Draco)]
-
-
-def peak_memory(task: str, codec: str, given: list, scratch: Path) -> int:
-    """The growth of a new process in bytes, from the loaded input to the peak of one task."""
-    path = scratch / "input.pickle"
-    path.write_bytes(pickle.dumps(given))
-    return call_in_process("bench.speed", "peak_growth", task, codec, str(path))
-
-
-def peak_growth(task: str, codec: str, given: str) -> int:
-    """Runs in the new process of peak_memory. given: a file of pickled input."""
-    data = pickle.loads(Path(given).read_bytes())
-    installed = [] if codec.startswith(OURS) else installed_peers()[0]
-    peer = next((peer for peer in installed if peer.name == codec), None)
-    run: Callable[[], object]
-    if peer is None and task == "encode":
-        run = lambda: encode_ours(data, 0, OTHER_EFFORTS.get(codec, "normal"))  # noqa: E731
-    elif peer is None:
-        run = lambda: [_codec.decode_values(blob) for blob in data]  # noqa: E731
-    else:
-        run = peer.decoder(data) if task == "decode" else lambda: peer.encode(data)
-    with _growth() as grown:
-        kept = run()  # noqa: F841  the returned arrays count
-    return grown[0]
-
-
-@contextmanager
-def _growth() -> Iterator[list[int]]:
-    """Yields a list whose item is, at the end, the peak's growth in bytes (Linux)."""
-    Path("/proc/self/clear_refs").write_text("5")  # reset the peak
-    before, grown = _status("VmRSS"), [0]
-    yield grown
-    grown[0] = _status("VmHWM") - before
-
-
-def _status(key: str) -> int:
-    line = next(
-        line for line in Path("/proc/self/status").read_text().splitlines() if line.startswith(key)
-    )
-    return int(line.split()[1]) * 1024
-
-
 # --- the document ---
 
 
@@ -371,11 +307,8 @@ the codecs take turns; bench/results/speed.json also has minimum and maximum. Mo
 generated.
 Peers: {versions(result["peers"])}.{missing}
 
-![Speed and memory over size](speed.png)
-
 {_decoding_section(result)}
 {_encoding_section(models)}
-{_memory_section(models)}
 {_command_section(models)}"""
 
 
@@ -416,7 +349,7 @@ The models of Figures 8 and 9 of [the paper](../README.md#the-paper), or their
 
 {_paper_table(result, peers_of)}
 Our decoding speed over each peer's, on one thread, from Python; below 1 the peer is faster. Last
-column: microseconds to decode one meshlet, in random order.{_variation(result)}
+column: microseconds to decode one meshlet, in random order.
 
 {markdown_table(["model", "triangles", *against, "one meshlet"], ratios)}"""
 
@@ -449,24 +382,6 @@ Compression ratio of these encodings; raw is 4 bytes per float and per index:
 {markdown_table(["model", "triangles", *codecs], sizes)}"""
 
 
-def _memory_section(models: list[dict]) -> str:
-    measured = [
-        (task, codec) for task, of_codec in models[0]["memory"].items() for codec in of_codec
-    ]
-    rows = [
-        [*_name(row), *(_megabytes(row["memory"][task][codec]) for task, codec in measured)]
-        for row in models
-    ]
-    headings = (f"{task}, {codec}" for task, codec in measured)
-    return f"""## Peak memory, MB
-
-Growth of the process while it encodes (ours on all threads) or decodes. The input is loaded before,
-the result is included (except Corto's, which decodes into preallocated arrays). The encoders of
-Corto and gltfpack are commands that load files and are not measured.
-
-{markdown_table(["model", "triangles", *headings], rows)}"""
-
-
 def _command_section(models: list[dict]) -> str:
     def seconds(row: dict) -> float:
         return row["command"]["seconds"]["median"]
@@ -488,25 +403,6 @@ On all threads, including start-up and files. Peak memory is that of the whole p
 
 def _peers(models: list[dict]) -> list[str]:
     return [codec for codec in models[0]["decode"] if codec != OURS]
-
-
-def _variation(result: dict) -> str:
-    """How much two measurements of the same decoding differ; empty if nothing is measured twice."""
-    again = {row["model"]: row["decode"] for row in result["paper_models"]}
-    ratios = [
-        again[row["model"]][codec][key]["median"] / of_codec[key]["median"]
-        for row in result["models"]
-        if row["model"] in again
-        for codec, of_codec in row["decode"].items()
-        for key in ("seconds", "native_seconds")
-        if key in of_codec
-    ]
-    return (
-        "\nThe machine's speed varies: what is measured twice on this page differs by up to "
-        f"{max(max(ratio, 1 / ratio) for ratio in ratios):.2f} times."
-        if ratios
-        else ""
-    )
 
 
 def ratio(row: dict, codec: str) -> float:
@@ -540,48 +436,6 @@ def _rates(row: dict, seconds: list[dict], form: str) -> list[str]:
 
 def _megabytes(count: int) -> str:
     return f"{count / 1e6:.1f}" if count < 1e8 else f"{count / 1e6:.0f}"
-
-
-def save_plot(result: dict, path: Path) -> Path:
-    """Seconds and peak memory of decoding and encoding over triangles, of the generated series."""
-    series = [row for row in result["models"] if row["model"] == "torus"]
-    triangles = [row["triangles"] for row in series]
-    titles = (
-        "decoding, one thread, seconds",
-        "encoding, seconds",
-        "peak memory of encoding, MB",
-        "peak memory of decoding, MB",
-    )
-    figure, axes = panels(titles, (17, 4.2), xscale="log", yscale="log", xlabel="triangles")
-
-    def values(row: dict, codec: str) -> list[float]:
-        decode, memory = row["decode"].get(codec), row["memory"]
-        return [
-            decode["seconds"]["median"] if decode else np.nan,
-            row["encode"][codec]["seconds"]["median"],
-            memory["encode"].get(codec, np.nan) / 1e6,
-            memory["decode"].get(codec, np.nan) / 1e6,
-        ]
-
-    for codec in series[0]["encode"]:
-        style, width = ("--s", 1.2)
-        if codec.startswith(OURS):
-            style, width = ("-o", 2.2) if codec == OURS else (":o", 1.6)
-        for axis, line in zip(axes, zip(*(values(row, codec) for row in series))):
-            axis.plot(triangles, line, style, markersize=4, linewidth=width, label=codec)
-    axes[1].plot(
-        triangles,
-        [row["encode"][OURS]["all_threads_seconds"]["median"] for row in series],
-        "-^",
-        markersize=4,
-        color="C0",
-        alpha=0.5,
-        label=f"ours, {result['machine']['cores']} threads",
-    )
-    handles, labels = axes[1].get_legend_handles_labels()
-    figure.tight_layout(rect=(0, 0.07, 1, 1))
-    figure.legend(handles, labels, frameon=False, ncols=len(labels), loc="lower center")
-    return save_figure(figure, path)
 
 
 def inputs(largest: int, folder: Path) -> Iterator[tuple[str, Path]]:

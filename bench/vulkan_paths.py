@@ -1,6 +1,7 @@
 """Paths for comparison, beside those of vk_backend: uncompressed, and with the cache of the paper.
 
-mesh-plain draws uncompressed meshlets with a mesh shader. rt-paper has one box around each meshlet,
+mesh-plain draws uncompressed meshlets with a mesh shader; visibility-pool is path visibility with a
+pool of decoded meshlets. rt-paper has one box around each meshlet,
 and rays decode meshlets that the cache lacks. rt-triangles traces the triangles of vertex and index
 buffers in the driver's acceleration structure. Their shaders are in bench/shaders.
 """
@@ -14,7 +15,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 import bench.compiled_shaders  # noqa: F401  before their structures
-from vk_backend import raster, vk
+from vk_backend import vk
 from vk_backend.acceleration import Shape
 from vk_backend.camera import Camera
 from vk_backend.constants import CONSTANTS
@@ -23,31 +24,22 @@ from vk_backend.device import Device
 from vk_backend.frame_commands import FrameCommands
 from vk_backend.graphics_pipeline import MESH, TASK
 from vk_backend.memory import Buffer
-from vk_backend.pipelines import MAX_WORKGROUPS, ComputePipeline, Timestamps
+from vk_backend.pipelines import MAX_WORKGROUPS, ComputePipeline
+from vk_backend.pooled import PooledDrawing
 from vk_backend.raster import Drawing, Path
 from vk_backend.raytrace import RayTracer
 from vk_backend.raytrace_geometry import Geometry, Piece, pieces_of
 from vk_backend.reflection import structure
-from vk_backend.ring import RING
+from vk_backend.renderer import PATHS
 from vk_backend.scene import Scene
 from vk_backend.scene_buffers import SceneBuffers
-from vk_backend.targets import Targets
+from vk_backend.visibility import VISIBILITY, VisibilityDrawing
 
 PLAIN_PRIMITIVE, PLAIN_MESHLET, CACHED_MESHLET, PAPER_PUSH = (
     structure(name, "bench")
     for name in ("PlainPrimitive", "PlainMeshlet", "CachedMeshlet", "PaperPush")
 )
 NO_SLOT = 0xFFFFFFFF
-
-PLAIN = Path(
-    "mesh-plain",
-    frozenset({"blobs", "bounds", "vertices"}),
-    (("bench:plain.task", TASK), ("bench:plain{ids}.mesh", MESH)),
-    "mesh",
-    workgroup=32,
-)
-RASTER_PATHS = {**raster.PATHS, PLAIN.name: PLAIN}
-ATTRIBUTES = "bench:attributes_{attributes}.frag"  # the cheapest that reads every attribute
 
 
 def plain_meshlets(decoded: Decoded) -> tuple[np.ndarray, np.ndarray]:
@@ -110,7 +102,7 @@ class PlainModel:
 class PlainDrawing(Drawing):
     """A scene ready to be drawn by path mesh-plain."""
 
-    def __init__(self, device: Device, scene: Scene, path: Path = PLAIN, **options: Any):
+    def __init__(self, device: Device, scene: Scene, path: Path, **options: Any):
         super().__init__(device, scene, path, **options)
         self.buffers.blobs.free()  # only the culling bounds needed them
         self._model = PlainModel(self.buffers, meshlets=True)
@@ -129,11 +121,30 @@ class PlainDrawing(Drawing):
         self._model.free()
 
 
+PLAIN = Path(
+    "mesh-plain",
+    frozenset({"blobs", "bounds", "vertices"}),
+    (("bench:plain.task", TASK), ("bench:plain.mesh", MESH)),
+    PlainDrawing,
+    "mesh",
+    workgroup=32,
+)
+POOLED = replace(VISIBILITY, name="visibility-pool", drawing=PooledDrawing)
+RASTER_PATHS = {**PATHS, PLAIN.name: PLAIN, POOLED.name: POOLED}
+# The cheapest shaders that read every attribute.
+ATTRIBUTES = {
+    Drawing: "bench:attributes_{attributes}.frag",
+    PlainDrawing: "bench:attributes_{attributes}.frag",
+    VisibilityDrawing: "bench:visibility_attributes.comp",
+    PooledDrawing: "bench:visibility_attributes.comp",
+}
+
+
 class TimedDrawing:
     """One picture with one path: recorded once, run and timed any number of times.
 
-    path: a key of RASTER_PATHS. lit: shade the surface; else use the cheapest fragment shader that
-    reads every attribute.
+    path: a key of RASTER_PATHS. lit: shade the surface; else use the cheapest shader that reads
+    every attribute. pool: bytes, for visibility-pool. targets: what it is drawn into.
     """
 
     def __init__(
@@ -142,36 +153,51 @@ class TimedDrawing:
         scene: Scene,
         camera: Camera,
         path: str,
-        targets: Targets,
+        width: int,
+        height: int,
         *,
         culling: bool,
         lit: bool,
-        ring: int = RING,
+        ring: int | None = None,
         overlap: bool | None = None,
+        pool: int | None = None,
     ):
         row = RASTER_PATHS[path]
-        self.drawing = (PlainDrawing if path == PLAIN.name else Drawing)(
+        own = {"pool": pool} if row is POOLED else {}
+        self.drawing = row.drawing(
             device,
             scene,
-            row if lit else replace(row, fragment=ATTRIBUTES),
+            row if lit else replace(row, fragment=ATTRIBUTES[row.drawing]),
             culling=culling,
             ids=False,
             ring=ring,
             overlap=overlap,
+            **own,
         )
-        self.drawing.look(camera, targets.width, targets.height)
-        self._stamps = Timestamps(device, 2)
-        self._frame = FrameCommands(self.drawing, targets, self._stamps)
+        self._size = width, height
+        self.look(camera)
+        self.targets = self.drawing.targets(device, width, height, ids=False)
+        self._frame = FrameCommands(self.drawing, self.targets)
+        self._steps = FrameCommands(self.drawing, self.targets, steps=True)
+
+    def look(self, camera: Camera) -> None:
+        """Sets the camera of later pictures."""
+        self.drawing.look(camera, *self._size)
 
     def run(self) -> float:
         """Draws the picture; milliseconds on the GPU."""
         return self._frame.run()
 
+    def run_steps(self) -> dict[str, float]:
+        """Draws the picture; step -> milliseconds on the GPU."""
+        return self._steps.run_steps()
+
     def free(self) -> None:
-        """Frees the commands and the buffers."""
+        """Frees the commands, the buffers and the targets."""
         self._frame.free()
-        self._stamps.free()
+        self._steps.free()
         self.drawing.free()
+        self.targets.free()
 
 
 class PaperTracer(RayTracer):
@@ -262,7 +288,7 @@ class TriangleGeometry(Geometry):
     _on_grid = False
 
     def _shapes(
-        self, rows: np.ndarray, frame: int, part_meshlets: int
+        self, rows: np.ndarray, primitives: int, part_meshlets: int
     ) -> tuple[list[Piece], Sequence[Shape]]:
         shapes = []
         for decoded in (primitive.decoded() for primitive in self._scene.primitives):
@@ -290,11 +316,11 @@ class TrianglesTracer(RayTracer):
     def _constants(self) -> dict[str, int]:
         return {**super()._constants(), "ATTRIBUTES": self.scene.attributes}
 
-    def _make_geometry(self, frame: int, constants: dict[str, int]) -> Geometry:
+    def _make_geometry(self, primitives: int, constants: dict[str, int]) -> Geometry:
         return TriangleGeometry(
             self.device,
             self.scene,
-            frame=frame,
+            primitives=primitives,
             constants=constants,
             part_meshlets=self.meshlets,
         )

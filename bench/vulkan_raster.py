@@ -4,79 +4,116 @@ Needs a GPU and the names of models: python -m bench vulkan_raster MODEL.glb ...
 docs/vulkan-raster.png.
 
 The whole model is in view. A frame's time is the GPU's own, from clearing and decoding to the last
-fragment; all paths take turns frame by frame. Without culling the fragment shader is the cheapest
-that uses every attribute; with culling it is lit.
+pixel; all paths take turns frame by frame. Without culling the pixels get the cheapest colour that
+uses every attribute; with culling they are lit. The fast paths also draw while the camera turns,
+and VIEWS, other cameras and sizes, with two generated models: `layers` for overdraw, `ground` for a
+ground plane that fills the picture.
 """
 
 from __future__ import annotations
 
 import argparse
 import tempfile
+import time
 from pathlib import Path
 
 import numpy as np
 
-from bench.common import markdown_table, percentiles, progress, pyplot
-from bench.models import add_model_files, check_model_files, model_files
+import gltf_ext
+from bench import peers
+from bench.common import (
+    megabytes,
+    milliseconds,
+    percentiles,
+    pixels,
+    progress,
+    pyplot,
+    read_result,
+    table_by_model,
+)
+from bench.generated import vertex_normals
+from bench.models import add_gpu_options, check_model_files, model_files
+from bench.vulkan_raytracing import turntable
+from gltf_ext.compression.primitives import Primitive
 from gltf_ext.errors import MeshletError
 
 PACKAGES = ("numpy", "vulkan")
-PATHS = ("vertex", "mesh-plain", "stream", "mesh", "geometry")
+PATHS = ("vertex", "mesh-plain", "stream", "visibility", "visibility-pool", "mesh", "geometry")
+FAST = ("vertex", "stream", "visibility", "visibility-pool")
+POOL_SHARE = 0.9  # of the bytes of uncompressed vertices and indices, for visibility-pool
+LEAST_POOL = 100_000  # bytes: a few slots, for generated models
+TURN = 1.0  # degrees a frame
 WIDTH, HEIGHT = 1920, 1080
+LARGE = 3840, 2160
 WARM_UP, FRAMES = 5, 40
-BAR = 0.85 / len(PATHS)  # the width of a bar in the plot
-# The project's goals without culling: the largest ratio of one path's time to another's.
-TARGETS = {
-    ("stream", "mesh-plain"): 1.5,
-    ("stream", "vertex"): 2.0,
-    ("mesh", "mesh-plain"): 1.5,
-    ("mesh", "vertex"): 2.0,
-    ("mesh", "geometry"): 1 / 2.5,
-}
-RESIDENT_SHARE, RESIDENT_BYTES = 1.05, 65536
+WAKE_SECONDS = 0.3  # of drawing before frames are timed: an idle GPU has a low clock
 ROUNDING = 2  # difference of colours that counts as equal, of 255
 TIES = 1e-3  # share of pixels that may differ: triangles at the same depth
 
 
-# --- models ---
+# --- cameras and models ---
 
 
-def vertex_bytes_with_short_indices(scene) -> int:
-    """Bytes that path vertex would take with 16-bit indices.
+def fit_camera(scene, width: int, height: int):
+    """The whole scene."""
+    from vk_backend.camera import Camera
 
-    The model is cut into draws of at most 65,535 vertices; vertices on the cuts are duplicated.
-    """
-    from bench.vulkan_paths import plain_meshlets
+    return Camera.fit_box(scene.low, scene.high, width, height)
 
-    vertices = triangles = 0
-    for primitive in scene.primitives:
-        rows, words = plain_meshlets(primitive.decoded())
-        draw_of = np.full(primitive.vertices, -1)
-        draw, used = 0, 0
-        for first, counts in zip(rows["first"].tolist(), rows["counts"].tolist()):
-            own = words[first : first + (counts & 255)]
-            new = int(np.count_nonzero(draw_of[own] != draw))
-            if used + new > 65535:
-                vertices, draw, used, new = vertices + used, draw + 1, 0, len(own)
-            draw_of[own] = draw
-            used += new
-        vertices += used
-        triangles += primitive.triangles
-    return 4 * scene.vertex_floats * vertices + 6 * triangles
+
+def close_camera(scene, width: int, height: int):
+    """From the middle of the scene's box."""
+    from vk_backend.camera import Camera
+
+    middle, radius = (scene.low + scene.high) / 2, np.linalg.norm(scene.high - scene.low) / 2
+    target = middle + radius * np.array([0.1, 0.05, -1.0])
+    return Camera.look_at(middle, target, near=1e-3 * radius, far=4 * radius, yfov=1.2)
+
+
+# Name -> (camera, size in pixels) of frames besides the usual ones.
+VIEWS = {
+    "3840 x 2160": (fit_camera, LARGE),
+    "from inside": (close_camera, (WIDTH, HEIGHT)),
+    "from inside, 3840 x 2160": (close_camera, LARGE),
+}
+
+
+SQUARE = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
+
+
+def layers(folder: Path) -> Path:
+    """A compressed model of squares one behind the other; from inside, 7 fill the picture."""
+    places = [z for z in range(-7, 8) if z]
+    return _squares("layers", [[x, y, z] for z in places for x, y in 40 * SQUARE], folder)
+
+
+def ground(folder: Path) -> Path:
+    """A compressed model of a floor and a ceiling; from inside, they fill the picture."""
+    corners = [[x, y, z] for y, order in ((-1, 1), (1, -1)) for z, x in 500 * SQUARE[::order]]
+    return _squares("ground", corners, folder)
+
+
+def _squares(name: str, places: list, folder: Path) -> Path:
+    """Writes a compressed model of squares with these corners."""
+    corners = np.array(places, np.float64)
+    firsts = np.arange(0, len(corners), 4)
+    triangles = (firsts[:, None] + [[0, 1, 2, 0, 2, 3]]).reshape(-1, 3)
+    raw, output = folder / f"raw_{name}.glb", folder / f"{name}.glb"
+    attributes = {"POSITION": corners, "NORMAL": vertex_normals(corners, triangles)}
+    peers.write_primitives([Primitive(0, 0, triangles, attributes)], raw)
+    gltf_ext.compress(raw, output)
+    return output
 
 
 # --- measuring ---
 
 
-def check_pictures(device, drawings: dict, targets) -> None:
+def check_pictures(drawings: dict) -> None:
     """Ends the program if a path draws another picture than the first one."""
     pictures = {}
     for name, drawing in drawings.items():
-        layout = targets.color.layout
         drawing.run()
-        pictures[name] = targets.color.read(np.uint8, 4).astype(np.int16)
-        with device.commands() as commands:
-            targets.color.to_layout(commands, layout)  # the layout that recorded frames expect
+        pictures[name] = drawing.targets.color.read(np.uint8, 4).astype(np.int16)
     first, reference = next(iter(pictures.items()))
     for name, picture in pictures.items():
         different = (np.abs(picture - reference) > ROUNDING).any(axis=2).mean()
@@ -88,75 +125,78 @@ def check_pictures(device, drawings: dict, targets) -> None:
 
 
 def measure(options: argparse.Namespace) -> dict:
-    """All models, with and without culling."""
-    from bench.pipeline_statistics import capture_statistics
+    """All models, with and without culling; then the other views."""
     from vk_backend.renderer import Renderer
-    from vk_backend.ring import RING
 
-    stream = {"ring": RING if options.ring is None else options.ring, "overlap": options.overlap}
     rows: list[dict] = []
+    views: list[dict] = []
     with tempfile.TemporaryDirectory() as folder, Renderer(options.device) as renderer:
-        statistics = options.statistics and capture_statistics(renderer.device)
         device = {"name": renderer.device.name, "driver": renderer.device.driver}
         files = model_files(options, Path(folder))
         progress(f"{device['name']}, driver {device['driver']}; models are ready")
         for path in files:
             for culling in (False, True):
-                rows += measure_model(
-                    renderer, path, options.paths, culling, options.frames, statistics, stream
-                )
+                usual = (fit_camera, (WIDTH, HEIGHT))
+                rows += measure_model(renderer, path, PATHS, culling, usual)
                 progress(f"{path.stem}, culling {'on' if culling else 'off'}")
+        for path in [*files, layers(Path(folder)), ground(Path(folder))]:
+            for name, view in VIEWS.items():
+                for culling in (False, True):
+                    found = measure_model(renderer, path, FAST, culling, view)
+                    views += [{"view": name, **row} for row in found]
+            progress(f"{path.stem}, other views")
+    old = read_result("vulkan_raster") if options.add else None
+    if old and old["device"]["name"] == device["name"]:
+        new = {row["model"] for row in views}
+        rows = [row for row in old["rows"] if row["model"] not in new] + rows
+        views = [row for row in old["views"] if row["model"] not in new] + views
     return {
         "device": device,
         "width": WIDTH,
         "height": HEIGHT,
-        "frames": options.frames,
+        "frames": FRAMES,
         "rows": rows,
-        "ratios": ratios(rows),
+        "views": views,
     }
 
 
+def raw_bytes(scene) -> int:
+    """Of uncompressed vertices and indices, of each primitive once."""
+    return sum(4 * scene.vertex_floats * p.vertices + 12 * p.triangles for p in scene.primitives)
+
+
 def measure_model(
-    renderer,
-    path: Path,
-    paths: list[str],
-    culling: bool,
-    frames: int,
-    statistics: bool,
-    stream: dict,
+    renderer, path: Path, paths: tuple[str, ...], culling: bool, view: tuple
 ) -> list[dict]:
-    """A row for each of `paths` that the device supports. stream: options of path stream."""
-    from bench.pipeline_statistics import pipeline_statistics
-    from bench.vulkan_paths import TimedDrawing
-    from vk_backend.camera import Camera
+    """A row for each of `paths` that the device supports. view: a value of VIEWS."""
+    from bench.vulkan_paths import POOLED, TimedDrawing
     from vk_backend.scene import load_scene
-    from vk_backend.targets import Targets
 
     scene = load_scene(path)
-    camera = Camera.fit_box(scene.low, scene.high, WIDTH, HEIGHT)
-    targets = Targets(renderer.device, WIDTH, HEIGHT, ids=False)
+    camera, size = view
+    pool = max(int(POOL_SHARE * raw_bytes(scene)), LEAST_POOL)
     drawings: dict[str, TimedDrawing] = {}
     for name in paths:
         try:
             drawings[name] = TimedDrawing(
                 renderer.device,
                 scene,
-                camera,
+                camera(scene, *size),
                 name,
-                targets,
+                *size,
                 culling=culling,
                 lit=culling,
-                **stream,
+                pool=pool,
             )
         except MeshletError as error:
             progress(f"  skips {name}: {error}")
-    check_pictures(renderer.device, drawings, targets)
-    times: dict[str, list[float]] = {name: [] for name in drawings}
-    for frame in range(WARM_UP + frames):
-        for name, drawing in drawings.items():
-            milliseconds = drawing.run()
-            if frame >= WARM_UP:
-                times[name].append(milliseconds)
+    check_pictures(drawings)
+    times = frame_times(drawings)
+    turning: dict[str, list[float]] = {}
+    if camera is fit_camera:
+        moving = {name: drawing for name, drawing in drawings.items() if name in FAST}
+        cameras = [turntable(scene, *size, TURN * n) for n in range(WARM_UP + FRAMES)]
+        turning = frame_times(moving, cameras)
     facts = {
         "model": path.stem,
         "culling": culling,
@@ -172,57 +212,118 @@ def measure_model(
             "milliseconds": percentiles(times[name]),
             "resident_bytes": drawing.drawing.resident_bytes,
         }
-        if name == "vertex":
-            row["resident_bytes_16bit_indices"] = vertex_bytes_with_short_indices(scene)
-        if name == "stream":
+        if drawing.drawing.ring:
             row.update(ring=drawing.drawing.ring.slots, overlap=drawing.drawing.overlaps)
-        if statistics:
-            row["statistics"] = pipeline_statistics(renderer.device, drawing.drawing.pipeline)
-            for shader, pipeline in (
-                drawing.drawing.ring.pipelines if drawing.drawing.ring else {}
-            ).items():
-                row["statistics"][shader] = pipeline_statistics(renderer.device, pipeline)
+        if name in turning:
+            row["turning"] = percentiles(turning[name])
+        if name == POOLED.name:
+            row["pool"] = pool
+        if name in (POOLED.name, "visibility"):
+            runs = [drawing.run_steps() for _ in range(WARM_UP + FRAMES)][WARM_UP:]
+            row["steps"] = {step: float(np.median([r[step] for r in runs])) for step in runs[0]}
         rows.append(row)
         drawing.free()
-    targets.free()
     return rows
+
+
+def frame_times(drawings: dict, cameras: list | None = None) -> dict[str, list[float]]:
+    """Milliseconds of each frame by path; the paths take turns. cameras: of each frame."""
+    end = time.monotonic() + WAKE_SECONDS
+    while time.monotonic() < end:
+        next(iter(drawings.values())).run()
+    times: dict[str, list[float]] = {name: [] for name in drawings}
+    for frame in range(WARM_UP + FRAMES):
+        for name, drawing in drawings.items():
+            if cameras:
+                drawing.look(cameras[frame])
+            milliseconds = drawing.run()
+            if frame >= WARM_UP:
+                times[name].append(milliseconds)
+    return times
 
 
 # --- reporting ---
 
 
-def ratios(rows: list[dict]) -> list[dict]:
-    """Per model and culling: ratios of median times, and of memory to its limit."""
-    found = []
-    for key in dict.fromkeys((r["model"], r["culling"]) for r in rows):
-        of = {r["path"]: r for r in rows if (r["model"], r["culling"]) == key}
-        row = {"model": key[0], "culling": key[1]}
-        for path, over in TARGETS:
-            if path in of and over in of:
-                row[f"{path}/{over}"] = round(
-                    of[path]["milliseconds"]["median"] / of[over]["milliseconds"]["median"], 3
-                )
-        if "mesh" in of:
-            limit = RESIDENT_SHARE * of["mesh"]["compressed_bytes"] + RESIDENT_BYTES
-            row["resident/limit"] = round(of["mesh"]["resident_bytes"] / limit, 3)
-        found.append(row)
-    return found
+def _raster_line(row: dict) -> str:
+    return f"{row['path']}, {'lit, culling' if row['culling'] else 'unlit, no culling'}"
 
 
-def table(rows: list[dict], culling: bool) -> str:
-    """A row per model: time and memory by path."""
-    lines = []
-    for model in dict.fromkeys(r["model"] for r in rows):
-        of = {r["path"]: r for r in rows if r["model"] == model and r["culling"] == culling}
-        if of:
-            cells = [
-                f"{of[p]['milliseconds']['median']:.3f} / {of[p]['resident_bytes'] / 1e6:.2f}"
-                if p in of
-                else ""
-                for p in PATHS
-            ]
-            lines.append([model, f"{next(iter(of.values()))['triangles']:,}", *cells])
-    return markdown_table(["model", "triangles", *(f"{p}, ms / MB" for p in PATHS)], lines)
+def summary(result: dict) -> str:
+    """Milliseconds and memory by path and model."""
+    cells = table_by_model(
+        "path",
+        result["rows"],
+        _raster_line,
+        lambda row: f"{milliseconds(row):.3g}, {megabytes(row):.1f} MB",
+        lambda row: row["model"],
+    )
+    rows, views = result["rows"], result.get("views", [])
+    more = _turning_text(rows) + _steps_text(rows) + _views_text(views)
+    return f"""`gltf-meshlet render` draws lit and with culling; unlit is the cheapest
+shader that reads all attributes. Milliseconds per frame of {pixels(result)} pixels (medians), and
+memory on the GPU.
+
+{cells}{more}"""
+
+
+def _turning_text(rows: list[dict]) -> str:
+    """Milliseconds by path and model. Empty if nothing is measured."""
+    turning = [row for row in rows if "turning" in row]
+    if not turning:
+        return ""
+    cells = table_by_model(
+        "path",
+        turning,
+        _raster_line,
+        lambda row: f"{row['turning']['median']:.3g}",
+        lambda row: row["model"],
+    )
+    return f"""
+Milliseconds per frame while the camera turns by a degree a frame; `visibility-pool` keeps decoded
+meshlets in {POOL_SHARE} of the bytes of the uncompressed model.
+
+{cells}"""
+
+
+def _steps_text(rows: list[dict]) -> str:
+    """Milliseconds by step of path visibility and model. Empty if nothing is measured."""
+    lit = [row for row in rows if row["culling"] and "steps" in row]
+    if not lit:
+        return ""
+    steps = [
+        {**row, "step": step + ", with a pool" * ("pool" in row), "time": time}
+        for row in lit
+        for step, time in row["steps"].items()
+    ]
+    cells = table_by_model(
+        "step",
+        steps,
+        lambda row: row["step"],
+        lambda row: f"{row['time']:.3f}",
+        lambda row: row["model"],
+    )
+    return f"""
+The [steps](vulkan.md#how-it-works) of path visibility, lit with culling:
+
+{cells}"""
+
+
+def _views_text(views: list[dict]) -> str:
+    """Milliseconds by view, path and model. Empty if nothing is measured."""
+    if not views:
+        return ""
+    cells = table_by_model(
+        "picture, path",
+        views,
+        lambda row: f"{row['view']}, {_raster_line(row)}",
+        lambda row: f"{milliseconds(row):.3g}",
+        lambda row: row["model"],
+    )
+    return f"""
+Milliseconds per frame of other pictures. The squares of `layers` fill the picture seven times.
+
+{cells}"""
 
 
 def save_plot(result: dict, path: Path) -> Path:
@@ -236,8 +337,11 @@ def save_plot(result: dict, path: Path) -> Path:
         ("ms a frame, culling", lambda r: r["milliseconds"]["median"] if r["culling"] else None),
         ("MB on the device", lambda r: None if r["culling"] else r["resident_bytes"] / 1e6),
     )
+    measured = {row["path"] for row in result["rows"]}
+    names = [name for name in PATHS if name in measured]
+    bar = 0.85 / len(names)
     for axis, (label, value) in zip(axes, panels):
-        for offset, name in enumerate(PATHS):
+        for offset, name in enumerate(names):
             values = [
                 next(
                     (
@@ -250,48 +354,24 @@ def save_plot(result: dict, path: Path) -> Path:
                 for m in models
             ]
             axis.bar(
-                np.arange(len(models)) + BAR * (offset - (len(PATHS) - 1) / 2),
+                np.arange(len(models)) + bar * (offset - (len(names) - 1) / 2),
                 values,
-                0.94 * BAR,
+                0.94 * bar,
                 label=name,
             )
         axis.set_yscale("log")
         axis.set_ylabel(label)
     axes[-1].set_xticks(np.arange(len(models)), models)
-    axes[0].legend(ncols=len(PATHS), fontsize=8)
+    axes[0].legend(ncols=len(names), fontsize=8)
     axes[0].set_title(f"{result['device']['name']}, {WIDTH} x {HEIGHT}")
     figure.savefig(path, dpi=110)
     return path
 
 
-def summary(result: dict) -> str:
-    """The tables and ratios to print."""
-    tables = [
-        f"culling {'on' if culling else 'off'}\n\n{table(result['rows'], culling)}"
-        for culling in (False, True)
-    ]
-    return "\n".join([*tables, *map(str, result["ratios"])])
-
-
 def add_options(parser: argparse.ArgumentParser) -> None:
-    add_model_files(parser)
+    add_gpu_options(parser)
     parser.add_argument(
-        "--paths", nargs="+", choices=PATHS, default=list(PATHS), help="(default: all)"
-    )
-    parser.add_argument("--device", help="number or part of the name (default: the first GPU)")
-    parser.add_argument(
-        "--ring", type=int, metavar="N", help="most slots of path stream (default: the renderer's)"
-    )
-    parser.add_argument(
-        "--overlap",
-        action=argparse.BooleanOptionalAction,
-        help="path stream decodes on a second queue (default: the renderer's choice)",
-    )
-    parser.add_argument(
-        "--frames", type=int, default=FRAMES, help="timed frames of each path (default %(default)s)"
-    )
-    parser.add_argument(
-        "--statistics", action="store_true", help="keep the driver's statistics of each shader"
+        "--add", action="store_true", help="keep the other models of the last result"
     )
 
 

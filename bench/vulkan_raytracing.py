@@ -26,7 +26,7 @@ from bench.common import (
     progress,
     pyplot,
 )
-from bench.models import add_model_files, check_model_files, model_files
+from bench.models import add_gpu_options, check_model_files, model_files
 
 WIDTH, HEIGHT = 1280, 720
 PACKAGES = ("numpy", "vulkan")
@@ -39,10 +39,6 @@ CLOCKS = 0.7  # seconds of work before the first frame: an idle GPU has a low cl
 # A configuration gets no more frames once it has LEAST_FRAMES and has taken SLOW milliseconds.
 SLOW, LEAST_FRAMES = 600, 4
 BOUNCES = (0, 2)
-# What path rt must reach on an H200: this many times a full cache, or a full cache and so many
-# milliseconds for each pass.
-TARGETS = {0.5: (1.5, 3.0), 0.25: (3.0, 5.0), 0.1: (8.0, 12.0)}
-PASS_MILLISECONDS = 0.3
 # What makes a configuration. None: the path has no such thing.
 SETTINGS = ("path", "cache", "group")
 
@@ -57,50 +53,44 @@ def turntable(scene, width: int, height: int, degrees: float):
     return Camera.fit_box(scene.low, scene.high, width, height, view)
 
 
-def configurations(options: argparse.Namespace) -> list[dict]:
+def configurations() -> list[dict]:
     """Path, cache size and triangles per box of all tracers; rt-triangles last."""
-    rows = [{"path": "rt", "cache": share, "group": 4} for share in options.cache]
-    if options.baselines:
-        rows += [{"path": "rt-paper", "cache": share, "group": 64} for share in options.paper_cache]
+    rows = [{"path": "rt", "cache": share, "group": 4} for share in SHARES]
+    rows += [{"path": "rt-paper", "cache": share, "group": 64} for share in PAPER_SHARES]
     return [*rows, {"path": "rt-triangles", "cache": None, "group": None}]
 
 
 def measure(options: argparse.Namespace) -> dict:
     """All models in all configurations."""
-    from bench.pipeline_statistics import capture_statistics
     from vk_backend.device import Device
 
     rows: list[dict] = []
     with Device(options.device) as device, tempfile.TemporaryDirectory() as folder:
-        if options.statistics and not capture_statistics(device):
-            progress("the driver keeps no statistics of shaders")
         for path in model_files(options, Path(folder)):
-            rows += measure_model(device, path, path.stem, options)
+            rows += measure_model(device, path)
         return {
             "device": {"name": device.name, "driver": device.driver},
-            "width": options.width,
-            "height": options.height,
-            "frames": options.frames,
+            "width": WIDTH,
+            "height": HEIGHT,
+            "frames": FRAMES,
             "rows": rows,
         }
 
 
-def measure_model(device, path: Path, name: str, options: argparse.Namespace) -> list[dict]:
+def measure_model(device, path: Path) -> list[dict]:
     """The rows of one model."""
     from bench.vulkan_paths import TRACERS
     from vk_backend.scene import load_scene
 
-    scene = load_scene(path)
+    scene, name = load_scene(path), path.stem
     rows, tracers = [], []
-    for configuration in configurations(options):
+    for configuration in configurations():
         share = 1.0 if configuration["cache"] is None else configuration["cache"]
         tracers.append(TRACERS[configuration["path"]](device, scene, cache=share, samples=1))
         rows.append({"model": name, "triangles": scene.triangles, **configuration})
-        if options.statistics:
-            print_statistics(device, tracers[-1])
     progress(f"{name}: {len(tracers)} configurations are ready")
-    size = options.width, options.height
-    cameras = [turntable(scene, *size, STEP * i) for i in range(WARM_UP + options.frames)]
+    size = WIDTH, HEIGHT
+    cameras = [turntable(scene, *size, STEP * i) for i in range(WARM_UP + FRAMES)]
     result = []
     for bounces in BOUNCES:
         for tracer in tracers:
@@ -142,16 +132,6 @@ def measure_light(rows, tracers, cameras, size: tuple[int, int], bounces: int) -
     return result
 
 
-def print_statistics(device, tracer) -> None:
-    """Prints the driver's statistics of all shaders, such as registers and stack."""
-    from bench.pipeline_statistics import pipeline_statistics
-
-    for pipeline in tracer.pipelines:
-        for executable, found in pipeline_statistics(device, pipeline).items():
-            values = ", ".join(f"{name} {value:g}" for name, value in found.items())
-            progress(f"  {executable}: {values}")
-
-
 def label(row: dict) -> str:
     """A configuration in words."""
     share = "" if row["cache"] is None else f" {row['cache']:.0%}"
@@ -176,39 +156,13 @@ def _triangles(rows: list[dict], row: dict) -> dict:
     return found
 
 
-def summary(result: dict) -> str:
-    """A line per row with its ratios to rt-triangles and to a full cache."""
-    rows = result["rows"]
-    lines = []
-    for row in rows:
-        base, times = _triangles(rows, row), row["milliseconds"]
-        bytes_of = row["resident_bytes"]
-        total = sum(bytes_of.values())
-        lines.append(
-            f"{row['model']:13} bounces {row['bounces']} {label(row):28} "
-            f"{times['median']:8.3f} ms ({times['low']:.3f} to {times['high']:.3f}) "
-            f"{times['median'] / base['milliseconds']['median']:6.2f}x {_against_full(rows, row)} "
-            f"decoded {bytes_of['cache'] / 1e6:6.2f} model {_model_bytes(row) / 1e6:7.2f} MB "
-            f"{_model_bytes(row) / _model_bytes(base):5.2f}x total {total / 1e6:7.2f}"
-        )
-        if row.get("differing"):
-            lines.append(f"  the picture differs in {row['differing']} numbers")
-    return "\n".join(lines)
-
-
 def _against_full(rows: list[dict], row: dict) -> str:
-    """The time over that of a full cache, the passes of a frame, and whether it is as wanted."""
+    """The time over that of a full cache, and the passes of a frame."""
     full = _same(rows, row, cache=1.0)
     if row["path"] != "rt" or row["cache"] == 1 or not full:
         return ""
     own, whole = row["milliseconds"]["median"], full["milliseconds"]["median"]
-    passes = row["statistics"]["passes"]
-    text = f"{own / whole:.2f} of full, {passes} passes"
-    if row["cache"] in TARGETS:
-        times = TARGETS[row["cache"]][int(row["bounces"] > 0)]
-        missed = own > max(times * whole, whole + PASS_MILLISECONDS * passes)
-        text += f" (wanted {times:g}{', missed' if missed else ''})"
-    return text
+    return f"{own / whole:.2f} of full, {row['statistics']['passes']} passes"
 
 
 def cell(row: dict, rows: list[dict]) -> str:
@@ -256,7 +210,7 @@ def block(result: dict) -> str:
     size = (
         f"{result['width']} x {result['height']} pixels, {frames}: median (10 % to 90 %), "
         "ratio to rt-triangles, and of path rt where the cache is not full the ratio to a full "
-        "one, the number of passes, and what was wanted. Decoded: all "
+        "one and the number of passes. Decoded: all "
         "decoded meshlets that are ever resident. Grows with the model: these, the compressed "
         "bytes, acceleration structures, tables, counters and lists. Records of paths that "
         "sweep grow with the picture"
@@ -309,35 +263,4 @@ def save_plot(result: dict, path: Path) -> Path:
     return path
 
 
-def add_options(parser: argparse.ArgumentParser) -> None:
-    add_model_files(parser)
-    parser.add_argument("--device", help="number or part of the name (default: the first GPU)")
-    parser.add_argument("--width", type=int, default=WIDTH)
-    parser.add_argument("--height", type=int, default=HEIGHT)
-    parser.add_argument(
-        "--frames",
-        type=int,
-        default=FRAMES,
-        help="timed frames of each configuration (default %(default)s)",
-    )
-    parser.add_argument(
-        "--statistics",
-        action="store_true",
-        help="also the driver's statistics of the shaders: registers, stack",
-    )
-    for name, default, what in (
-        ("--cache", SHARES, "shares of the meshlets"),
-        ("--paper-cache", PAPER_SHARES, "the same for rt-paper"),
-    ):
-        parser.add_argument(
-            name, type=float, nargs="+", default=list(default), help=f"{what} (default %(default)s)"
-        )
-    parser.add_argument(
-        "--no-baselines",
-        dest="baselines",
-        action="store_false",
-        help="without rt-paper",
-    )
-
-
-check = check_model_files
+add_options, check = add_gpu_options, check_model_files

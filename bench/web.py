@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import subprocess
 import tempfile
 from pathlib import Path
 
@@ -20,9 +19,10 @@ from bench.common import (
     progress,
     spread,
 )
-from bench.models import MODELS
+from bench.models import real_model
 from bench.speed import OURS, encode_ours, native
 
+PARTS = ("models",)
 WEB = ROOT / "web"
 WORKER = Path(__file__).with_name("web_worker.mjs")
 NPM_PACKAGES = ("draco3d", "meshoptimizer")
@@ -35,25 +35,16 @@ WORKERS = (1, 2)
 CODECS = {OURS: "ours", "draco": "Draco, level 7", "meshopt": "meshopt"}
 
 
-def node(task: str, given: Path):
-    """Runs web_worker.mjs; returns the JSON that it prints."""
-    command = ["node", WORKER, WEB, peers.NODE_MODULES, task, given]
-    done = subprocess.run(list(map(str, command)), capture_output=True, text=True)
-    if done.returncode:
-        raise SystemExit(f"bench web: {task}: {done.stderr.strip().splitlines()[-1]}")
-    return json.loads(done.stdout)
+def worker(task: str, given: Path):
+    """What web_worker.mjs prints."""
+    return json.loads(peers.node(WORKER, WEB, peers.NODE_MODULES, task, given))
 
 
 def check(options: argparse.Namespace) -> None:
     """Ends the program if something is missing."""
-    for name in NPM_PACKAGES:
-        if not (peers.NODE_MODULES / name).is_dir():
-            raise SystemExit(f"bench web: npm install --prefix build/node {name}")
-    if not (WEB / "decoder.wasm").is_file():
-        raise SystemExit("bench web: no web/decoder.wasm; run: make web")
+    peers.require_web(NPM_PACKAGES, ("decoder.wasm",))
     for name in options.models:
-        if not (MODELS / f"{name}.glb").is_file():
-            raise SystemExit(f"bench web: no model {MODELS / name}.glb")
+        real_model(name)
 
 
 def measure(options: argparse.Namespace) -> dict:
@@ -65,7 +56,7 @@ def measure(options: argparse.Namespace) -> dict:
         return {
             "repetitions": REPETITIONS,
             "rounds": ROUNDS,
-            "node": run_node("process.version"),
+            "node": peers.node("-p", "process.version").strip(),
             "packages": {name: package_sizes(name, Path(folder)) for name in NPM_PACKAGES}
             | {OURS: package_sizes(None, Path(folder))},
             "models": models,
@@ -84,7 +75,7 @@ def blobs_of(view: bytes) -> list[bytes]:
 def measure_model(name: str, page_bytes: int, folder: Path) -> dict:
     """The seconds of every codec; the codecs take turns."""
     folder.mkdir()
-    primitives = peers.read_primitives(MODELS / f"{name}.glb")
+    primitives = peers.read_primitives(real_model(name))
     parts = peers.parts_of(primitives)
     buffers = {
         OURS: encode_ours(primitives, 0, page_bytes=page_bytes),
@@ -103,10 +94,10 @@ def measure_model(name: str, page_bytes: int, folder: Path) -> dict:
     blobs = [blob for view in buffers[OURS] for blob in blobs_of(view)]
     for _ in range(ROUNDS):
         warm["native"] += native("decode_speed", blobs, folder)["decode_seconds"]
-        for codec, seconds in node("warm", folder / "list.json").items():
+        for codec, seconds in worker("warm", folder / "list.json").items():
             warm.setdefault(codec, []).extend(seconds)
         for codec, seconds in cold.items():
-            seconds.append(node(f"cold-{codec}", folder / "list.json"))
+            seconds.append(worker(f"cold-{codec}", folder / "list.json"))
     title = f"{name}, pages of {page_bytes // 1024} kB" if page_bytes else name
     progress(title)
     return {
@@ -116,12 +107,6 @@ def measure_model(name: str, page_bytes: int, folder: Path) -> dict:
         "warm": {codec: spread(seconds) for codec, seconds in warm.items()},
         "cold": {codec: spread(seconds) for codec, seconds in cold.items()},
     }
-
-
-def run_node(expression: str) -> str:
-    """What a JavaScript expression is, as text."""
-    command = ["node", "-p", expression]
-    return subprocess.run(command, check=True, capture_output=True, text=True).stdout.strip()
 
 
 def package_sizes(name: str | None, folder: Path) -> dict:
@@ -140,18 +125,13 @@ def package_sizes(name: str | None, folder: Path) -> dict:
         "process.argv.slice(1).reduce((n, f) => "
         "n + require('zlib').brotliCompressSync(require('fs').readFileSync(f)).length, 0)"
     )
-    command = ["node", "-p", script, *map(str, files)]
-    done = subprocess.run(command, check=True, capture_output=True, text=True)
+    package = WEB if name is None else peers.NODE_MODULES / name
     return {
-        "version": None if name is None else npm_version(name),
+        "version": json.loads((package / "package.json").read_text())["version"],
         "files": [file.name for file in files],
         "bytes": sum(file.stat().st_size for file in files),
-        "brotli_bytes": int(done.stdout),
+        "brotli_bytes": int(peers.node("-p", script, *files)),
     }
-
-
-def npm_version(name: str) -> str:
-    return json.loads((peers.NODE_MODULES / name / "package.json").read_text())["version"]
 
 
 def rate(model: dict, seconds: float) -> str:
@@ -184,11 +164,6 @@ def size_table(result: dict) -> str:
     return markdown_table(["package", "files", "kB", "kB with Brotli"], rows)
 
 
-def summary(result: dict) -> str:
-    """Both tables."""
-    return speed_table(result) + "\n" + size_table(result)
-
-
 def block(result: dict) -> str:
     """The tables of docs/web.md."""
     return (
@@ -204,7 +179,3 @@ def block(result: dict) -> str:
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("models", nargs="*", default=list(NAMES), help=f"default: {NAMES}")
-
-
-def is_complete(options: argparse.Namespace) -> bool:
-    return tuple(options.models) == NAMES

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "decode/decoder.h"
+#include "format/malformed.h"
 #include "common/parallel.h"
 
 namespace {
@@ -59,14 +60,20 @@ struct OpenDecoder {
 double decode_all(std::vector<OpenDecoder>& decoders, std::vector<Output>& outputs) {
   const double start = processor_seconds();
   for (size_t i = 0; i < decoders.size(); i++)
-    decoders[i].decoder->decode({outputs[i].triangles.data(), nullptr, outputs[i].pointers.data()});
+    meshlet::throw_if(decoders[i].decoder->decode(
+        {outputs[i].triangles.data(), nullptr, outputs[i].pointers.data()}));
   return processor_seconds() - start;
+}
+
+void decode_one(meshlet::Decoder& decoder, uint32_t number) {
+  meshlet::DecodedMeshlet decoded;
+  meshlet::throw_if(decoder.meshlet(number, decoded));
 }
 
 double decode_meshlets(std::vector<OpenDecoder>& decoders,
                        const std::vector<std::pair<size_t, uint32_t>>& order) {
   const double start = processor_seconds();
-  for (const auto& [blob, number] : order) decoders[blob].decoder->meshlet(number);
+  for (const auto& [blob, number] : order) decode_one(*decoders[blob].decoder, number);
   return (processor_seconds() - start) / double(order.size()) * 1e6;
 }
 
@@ -90,7 +97,8 @@ std::vector<Range> ranges_of(const std::vector<OpenDecoder>& decoders) {
 double decode_parallel(std::vector<Range>& ranges) {
   const auto start = Clock::now();
   meshlet::parallel_for(0, ranges.size(), [&](size_t i) {
-    for (uint32_t m = ranges[i].begin; m < ranges[i].end; m++) ranges[i].open.decoder->meshlet(m);
+    for (uint32_t m = ranges[i].begin; m < ranges[i].end; m++)
+      decode_one(*ranges[i].open.decoder, m);
   });
   return seconds_since(start);
 }
@@ -115,8 +123,9 @@ int main(int argc, char** argv) {
   for (size_t i = 0; i < blobs.size(); i++) {
     const uint8_t* data = blobs[i].data();
     const size_t size = blobs[i].size();
-    decoders.emplace_back(std::make_shared<const meshlet::Blob>(
-        meshlet::Blob{data, size, meshlet::read_blob_header(data, size)}));
+    auto blob = std::make_shared<meshlet::Blob>(meshlet::Blob{data, size, {}});
+    meshlet::throw_if(meshlet::read_blob_header(data, size, blob->header));
+    decoders.emplace_back(std::move(blob));
     const meshlet::BlobHeader& header = decoders[i].blob->header;
     outputs.emplace_back(header);
     for (uint32_t m = 0; m < header.meshlet_count; m++) order.emplace_back(i, m);

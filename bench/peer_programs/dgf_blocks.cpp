@@ -1,8 +1,8 @@
-// dgf_blocks PACKER USER_DATA IN DECODED [STREAM]
+// dgf_blocks PACKER USER_DATA IN DECODED
 //
 // Encodes the positions and triangles of parts (parts.h) as blocks of AMD's DGF with its SDK's
 // baker. PACKER: SAH or HPG24. USER_DATA: bytes of it in each block, 0 or 4. DECODED: the parts
-// after decoding, vertices per block. STREAM: the blocks. Prints a JSON object.
+// after decoding, vertices per block. Prints a JSON object.
 #include <cmath>
 #include <cstring>
 
@@ -69,27 +69,22 @@ Part decode(const Blocks& blocks) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  require(argc == 5 || argc == 6, "reading the arguments");
+  require(argc == 5, "reading the arguments");
   const std::vector<Part> parts = read_parts(argv[3]);
   Blocks blocks;
   std::vector<Part> decoded;
   double encode_seconds = 0;
-  size_t vertices = 0;
   for (const Part& part : parts) {
     Blocks own;
     encode_seconds += seconds_of([&] { own = encode(part, argv[1], atoi(argv[2]) != 0); });
     decoded.push_back(decode(own));
-    vertices += decoded.back().vertex_count();
     blocks.insert(blocks.end(), own.begin(), own.end());
   }
   write_parts(argv[4], decoded);
-  if (argc == 6)
-    std::ofstream(argv[5], std::ios::binary)
-        .write(reinterpret_cast<const char*>(blocks.data()), std::streamsize(blocks.size()));
 
   Output output;
-  std::printf("{\"meshlets\": %zu, \"bytes\": %zu, \"vertices\": %zu, \"encode_seconds\": %.9g, ",
-              blocks.size() / DGF::BLOCK_SIZE, blocks.size(), vertices, encode_seconds);
+  std::printf("{\"meshlets\": %zu, \"bytes\": %zu, \"encode_seconds\": %.9g, ",
+              blocks.size() / DGF::BLOCK_SIZE, blocks.size(), encode_seconds);
   print_times("decode_seconds", "}\n", [&] {
     for (size_t at = 0; at < blocks.size(); at += DGF::BLOCK_SIZE)
       decode_block(&blocks[at], output);

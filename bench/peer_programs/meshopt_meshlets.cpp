@@ -1,11 +1,10 @@
-// meshopt_meshlets MAX_VERTICES MAX_TRIANGLES IN DECODED [STREAM]
+// meshopt_meshlets MAX_VERTICES MAX_TRIANGLES IN DECODED
 //
 // Encodes parts (parts.h) as meshlets of meshoptimizer, whose triangles meshopt_encodeMeshlet
 // packs. Its manual leaves the vertices to the application; here each meshlet has its own, packed
 // as the manual recommends for positions: an anchor per element and the least bits that hold the
-// differences to it. DECODED: the parts after decoding, vertices per meshlet. STREAM: the encoded
-// bytes, and STREAM.meshlets: per meshlet its offset in bytes, the size of its triangles, its
-// counts of vertices and triangles. Prints a JSON object.
+// differences to it. DECODED: the parts after decoding, vertices per meshlet. Prints a JSON
+// object.
 #include <algorithm>
 #include <cstring>
 
@@ -58,7 +57,6 @@ constexpr size_t kEntryBytes = 8;
 struct Encoded {
   std::vector<uint8_t> stream;
   std::vector<Entry> entries;
-  size_t triangle_bytes = 0;
 };
 
 void encode_vertices(const Part& part, const uint32_t* vertices, size_t count,
@@ -105,7 +103,6 @@ void encode_part(const Part& part, uint32_t number, size_t max_vertices, size_t 
     encoded.entries.push_back({uint32_t(encoded.stream.size()), uint16_t(size),
                                uint16_t(meshlet.vertex_count), uint16_t(meshlet.triangle_count),
                                number});
-    encoded.triangle_bytes += size;
     encoded.stream.insert(encoded.stream.end(), buffer.begin(), buffer.begin() + size);
     encode_vertices(part, own, meshlet.vertex_count, encoded.stream);
   }
@@ -161,20 +158,10 @@ std::vector<Part> decode(const Encoded& encoded, const std::vector<Part>& parts)
   return decoded;
 }
 
-void write_stream(const std::string& path, const Encoded& encoded) {
-  std::ofstream(path, std::ios::binary)
-      .write(reinterpret_cast<const char*>(encoded.stream.data()),
-             std::streamsize(encoded.stream.size()));
-  std::vector<uint32_t> words;
-  for (const Entry& entry : encoded.entries)
-    words.insert(words.end(), {entry.offset, entry.size, entry.vertices, entry.triangles});
-  write_words(path + ".meshlets", words);
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
-  require(argc == 5 || argc == 6, "reading the arguments");
+  require(argc == 5, "reading the arguments");
   const std::vector<Part> parts = read_parts(argv[3]);
   Encoded encoded;
   const double encode_seconds = seconds_of([&] {
@@ -184,15 +171,10 @@ int main(int argc, char** argv) {
   const size_t bytes = encoded.stream.size() + kEntryBytes * encoded.entries.size();
   encoded.stream.resize(encoded.stream.size() + kOverread);
   write_parts(argv[4], decode(encoded, parts));
-  if (argc == 6) write_stream(argv[5], encoded);
 
   Output output;
-  std::printf("{\"meshlets\": %zu, \"bytes\": %zu, \"triangle_bytes\": %zu, ",
-              encoded.entries.size(), bytes, encoded.triangle_bytes);
-  std::printf("\"encode_seconds\": %.9g, ", encode_seconds);
-  print_times("triangle_seconds", ", ", [&] {
-    for (const Entry& entry : encoded.entries) decode_triangles(encoded, entry, output);
-  });
+  std::printf("{\"meshlets\": %zu, \"bytes\": %zu, \"encode_seconds\": %.9g, ",
+              encoded.entries.size(), bytes, encode_seconds);
   print_times("decode_seconds", "}\n", [&] {
     for (const Entry& entry : encoded.entries) {
       decode_triangles(encoded, entry, output);

@@ -1,0 +1,338 @@
+"""Levels of detail on the GPU: frame time, memory and bytes read in flights over large scenes.
+
+Needs a GPU: python -m bench vulkan_lod. Makes the scenes itself: the dragon with each triangle cut
+into n x n and noise, alone or many times in a grid. --keep FOLDER keeps the compressed models for
+the next run, --make only makes them. A frame is timed by the GPU, and drawn with the pages that are
+there; the flight waits for none. Pictures of EXACT are compared with full detail: points that
+pixels show, in either picture, with the surface of the other.
+"""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+import time
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pygltflib
+
+import gltf_ext
+from bench.common import progress, table
+from bench.large_model import write_displaced
+from bench.models import real_model
+from gltf_ext.files import write_files
+from gltf_ext.gltf.container import model_files
+from gltf_ext.gltf.importers import open_model
+
+PACKAGES = ("gltf-meshlet", "numpy", "vulkan")
+PARTS = ("scenes", "width", "make")
+MODEL = "suzanne"
+# (cuts of each edge, triangles of all instances): one instance of 1, 14 and 105 million triangles,
+# then many.
+SCENES = ((1, 0), (4, 0), (11, 0), (4, 10**9), (4, 10**10), (4, 16 * 10**9))
+POOLS = (16, 32, 64, 128)  # MB of compressed pages, of POOL_SCENE; other scenes have POOL
+POOL_SCENE, POOL = (4, 10**9), 80  # with decoded clusters, 128 MB in all
+EXACT = (1, 0)  # the scene whose full detail is drawn, too
+MOMENTS, SAMPLES = 5, 20_000  # of EXACT: pictures, pixels of each
+PIXELS = 1.0  # allowed error
+SPACING = 1.2  # of instances in the grid, times the model's longest side
+WAKE_FRAMES = 20  # before frames are timed: an idle GPU has a low clock
+# The flight: (time, direction from the target, its distance). Targets and distances are in the
+# radius of the middle instance; of the whole scene where the distance is marked so.
+KEYS = (
+    (0.0, (1.2, 0.9, 1.6), 2.2, True),
+    (0.4, (0.8, 0.4, 1.4), 2.5, False),
+    (0.55, (0.2, 0.3, 1.0), 0.9, False),
+    (0.7, (-0.8, 0.3, 0.8), 1.1, False),
+    (1.0, (-1.0, 0.7, 1.2), 1.8, True),
+)
+
+
+def camera_at(moment: float, low: np.ndarray, high: np.ndarray, size: float):
+    """The camera of the flight at a moment from 0 to 1.
+
+    low, high: the scene's box; size: the longest side of its middle instance.
+    """
+    from vk_backend.camera import Camera
+
+    radius = 0.6 * size
+    whole = max(np.linalg.norm(high - low) / 2, radius)
+    times = [key[0] for key in KEYS]
+    distances = np.log([d * (whole if of_scene else radius) for _, _, d, of_scene in KEYS])
+    rays = np.array([np.array(ray) / np.linalg.norm(ray) for _, ray, _, _ in KEYS])
+    at = int(np.clip(np.searchsorted(times, moment, "right") - 1, 0, len(KEYS) - 2))
+    share = np.clip((moment - times[at]) / (times[at + 1] - times[at]), 0, 1)
+    share = share * share * (3 - 2 * share)  # slow at the keys
+    ray = rays[at] + share * (rays[at + 1] - rays[at])
+    distance = np.exp(distances[at] + share * (distances[at + 1] - distances[at]))
+    target = (low + high) / 2
+    eye = target + ray / np.linalg.norm(ray) * distance
+    return Camera.look_at(eye, target, near=0.01 * radius, far=8 * whole, yfov=0.8)
+
+
+# --- scenes ---
+
+
+def model(cuts: int, folder: Path) -> Path:
+    """The compressed displaced model, with levels; made unless it is there."""
+    path = folder / f"{MODEL}_{cuts}.lod.glb"
+    if not path.exists():
+        raw = write_displaced(real_model(MODEL), cuts, folder / "raw.glb")
+        gltf_ext.compress(raw, path, lod=True)
+        raw.unlink()
+        progress(f"{path.name}: {path.stat().st_size / 1e6:.1f} MB")
+    return path
+
+
+def placed(path: Path, count: int, output: Path) -> Path:
+    """Writes a model's file with `count` instances in a square grid, turned differently."""
+    document = open_model(path)
+    box = document.accessors[document.meshes[0].primitives[0].attributes["POSITION"]]
+    side = int(np.ceil(np.sqrt(count)))
+    step = SPACING * float(np.subtract(box.max, box.min).max())
+    document.nodes.clear()
+    for number in range(count):
+        angle = 0.0 if count == 1 else number * 2.4
+        turn = [0.0, float(np.sin(angle / 2)), 0.0, float(np.cos(angle / 2))]
+        place = step * np.array([number % side - side // 2, 0.0, number // side - side // 2])
+        document.nodes.append(pygltflib.Node(mesh=0, translation=place.tolist(), rotation=turn))
+    document.root.scene, document.root.scenes = 0, [pygltflib.Scene(nodes=list(range(count)))]
+    write_files(model_files(document, output))
+    return output
+
+
+# --- measuring ---
+
+
+class Flight:
+    """A scene in a pool, drawn frame by frame without copies to the host."""
+
+    def __init__(
+        self, device: Any, path: Path, pool: int, width: int, height: int, occlusion: bool = True
+    ):
+        from vk_backend.levels import LevelsDrawing
+        from vk_backend.renderer import PATHS
+        from vk_backend.scene import load_scene
+
+        self.width, self.height = width, height
+        self.scene = load_scene(path, levels=True)
+        primitive = self.scene.primitives[0]
+        self.size = float((primitive.high - primitive.low).max())
+        self.drawing = LevelsDrawing(
+            device, self.scene, PATHS["visibility"], pool=pool, occlusion=occlusion, ids=False
+        )
+        self.drawing.least_pixels = PIXELS
+        self._targets = self.drawing.targets(device, width, height, False)
+
+    def draw(self, moment: float, wait: bool = False) -> dict[str, Any]:
+        """Draws a frame. wait: for the pages that it lacks, for the next one."""
+        from vk_backend.frame_commands import FrameCommands
+
+        began = time.perf_counter()
+        camera = camera_at(moment, self.scene.low, self.scene.high, self.size)
+        self.drawing.look(camera, self.width, self.height)
+        frame = FrameCommands(self.drawing, self._targets, steps=True)
+        steps = frame.run_steps()
+        frame.free()
+        finished = self.drawing.finish(wait)
+        seconds = time.perf_counter() - began
+        assert self.drawing.statistics is not None
+        return {
+            "milliseconds": sum(steps.values()),
+            "host_milliseconds": 1000 * seconds,
+            "steps": steps,
+            "is_finished": finished,
+            **asdict(self.drawing.statistics),
+        }
+
+    def free(self) -> None:
+        self.drawing.free()
+        self._targets.free()
+
+
+def measure_flight(
+    device: Any, path: Path, pool: int, occlusion: bool, options: argparse.Namespace
+) -> dict:
+    """Figures of a flight."""
+    size = options.width, options.height, occlusion
+    warm = Flight(device, path, pool, *size)  # compiles the pipelines
+    warm.draw(0.0)
+    warm.free()
+    began = time.perf_counter()
+    flight = Flight(device, path, pool, *size)
+    first = flight.draw(0.0)
+    first_seconds = time.perf_counter() - began
+    while not first["is_finished"]:
+        first = flight.draw(0.0, wait=True)
+    complete_seconds = time.perf_counter() - began
+    for _ in range(WAKE_FRAMES):
+        flight.draw(0.0)
+    frames = [flight.draw(n / (options.frames - 1)) for n in range(options.frames)]
+    result = {
+        "triangles": flight.scene.triangles,
+        "instances": len(flight.scene.instances),
+        "unique_triangles": sum(p.triangles for p in flight.scene.primitives),
+        "file_bytes": path.stat().st_size,
+        "pool": pool,
+        "occlusion": occlusion,
+        "device_bytes": flight.drawing.resident_bytes,
+        "first_seconds": first_seconds,
+        "complete_seconds": complete_seconds,
+        "frames": summarised(frames),
+    }
+    flight.free()
+    return result
+
+
+def compared(renderer: Any, path: Path, options: argparse.Namespace) -> dict:
+    """Shares of the sampled pixels of a scene of one instance that are within one pixel."""
+    from gltf_ext.lod.cuts import Cut
+    from gltf_ext.lod.samples import nearest_places
+    from vk_backend.scene import load_scene
+
+    size, none = (options.width, options.height), np.zeros(0, bool)
+    flown, whole = load_scene(path, levels=True), load_scene(path)
+    random, extent = np.random.default_rng(1), float((whole.high - whole.low).max())
+    cameras = [camera_at(t, whole.low, whole.high, extent) for t in np.linspace(0.0, 1.0, MOMENTS)]
+    shares = []
+    full = [renderer.render(whole, camera, "visibility", *size) for camera in cameras]
+    for camera, exact in zip(cameras, full):
+        picture = renderer.render(flown, camera, "visibility", *size, lod_error=PIXELS)
+        chosen = renderer.drawing.chosen()
+        primitive = renderer.drawing.hierarchies.primitives[0]
+        drawn = np.zeros(len(primitive.tables.cluster_group), bool)
+        drawn[chosen[:, 1]] = True
+        pages = np.unique(primitive.tables.groups["page"][primitive.tables.cluster_group[drawn]])
+        shown = primitive.mesh(Cut(none, drawn, pages, pages))
+        for one, other in ((picture, primitive.compressed.decode()), (exact, shown)):
+            points, pixel = sampled_points(one, camera, random)
+            distances, _ = nearest_places(points, other)
+            shares.append(float((distances <= pixel).mean()))
+    return {
+        "pictures": len(shares),
+        "least_share": min(shares),
+        "mean_share": float(np.mean(shares)),
+    }
+
+
+def sampled_points(picture: Any, camera: Any, random: Any) -> tuple[np.ndarray, np.ndarray]:
+    """(float32[n, 3] points that pixels show, float64[n] size of a pixel there)"""
+    height, width = picture.depth.shape
+    covered = np.argwhere(picture.covered)
+    row, column = covered[random.integers(0, len(covered), min(SAMPLES, len(covered)))].T
+    ndc = np.stack([(column + 0.5) / width, (row + 0.5) / height], axis=1) * 2 - 1
+    clip = np.column_stack([ndc, picture.depth[row, column], np.ones(len(ndc))])
+    points = clip @ camera.clip_to_world(width, height).T
+    points = points[:, :3] / points[:, 3:]
+    away = np.linalg.norm(points - camera.to_world[:3, 3], axis=1)
+    return points.astype(np.float32), away / camera.pixels_per_unit(width, height)
+
+
+def summarised(frames: list[dict]) -> dict:
+    """The figures of a flight's frames that the tables show."""
+    columns = {name: [frame[name] for frame in frames] for name in frames[0]}
+    times, allowed = columns["milliseconds"], np.array(columns["allowed_pixels"])
+    return {
+        "count": len(frames),
+        "median": float(np.median(times)),
+        "percentile_99": float(np.percentile(times, 99)),
+        "host_median": float(np.median(columns["host_milliseconds"])),
+        "steps": {s: float(np.median([f["steps"][s] for f in frames])) for s in frames[0]["steps"]},
+        "triangles": float(np.median(columns["triangles"])),
+        "most_triangles": int(np.max(columns["triangles"])),
+        "clusters": float(np.median(columns["clusters"])),
+        "decoded": float(np.median(columns["decoded"])),
+        "hidden": float(np.median(columns["hidden"])),
+        "read_bytes": int(np.sum(columns["read_bytes"])),
+        "share_at_error": float((allowed <= np.float32(PIXELS)).mean()),
+        "worst_allowed": float(allowed.max()),
+        "share_complete": float((np.array(columns["missing_pages"]) == 0).mean()),
+    }
+
+
+def measure(options: argparse.Namespace) -> dict:
+    """All scenes, and one of them in pools of several sizes."""
+    from vk_backend.renderer import Renderer
+
+    rows = []
+    with tempfile.TemporaryDirectory() as temporary, Renderer(options.device) as renderer:
+        folder = options.keep or Path(temporary)
+        device = {"name": renderer.device.name, "driver": renderer.device.driver}
+        sources = {cuts: model(cuts, folder) for cuts, _ in options.scenes}
+        wanted = [(scene, POOL, True) for scene in options.scenes] if not options.make else []
+        if wanted and POOL_SCENE in options.scenes:
+            wanted += [(POOL_SCENE, pool, True) for pool in POOLS] + [(POOL_SCENE, POOL, False)]
+        for (cuts, total), pool, occlusion in wanted:
+            own = gltf_ext.inspect(sources[cuts])["totals"]["triangles"]
+            path = placed(sources[cuts], max(1, -(-total // own)), Path(temporary) / "scene.glb")
+            row = measure_flight(renderer.device, path, pool * 10**6, occlusion, options)
+            if (cuts, total) == EXACT:
+                row["exact"] = compared(renderer, path, options)
+            rows.append(row)
+            progress(f"{row['triangles'] / 1e6:,.0f} M triangles, pool of {pool} MB")
+    return {
+        "device": device,
+        "width": options.width,
+        "height": options.height,
+        "pixels": PIXELS,
+        "rows": rows,
+    }
+
+
+def summary(result: dict) -> str:
+    """Tables of the flights, and of the steps of a frame."""
+    if not result["rows"]:
+        return "the models are made"
+    flights = {
+        "triangles": lambda row: f"{row['triangles'] / 1e6:,.0f} M",
+        "instances": lambda row: f"{row['instances']:,}",
+        "file": lambda row: f"{row['file_bytes'] / 1e6:.0f} MB",
+        "pool": lambda row: f"{row['pool'] / 1e6:.0f} MB",
+        "on the device": lambda row: f"{row['device_bytes'] / 1e6:.0f} MB",
+        "ms, median": lambda row: f"{row['frames']['median']:.2f}",
+        "99 %": lambda row: f"{row['frames']['percentile_99']:.2f}",
+        "with the host": lambda row: f"{row['frames']['host_median']:.1f}",
+        "triangles drawn": lambda row: f"{row['frames']['triangles'] / 1e6:.2f} M",
+        "clusters": lambda row: f"{row['frames']['clusters']:,.0f}",
+        "hidden": lambda row: f"{row['frames']['hidden']:,.0f}" if row["occlusion"] else "off",
+        "decoded in a frame": lambda row: f"{row['frames']['decoded']:,.0f}",
+        "read": lambda row: f"{row['frames']['read_bytes'] / 1e6:.1f} MB",
+        "frames at one pixel": lambda row: f"{100 * row['frames']['share_at_error']:.0f} %",
+        "worst allowed": lambda row: f"{row['frames']['worst_allowed']:.2f} px",
+        "without missing pages": lambda row: f"{100 * row['frames']['share_complete']:.0f} %",
+        "first picture": lambda row: f"{1000 * row['first_seconds']:.0f} ms",
+        "nothing missing": lambda row: f"{1000 * row['complete_seconds']:.0f} ms",
+    }
+    flights["pixels within one of full detail"] = lambda row: (
+        f"{100 * row['exact']['least_share']:.2f} %" if "exact" in row else ""
+    )
+    names = list(result["rows"][0]["frames"]["steps"])
+    steps = {"triangles": flights["triangles"], "pool": flights["pool"]}
+    steps |= {n: lambda row, n=n: f"{row['frames']['steps'][n]:.3f}" for n in names}
+    return table(result["rows"], flights) + "\n" + table(result["rows"], steps)
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Adds the options of this question."""
+
+    def scene(text: str) -> tuple[int, int]:
+        cuts, _, total = text.partition(":")
+        return int(cuts), int(float(total or 0))
+
+    parser.add_argument(
+        "--scenes",
+        nargs="+",
+        type=scene,
+        default=SCENES,
+        metavar="N[:TRIANGLES]",
+        help="each triangle in N x N, in a grid of so many triangles (default: all)",
+    )
+    parser.add_argument("--device", metavar="DEVICE", help="number, or a part of the name")
+    parser.add_argument("--frames", type=int, default=300, metavar="N", help="of a flight")
+    parser.add_argument("--width", type=int, default=1920, metavar="N", help="pixels")
+    parser.add_argument("--height", type=int, default=1080, metavar="N", help="pixels")
+    parser.add_argument("--make", action="store_true", help="only make the models, for --keep")
+    parser.add_argument("--keep", type=Path, metavar="FOLDER", help="for the compressed models")
