@@ -29,7 +29,7 @@ from gltf_ext.gltf.importers import open_model
 
 PACKAGES = ("gltf-meshlet", "numpy", "vulkan")
 PARTS = ("scenes", "width", "make")
-MODEL = "suzanne"
+MODEL = "dragon"
 # (cuts of each edge, triangles of all instances): one instance of 1, 14 and 105 million triangles,
 # then many.
 SCENES = ((1, 0), (4, 0), (11, 0), (4, 10**9), (4, 10**10), (4, 16 * 10**9))
