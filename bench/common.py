@@ -63,12 +63,13 @@ def answer(question: Any, arguments: list[str]) -> None:
         result = read_result(name) if options.docs_only else _measured(question, options)
         if result is None:
             raise SystemExit(f"bench {name}: bench/results/{name}.json is missing")
+        is_written = not (options.no_write or is_part)
+        # Before anything that may fail: an hour of measuring must not be lost.
+        written = [write_result(name, result)] if is_written and not options.docs_only else []
         texts = (getattr(question, text, None) for text in ("report", "block", "summary"))
         print(next(filter(None, texts))(result))
-        if options.no_write or is_part:
-            return
-        written = [] if options.docs_only else [write_result(name, result)]
-        written += documents_of(question, result)
+        if is_written:
+            written += documents_of(question, result)
     except (MeshletError, OSError) as error:
         raise SystemExit(f"bench {name}: {error}") from None
     for path in written:

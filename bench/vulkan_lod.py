@@ -260,6 +260,7 @@ def measure(options: argparse.Namespace) -> dict:
     rows = []
     with tempfile.TemporaryDirectory() as temporary, Renderer(options.device) as renderer:
         folder = options.keep or Path(temporary)
+        folder.mkdir(parents=True, exist_ok=True)
         device = {"name": renderer.device.name, "driver": renderer.device.driver}
         sources = {cuts: model(cuts, folder) for cuts, _ in options.scenes}
         wanted = [(scene, POOL, True) for scene in options.scenes] if not options.make else []
@@ -311,7 +312,8 @@ def summary(result: dict) -> str:
     )
     names = list(result["rows"][0]["frames"]["steps"])
     steps = {"triangles": flights["triangles"], "pool": flights["pool"]}
-    steps |= {n: lambda row, n=n: f"{row['frames']['steps'][n]:.3f}" for n in names}
+    for name in names:  # without occlusion culling there is one step less
+        steps[name] = lambda row, n=name: f"{row['frames']['steps'].get(n, 0):.3f}"
     return table(result["rows"], flights) + "\n" + table(result["rows"], steps)
 
 
