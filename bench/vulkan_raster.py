@@ -39,6 +39,7 @@ from gltf_ext.errors import MeshletError
 
 PACKAGES = ("numpy", "vulkan")
 PATHS = ("vertex", "mesh-plain", "stream", "visibility", "visibility-pool", "mesh", "geometry")
+QUICK = PATHS[:5]  # without culling; the others take up to 100 times as long
 FAST = ("vertex", "stream", "visibility", "visibility-pool")
 POOL_SHARE = 0.9  # of the bytes of uncompressed vertices and indices, for visibility-pool
 LEAST_POOL = 100_000  # bytes: a few slots, for generated models
@@ -76,6 +77,8 @@ VIEWS = {
     "from inside": (close_camera, (WIDTH, HEIGHT)),
     "from inside, 3840 x 2160": (close_camera, LARGE),
 }
+MODEL_VIEWS = ("3840 x 2160", "from inside")
+SQUARES_VIEWS = ("from inside", "from inside, 3840 x 2160")
 
 
 SQUARE = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
@@ -137,12 +140,13 @@ def measure(options: argparse.Namespace) -> dict:
         for path in files:
             for culling in (False, True):
                 usual = (fit_camera, (WIDTH, HEIGHT))
-                rows += measure_model(renderer, path, PATHS, culling, usual)
+                rows += measure_model(renderer, path, PATHS if culling else QUICK, culling, usual)
                 progress(f"{path.stem}, culling {'on' if culling else 'off'}")
-        for path in [*files, layers(Path(folder)), ground(Path(folder))]:
-            for name, view in VIEWS.items():
+        squares = [layers(Path(folder)), ground(Path(folder))]
+        for path in [*files, *squares]:
+            for name in SQUARES_VIEWS if path in squares else MODEL_VIEWS:
                 for culling in (False, True):
-                    found = measure_model(renderer, path, FAST, culling, view)
+                    found = measure_model(renderer, path, FAST, culling, VIEWS[name])
                     views += [{"view": name, **row} for row in found]
             progress(f"{path.stem}, other views")
     old = read_result("vulkan_raster") if options.add else None
@@ -335,7 +339,7 @@ def save_plot(result: dict, path: Path) -> Path:
     panels = (
         ("ms a frame, no culling", lambda r: None if r["culling"] else r["milliseconds"]["median"]),
         ("ms a frame, culling", lambda r: r["milliseconds"]["median"] if r["culling"] else None),
-        ("MB on the device", lambda r: None if r["culling"] else r["resident_bytes"] / 1e6),
+        ("MB on the device", lambda r: r["resident_bytes"] / 1e6 if r["culling"] else None),
     )
     measured = {row["path"] for row in result["rows"]}
     names = [name for name in PATHS if name in measured]
