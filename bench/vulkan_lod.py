@@ -121,7 +121,7 @@ class Load:
         self._buffer = Buffer(device, LOAD_BYTES if fills else 4)
         self._commands = device.record()
         for _ in range(fills):
-            vk.vkCmdFillBuffer(self._commands, self._buffer.handle, 0, vk.VK_WHOLE_SIZE, 0)
+            vk.vkCmdFillBuffer(self._commands, self._buffer.handle, 0, LOAD_BYTES, 0)
         device.full_barrier(self._commands)
         vk.vkEndCommandBuffer(self._commands)
 
