@@ -203,7 +203,7 @@ def _of_path(rows: list[dict], path: str) -> list[dict]:
 
 
 def _raster_standings(result: dict) -> Iterator[Standing]:
-    rows = [row for row in result["rows"] if not row["culling"]]
+    rows = [row for row in result["rows"] if row["culling"]]
     others = {
         "vertex": "uncompressed, indexed draw",
         "mesh-plain": "uncompressed, mesh shader",
@@ -215,7 +215,7 @@ def _raster_standings(result: dict) -> Iterator[Standing]:
                 f"frame on the GPU, path `{path}`, ms",
                 name,
                 _paired(_of_path(rows, path), _of_path(rows, other), milliseconds),
-                f"; {pixels(result)}, unlit, no culling",
+                f"; {pixels(result)}, lit, culling",
                 headline=path == "visibility" and other != "geometry",
             )
     for path in ("visibility", "stream", "mesh"):
