@@ -94,14 +94,14 @@ def frame(model, path, milliseconds, **rest):
     }
 
 
-def test_frames_are_compared_model_by_model_without_culling():
+def test_frames_are_compared_model_by_model_as_render_draws_them():
     rows = [
-        frame("a", "vertex", 1.0, culling=False),
-        frame("a", "mesh", 2.0, culling=False),
-        frame("b", "vertex", 10.0, culling=False),
-        frame("b", "mesh", 30.0, culling=False),
-        frame("c", "mesh", 5.0, culling=False),
-        frame("a", "mesh", 0.1, culling=True),
+        frame("a", "vertex", 1.0, culling=True),
+        frame("a", "mesh", 2.0, culling=True),
+        frame("b", "vertex", 10.0, culling=True),
+        frame("b", "mesh", 30.0, culling=True),
+        frame("c", "mesh", 5.0, culling=True),
+        frame("a", "mesh", 0.1, culling=False),
     ]
     time, memory = overview.standings(
         {"vulkan_raster": {"script": "bench.vulkan_raster", "width": 4, "height": 3, "rows": rows}}
@@ -109,7 +109,7 @@ def test_frames_are_compared_model_by_model_without_culling():
     assert time.pairs == [(2.0, 1.0), (30.0, 10.0)]
     assert time.verdict == "**uncompressed, indexed draw**, 2.50 times"
     assert memory.pairs == [(0.001, 0.001)] * 2 and memory.verdict == "even"
-    assert (time.note, memory.note) == ("a, b; 4 x 3, unlit, no culling", "a, b")
+    assert (time.note, memory.note) == ("a, b; 4 x 3, lit, culling", "a, b")
 
 
 def test_decoding_is_of_the_papers_models_and_encoding_of_the_large_ones():
