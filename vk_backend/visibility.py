@@ -18,7 +18,7 @@ from .pipelines import MAX_WORKGROUPS, ComputePipeline
 from .raster import BLOBS, Drawing, Mark, Path, no_mark
 from .ring import Ring
 
-SLOTS = 1 << 14  # of the ring, unless the scene has fewer meshlets
+SLOTS = 1 << 15  # of the ring, unless the scene has fewer meshlets
 # Pixels in the box of a triangle that a single thread draws, at most. On an H200, all triangles
 # together take up to 2 times as long with 32 or 512 (seven models at two sizes).
 SMALL_PIXELS = 128
