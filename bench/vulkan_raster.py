@@ -5,9 +5,9 @@ docs/vulkan-raster.png.
 
 The whole model is in view. A frame's time is the GPU's own, from clearing and decoding to the last
 pixel; all paths take turns frame by frame. Without culling the pixels get the cheapest colour that
-uses every attribute; with culling they are lit. The fast paths also draw while the camera turns,
-and VIEWS, other cameras and sizes, with two generated models: `layers` for overdraw, `ground` for a
-ground plane that fills the picture.
+uses every attribute, and slow paths are left out; with culling they are lit. The fast paths also
+draw while the camera turns, and VIEWS, other cameras and sizes, with two generated models: `layers`
+for overdraw, `ground` for a ground plane that fills the picture.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ from gltf_ext.errors import MeshletError
 
 PACKAGES = ("numpy", "vulkan")
 PATHS = ("vertex", "mesh-plain", "stream", "visibility", "visibility-pool", "mesh", "geometry")
-QUICK = PATHS[:5]  # without culling; the others take up to 100 times as long
+QUICK = PATHS[:5]  # without culling; the others take up to 320 times as long as vertex
 FAST = ("vertex", "stream", "visibility", "visibility-pool")
 POOL_SHARE = 0.9  # of the bytes of uncompressed vertices and indices, for visibility-pool
 LEAST_POOL = 100_000  # bytes: a few slots, for generated models

@@ -30,7 +30,6 @@ from .visibility import Planes
 
 CUT_PUSH = structure("CutPush")
 POOL = 1 << 28  # bytes, at most, unless the user says more
-SLOTS = 1 << 15  # decoded clusters, unless the user says another number
 # Clusters of a frame, or twice those of the top groups of all instances. If a view needs more, the
 # allowed error grows.
 CLUSTERS = 1 << 18
@@ -88,10 +87,6 @@ class LevelsDrawing(PooledDrawing):
         self._reader = ThreadPoolExecutor(1)
         self._reading: Future[Update] | None = None
         return SceneBuffers(self.device, self.scene, frozenset(), self.pool.rows)
-
-    @property
-    def _default_slots(self) -> int:
-        return SLOTS
 
     def _count_slots(self, ring: int) -> int:
         h = self.hierarchies

@@ -108,13 +108,9 @@ class Drawing:
             "ATTRIBUTES": scene.attributes,
             "CULLING": int(culling),
         }
-        slots = self._default_slots if ring is None else ring
+        slots = self.path.ring if ring is None else ring
         self.ring = self._make_ring(slots, overlap, constants) if path.ring else None
         self._make_pipelines(self.ring.constants if self.ring else constants)
-
-    @property
-    def _default_slots(self) -> int:
-        return self.path.ring
 
     def _make_buffers(self) -> SceneBuffers:
         # With bounds even without culling, so that measured memory is the same.
