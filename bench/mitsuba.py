@@ -35,8 +35,7 @@ PARTS = ("models", "variants", "fractions")
 MODELS = ("bunny", "sponza_like", "dragon")
 VARIANTS = ("scalar_rgb", "llvm_ad_rgb")
 FRACTIONS = (1.0, 0.5, 0.25, 0.1, 0.0)
-POLICIES = ("clock", "counts")  # the default first
-COMPARED = (0.25, 0.1)  # fractions at which the policies are compared
+STARTED = 0.25  # the fraction whose start is shown
 UNCACHED_SHARE = 8  # without a cache, one of so many samples is rendered
 INTEGRATORS = {"depth": {"type": "depth"}, "path": {"type": "path", "max_depth": 3}}
 VIEW = (0.3, 0.4, 1.0)
@@ -97,7 +96,7 @@ def _use(variant: str) -> None:
     import mitsuba_plugin  # noqa: F401  registers the shape
 
 
-def _shapes(path: str, fraction: float | None, policy: str = POLICIES[0]) -> dict:
+def _shapes(path: str, fraction: float | None) -> dict:
     """Mitsuba's own meshes (None), or compressed shapes that share one cache."""
     if fraction is None:
         from mitsuba_plugin.scene import ordinary_mesh
@@ -113,8 +112,7 @@ def _shapes(path: str, fraction: float | None, policy: str = POLICIES[0]) -> dic
             "mesh": m,
             "primitive": p,
             "cache": fraction,
-            "cache_policy": policy,
-            "cache_group": f"bench {fraction} {policy}",
+            "cache_group": f"bench {fraction}",
         }
         for i, (m, p) in enumerate(_places(path))
     }
@@ -161,20 +159,14 @@ def _render(scene, spp: int, seed: int) -> float:
     return time.perf_counter() - start
 
 
-def _cache_settings(fractions: list[float]) -> list[tuple[float | None, str | None]]:
-    """(fraction, policy): the native mesh, the default policy at all fractions, others at some."""
-    others = [(f, p) for p in POLICIES[1:] for f in COMPARED if f in fractions]
-    return [(None, None), *((f, POLICIES[0]) for f in fractions), *others]
-
-
 def times(settings: dict, path: str, variant: str) -> list[dict]:
-    """A row per cache setting: seconds, ratios to the native mesh's seconds, the cache's hits."""
+    """A row per fraction: seconds, ratios to the native mesh's (None) seconds, the cache's hits."""
     _use(variant)
     rows, shapes = [], []
-    for fraction, policy in _cache_settings(settings["fractions"]):
+    for fraction in (None, *settings["fractions"]):
         start = time.perf_counter()
-        shapes.append(_shapes(path, fraction, policy))
-        rows.append({"fraction": fraction, "policy": policy, "load": time.perf_counter() - start})
+        shapes.append(_shapes(path, fraction))
+        rows.append({"fraction": fraction, "load": time.perf_counter() - start})
     for name, integrator in INTEGRATORS.items():
         scenes = [_built(settings, name, integrator, s, row) for s, row in zip(shapes, rows)]
         _time_rounds(settings, name, scenes, rows)
@@ -274,7 +266,7 @@ def _rows(result: dict) -> Iterator[Row]:
     """(model, variant, fraction, row of times, row of memory); the native mesh (None) first."""
     runs = {(r["model"], r["variant"], r["task"]): r["rows"] for r in result["runs"]}
     for model, variant in dict.fromkeys((r["model"], r["variant"]) for r in result["runs"]):
-        # The rows of memory have the default policy only; zip drops the times of the others.
+        # zip drops the times of another policy of eviction, which older results have at the end.
         for timed, grown in zip(runs[model, variant, "time"], runs[model, variant, "memory"]):
             yield model, variant, timed["fraction"], timed, grown
 
@@ -345,25 +337,8 @@ def _start_table(result: dict) -> str:
         "acceleration structure": milliseconds("path_build"),
         "first render beyond a later one": milliseconds("path_first"),
     }
-    rows = (row for row in _rows(result) if row[2] in (None, COMPARED[0]))
+    rows = (row for row in _rows(result) if row[2] in (None, STARTED))
     return common.table(rows, columns)
-
-
-def _policy_table(result: dict) -> str:
-    rows = []
-    for run in (run for run in result["runs"] if run["task"] == "time"):
-        timed = {(row["fraction"], row["policy"]): row for row in run["rows"]}
-        for fraction, policy in ((f, p) for f in COMPARED for p in POLICIES):
-            if row := timed.get((fraction, policy)):
-                label = f"{run['model']}, {run['variant']}, cache {fraction:.0%}, {policy}"
-                figures = [
-                    text
-                    for name in INTEGRATORS
-                    for text in (f"{row[f'{name}_ratio']:.2f}x", f"{row[f'{name}_hit_share']:.1%}")
-                ]
-                rows.append([label, *figures])
-    headings = [text for name in INTEGRATORS for text in (name, "hits")]
-    return common.markdown_table(["", *headings], rows)
 
 
 def save_plot(result: dict, path: Path) -> Path:
@@ -400,5 +375,5 @@ def save_plot(result: dict, path: Path) -> Path:
 
 def block(result: dict) -> str:
     """The tables in docs/mitsuba.md."""
-    tables = (_table, _memory_table, _policy_table, _start_table)
+    tables = (_table, _memory_table, _start_table)
     return "\n".join(table(result) for table in tables) + "\n" + common.origin_line(result)

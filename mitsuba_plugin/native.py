@@ -29,7 +29,6 @@ class SelectionRow(ctypes.Structure):
         ("pixels_per_unit", ctypes.c_float),
         ("eye", ctypes.c_float * 3),
         ("has_eye", ctypes.c_uint32),
-        ("decoded", ctypes.c_uint32),
     ]
 
 
@@ -80,7 +79,6 @@ def load() -> ctypes.CDLL:
         )
     library.meshlet_set_reader.argtypes = [READER]
     library.meshlet_fail.argtypes = [ctypes.c_void_p, ctypes.c_char_p]
-    library.meshlet_set_mesh.argtypes = [ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int]
     library.meshlet_add_blob.argtypes = [ctypes.c_void_p, ctypes.c_char_p, ctypes.c_uint64]
     library.meshlet_add_blob.restype = ctypes.c_uint32
     library.meshlet_add_primitive.argtypes = [
@@ -112,12 +110,7 @@ def _read(filename: bytes, selection: Any, request: int) -> None:
         row = selection.contents
         to_world = np.vstack([np.reshape(row.to_world, (3, 4)), [0.0, 0.0, 0.0, 1.0]])
         mesh, primitive = (None if n < 0 else n for n in (row.mesh, row.primitive))
-        wanted = filename.decode(), mesh, primitive, _lod_view(row), to_world
-        if row.decoded:
-            path, has_normals = reader.write_ply(*wanted)
-            library.meshlet_set_mesh(request, path.encode(), has_normals)
-            return
-        blobs = reader.read_blobs(*wanted)
+        blobs = reader.read_blobs(filename.decode(), mesh, primitive, _lod_view(row), to_world)
         numbers: dict[int, int] = {}
         widths = reader.widths_of([placed.others for placed in blobs])
         for placed in blobs:

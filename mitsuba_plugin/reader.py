@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-import tempfile
 import weakref
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -31,7 +30,6 @@ MAX_COMPONENTS = 4  # of an attribute, see queries.h
 # Attributes with a place of their own in the shape, and those that Mitsuba has no use for.
 OWN_PLACE = ("POSITION", "NORMAL", "TEXCOORD_0", "TANGENT")
 UNUSED = ("JOINTS_", "WEIGHTS_")
-PLY_COLUMNS = {"POSITION": ["x", "y", "z"], "NORMAL": ["nx", "ny", "nz"], "TEXCOORD": ["u", "v"]}
 
 
 class Attribute(ctypes.Structure):
@@ -97,51 +95,6 @@ def read_blobs(
     ]
 
 
-def write_ply(
-    path: str, mesh: int | None, primitive: int | None, lod: LodView | None, to_world: np.ndarray
-) -> tuple[str, bool]:
-    """(path of a new temporary .ply, whether it has normals): what `read_blobs` names, decoded.
-
-    In the world, with normals and texture coordinates if all primitives have them. Raises
-    MeshletError, OSError.
-    """
-    parts, others = [], []
-    for source, matrix in _sources(path, mesh, primitive):
-        parts.append(source.decoded(matrix, lod, to_world))
-        others.append(source.others)
-    columns = {name: axes for name, axes in PLY_COLUMNS.items() if all(name in p for _, p in parts)}
-    for name, width in widths_of(others).items():
-        columns[name] = [f"{name}_{c}" for c in range(width)]  # becomes a mesh attribute
-    if len(columns.get("vertex_color", ())) == 3:
-        columns["vertex_color"] = ["r", "g", "b"]
-    names = [axis for axes in columns.values() for axis in axes]
-    counts = np.array([len(part["POSITION"]) for _, part in parts])
-    vertices = np.zeros((counts.sum(), len(names)), "<f4")
-    faces = np.zeros(sum(len(own) for own, _ in parts), [("corners", "u1"), ("vertices", "<u4", 3)])
-    faces["corners"] = 3
-    faces["vertices"] = np.concatenate(
-        [own + begin for (own, _), begin in zip(parts, np.cumsum(counts) - counts)]
-    )
-    column = 0
-    for name, axes in columns.items():
-        end = column + len(axes)
-        of_parts = [
-            part[name]
-            if name in part and part[name].shape[1] == len(axes)
-            else np.zeros((len(part["POSITION"]), len(axes)), np.float32)
-            for _, part in parts
-        ]
-        vertices[:, column:end] = np.concatenate(of_parts)
-        column = end
-    header = ["ply", "format binary_little_endian 1.0", f"element vertex {len(vertices)}"]
-    header += [f"property float {name}" for name in names]
-    header += [f"element face {len(faces)}", "property list uchar int vertex_indices", "end_header"]
-    with tempfile.NamedTemporaryFile(prefix="meshlet-", suffix=".ply", delete=False) as file:
-        file.write("\n".join([*header, ""]).encode())
-        file.write(vertices.tobytes() + faces.tobytes())
-    return file.name, "NORMAL" in columns
-
-
 def _sources(path: str, mesh: int | None, primitive: int | None) -> list[tuple[Source, np.ndarray]]:
     """Each compressed primitive that the parameters name, and its place: float64[4, 4]."""
     document = held.get(path)
@@ -205,20 +158,15 @@ class Source:
         source = document.meshes[mesh].primitives[primitive]
         texcoord = f"TEXCOORD_{read_material(document, source.material).texcoord}"
         own: dict[str, Attribute] = {}
-        self.others: dict[str, Attribute] = {}
-        self._formats: dict[str, tuple[str, ValueFormat]] = {}  # of own and others
+        others: dict[str, Attribute] = {}
         for name, (stream, _) in self._compressed.attributes.items():
             form = value_format(document, source, name)
             if name in ("POSITION", "NORMAL", texcoord):
                 role = "TEXCOORD" if name == texcoord else name
                 own[role] = _attribute(name, stream, form, 0, form.components)
-                self._formats[role] = name, form
             if name not in OWN_PLACE and not name.startswith(UNUSED):
-                more = _as_mesh_attributes(name, stream, form)
-                self.others.update(more)
-                self._formats.update(dict.fromkeys(more, (name, form)))
-        self._own = own
-        self._attributes = (own["POSITION"], own.get("NORMAL"), own.get("TEXCOORD"), self.others)
+                others.update(_as_mesh_attributes(name, stream, form))
+        self._attributes = (own["POSITION"], own.get("NORMAL"), own.get("TEXCOORD"), others)
 
     @cached_property
     def _blobs(self) -> list[bytes]:
@@ -247,47 +195,12 @@ class Source:
             for page in cut.pages.tolist()
         ]
 
-    def decoded(
-        self, matrix: np.ndarray, lod: LodView | None, to_world: np.ndarray
-    ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-        """(uint32[T, 3], role or Mitsuba's name -> float32[V, n]), as the shape decodes them.
-
-        matrix: float64[4, 4] to the shape; to_world: float64[4, 4] from there.
-        """
-        if lod is None or self.levels is None:
-            primitive = self._compressed.decode()
-        else:
-            primitive = self.levels.mesh(lod.cut(self.levels, to_world @ matrix))
-        place, to_shape = to_world[:3].astype(np.float32), matrix[:3].astype(np.float32)
-        combined = _turned(place, to_shape.T).T
-        combined[:, 3] += place[:, 3]
-        mirrored = np.linalg.det(combined[:, :3]) < 0
-        found = {}
-        for role, (name, form) in self._formats.items():
-            a = self._own.get(role) or self.others[role]
-            values = form.to_floats(primitive.attributes[name])
-            found[role] = values[:, a.skipped : a.skipped + a.components]
-        found["POSITION"] = _turned(combined, found["POSITION"]) + combined[:, 3]
-        if "NORMAL" in found:
-            cofactors = np.cross(combined[[1, 2, 0], :3], combined[[2, 0, 1], :3])
-            normals = _turned(-cofactors if mirrored else cofactors, found["NORMAL"])
-            x, y, z = normals.T
-            lengths = np.sqrt(x * x + y * y + z * z)[:, None]
-            found["NORMAL"] = np.divide(normals, lengths, normals, where=lengths > 0)
-        return primitive.indices[:, [0, 2, 1]] if mirrored else primitive.indices, found
-
     def _page(self, number: int) -> bytes:
         """The same object for each place, so that the shape keeps it once."""
         assert self.levels is not None
         if number not in self._pages:
             self._pages[number] = self.levels.page(number)
         return self._pages[number]
-
-
-def _turned(rows: np.ndarray, vectors: np.ndarray) -> np.ndarray:
-    """float32[n, rows]: products of 3-element rows and vectors, rounded as in the native shape."""
-    x, y, z = vectors.T
-    return np.stack([row[0] * x + row[1] * y + row[2] * z for row in rows], axis=1)
 
 
 def _attribute(

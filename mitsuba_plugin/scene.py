@@ -13,8 +13,7 @@ from typing import Any
 import mitsuba as mi
 import numpy as np
 
-from gltf_ext.compression.extension import is_compressed
-from gltf_ext.compression.primitives import read_primitive
+from gltf_ext.compression.extension import is_compressed, read_triangles
 from gltf_ext.compression.view_points import view_points
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.camera import Camera, unit
@@ -22,7 +21,7 @@ from gltf_ext.gltf.default_light import KEY, sky_radiance
 from gltf_ext.gltf.document import Document
 from gltf_ext.gltf.importers import open_model
 from gltf_ext.gltf.materials import read_material
-from gltf_ext.gltf.scene import Light, PlacedPrimitive, read_scene
+from gltf_ext.gltf.scene import Light, PlacedPrimitive, is_mirrored, read_scene
 from gltf_ext.gltf.scene import value_format as format_of
 from gltf_ext.lod.detail import missing_levels
 from gltf_ext.lod.reading import LodPrimitive
@@ -64,8 +63,8 @@ def scene_dict(path: str | os.PathLike[str], **options: Any) -> dict[str, Any]:
     integrator: a dictionary ({"type": "path"}).
     camera: index of a camera in the order of the scene's nodes (0); a file without cameras is
     shown whole.
-    cache (0.25), cache_bytes, cache_policy: as the shape's, for all shapes together.
-    decoded: ordinary meshes instead of compressed ones (False).
+    cache (0.25), cache_bytes: as the shape's, for all shapes together.
+    decoded: ordinary meshes instead of compressed ones (False); cuda variants trace only these.
     lod_error: show primitives with levels of detail with an error of at most so many pixels for
     the camera, each instance at its own detail (0: all triangles).
     two_sided: single-sided materials show their colour on both sides instead of a black back
@@ -92,7 +91,6 @@ class _Builder:
         camera: int = 0,
         cache: float = 0.25,
         cache_bytes: int | None = None,
-        cache_policy: str = "clock",
         decoded: bool = False,
         lod_error: float = 0.0,
         two_sided: bool = True,
@@ -112,11 +110,7 @@ class _Builder:
         self._default_light, self._lod_error = default_light, lod_error
         self._lod: LodView | None = None  # set with the camera
         self._sources: dict[tuple[int, int], reader.Source] = {}
-        self._cache = {
-            "cache": cache,
-            "cache_policy": cache_policy,
-            "cache_group": f"load_scene {next(_group_numbers)}",
-        }
+        self._cache = {"cache": cache, "cache_group": f"load_scene {next(_group_numbers)}"}
         self._cache_bytes = cache_bytes
         self._scene: dict[str, Any] = {
             "type": "scene",
@@ -206,8 +200,8 @@ class _Builder:
         emission = self._materials.emission(placed.material)
         if emission:
             inside["emitter"] = emission
-        if not is_compressed(primitive):
-            return self._plain_mesh(placed, matrix, inside)
+        if self._decoded or not is_compressed(primitive):
+            return self._plain_mesh(placed, matrix, lod, inside)
         limit = {}
         if self._cache_bytes is not None:
             limit["cache_bytes"] = self._cache_bytes
@@ -218,7 +212,6 @@ class _Builder:
             "mesh": placed.mesh,
             "primitive": placed.primitive,
             "to_world": mi.ScalarTransform4f(matrix),
-            "decoded": self._decoded,
             **_lod_parameters(lod),
             **self._cache,
             **limit,
@@ -226,10 +219,18 @@ class _Builder:
         }
 
     def _plain_mesh(
-        self, placed: PlacedPrimitive, matrix: np.ndarray, inside: dict[str, Any]
+        self,
+        placed: PlacedPrimitive,
+        matrix: np.ndarray,
+        lod: LodView | None,
+        inside: dict[str, Any],
     ) -> mi.Mesh:
-        """An uncompressed primitive."""
-        source, _ = read_primitive(self._document, placed.mesh, placed.primitive)
+        """A primitive that is not compressed, or is decoded."""
+        levels = self._levels(placed) if lod is not None else None
+        if lod is not None and levels is not None:
+            source = levels.mesh(lod.cut(levels, matrix))
+        else:
+            source, _ = read_triangles(self._document, placed.mesh, placed.primitive)
         primitive = self._document.meshes[placed.mesh].primitives[placed.primitive]
         attributes = {
             name: format_of(self._document, primitive, name).to_floats(values)
@@ -246,7 +247,8 @@ class _Builder:
             normals = normals @ np.linalg.inv(matrix[:3, :3])
             normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
         name = f"{placed.mesh}_{placed.primitive}"
-        result = ordinary_mesh(name, source.indices, positions, normals, texcoords, properties)
+        triangles = source.indices[:, [0, 2, 1]] if is_mirrored(matrix) else source.indices
+        result = ordinary_mesh(name, triangles, positions, normals, texcoords, properties)
         if "COLOR_0" in attributes:
             colors: Any = _flat(attributes["COLOR_0"][:, :3])  # the stub asks for a sequence
             result.add_attribute("vertex_color", 3, colors)

@@ -1,16 +1,10 @@
 #include "cache.h"
 
-#include <algorithm>
 #include <cstring>
 #include <new>
 
 namespace meshlet_shape {
 namespace {
-
-// kCounts evicts the least used of this many random entries.
-constexpr uint32_t kCandidates = 8;
-// Counts are halved after this many decoded meshlets per resident entry.
-constexpr uint64_t kAgingFactor = 4;
 
 // A list of all slots. Slots are reused, never freed: an evicting thread walks the list without
 // lock.
@@ -93,52 +87,31 @@ Entry* ThreadSlot::scratch(EntryKind kind, size_t bytes) {
 
 // --- Table ---
 
-Table::Table(std::shared_ptr<Store> store, uint32_t capacity, uint64_t limit_bytes,
-             uint64_t needed_bytes)
+Table::Table(std::shared_ptr<Store> store, uint32_t capacity, uint64_t limit_bytes)
     : store_(std::move(store)),
       uid_(g_next_uid.fetch_add(1)),
       entries_(new std::atomic<Entry*>[capacity]),
-      counts_(new std::atomic<uint32_t>[capacity]),
-      limit_bytes_(limit_bytes),
-      needed_bytes_(needed_bytes) {
-  for (uint32_t i = 0; i < capacity; i++) {
-    entries_[i].store(nullptr, std::memory_order_relaxed);
-    counts_[i].store(0, std::memory_order_relaxed);
-  }
-  std::lock_guard lock(store_->mutex_);
-  store_->tables_.push_back({this, capacity});
-  store_->set_limit(store_->limit_ + limit_bytes, store_->needed_ + needed_bytes);
+      limit_bytes_(limit_bytes) {
+  for (uint32_t i = 0; i < capacity; i++) entries_[i].store(nullptr, std::memory_order_relaxed);
+  store_->limit_.fetch_add(limit_bytes);
 }
 
 Table::~Table() {
   std::lock_guard lock(store_->mutex_);
   auto& residents = store_->residents_;
   for (size_t i = residents.size(); i-- > 0;)
-    if (residents[i].entry->table == this) {
-      Entry* entry = residents[i].entry;
+    if (residents[i]->table == this) {
+      Entry* entry = residents[i];
       store_->remove(uint32_t(i));
       release(entry);
     }
-  auto& tables = store_->tables_;
-  tables.erase(
-      std::find_if(tables.begin(), tables.end(), [&](auto& t) { return t.table == this; }));
-  store_->set_limit(store_->limit_ - limit_bytes_, store_->needed_ - needed_bytes_);
-  store_->make_room(0, ~0u);
+  store_->limit_.fetch_sub(limit_bytes_);
+  store_->make_room(0);
 }
 
-void Table::count(uint32_t key, uint32_t asks) {
-  if (store_->policy_ != Policy::kCounts ||
-      store_->everything_fits_.load(std::memory_order_relaxed))
-    return;
-  // A race may lose an increment; counts are only hints.
-  counts_[key].store(counts_[key].load(std::memory_order_relaxed) + asks,
-                     std::memory_order_relaxed);
-}
-
-void Table::note_hits(ThreadSlot& thread, uint32_t key, uint32_t asks) {
+void Table::note_hits(ThreadSlot& thread, uint32_t asks) {
   auto& hits = store_->counters(thread).hits;
   hits.store(hits.load(std::memory_order_relaxed) + asks, std::memory_order_relaxed);
-  count(key, asks);
 }
 
 const Entry* Table::find(ThreadSlot& thread, EntryKind kind, uint32_t key, uint32_t asks) {
@@ -148,15 +121,14 @@ const Entry* Table::find(ThreadSlot& thread, EntryKind kind, uint32_t key, uint3
       thread.announced[kind].store(nullptr, std::memory_order_release);
       auto& misses = store_->counters(thread).misses;
       misses.store(misses.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
-      note_hits(thread, key, asks - 1);
-      count(key, 1);
+      note_hits(thread, asks - 1);
       return nullptr;
     }
     thread.announced[kind].store(entry, std::memory_order_seq_cst);
     if (entries_[key].load(std::memory_order_seq_cst) == entry) {
-      if (store_->policy_ == Policy::kClock && !entry->used.load(std::memory_order_relaxed))
+      if (!entry->used.load(std::memory_order_relaxed))
         entry->used.store(1, std::memory_order_relaxed);
-      note_hits(thread, key, asks);
+      note_hits(thread, asks);
       return entry;
     }
   }
@@ -166,16 +138,10 @@ void Table::insert(ThreadSlot& thread, const Entry& fresh) {
   auto& decoded = store_->counters(thread).decoded;
   decoded.store(decoded.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
   if (fresh.bytes > store_->limit_.load(std::memory_order_relaxed)) return;
-  const uint32_t wanted = counts_[fresh.key].load(std::memory_order_relaxed);
   // If another thread holds the lock, decoding again later is cheaper than waiting.
   std::unique_lock lock(store_->mutex_, std::try_to_lock);
-  if (!lock) {
-    store_->refused_.fetch_add(1, std::memory_order_relaxed);
-    return;
-  }
-  if (entries_[fresh.key].load(std::memory_order_relaxed)) return;  // another thread was faster
-  if (++store_->decoded_since_aging_ > kAgingFactor * store_->residents_.size()) store_->age();
-  if (!store_->make_room(fresh.bytes, wanted)) {
+  if (lock && entries_[fresh.key].load(std::memory_order_relaxed)) return;  // another was faster
+  if (!lock || !store_->make_room(fresh.bytes)) {
     store_->refused_.fetch_add(1, std::memory_order_relaxed);
     return;
   }
@@ -186,7 +152,7 @@ void Table::insert(ThreadSlot& thread, const Entry& fresh) {
   entry->place = uint32_t(store_->residents_.size());
   entry->used.store(0, std::memory_order_relaxed);
   std::memcpy(entry->payload(), fresh.payload(), fresh.bytes - sizeof(Entry));
-  store_->residents_.push_back({entry, &counts_[entry->key]});
+  store_->residents_.push_back(entry);
   store_->resident_.fetch_add(entry->bytes, std::memory_order_relaxed);
   store_->entries_.fetch_add(1, std::memory_order_relaxed);
   entries_[entry->key].store(entry, std::memory_order_release);
@@ -195,14 +161,7 @@ void Table::insert(ThreadSlot& thread, const Entry& fresh) {
 // --- Store ---
 
 Store::~Store() {
-  for (const Resident& resident : residents_) release(resident.entry);
-}
-
-// If the entries of all shapes fit, the store stops counting requests.
-void Store::set_limit(uint64_t limit_bytes, uint64_t needed_bytes) {
-  limit_ = limit_bytes;
-  needed_ = needed_bytes;
-  everything_fits_ = limit_bytes >= needed_bytes;
+  for (Entry* entry : residents_) release(entry);
 }
 
 Statistics Store::statistics() const {
@@ -228,38 +187,21 @@ void Store::reset_statistics() {
   refused_.store(0, std::memory_order_relaxed);
 }
 
-// Evicts until `bytes` more fit; with kCounts only entries with fewer than `wanted` requests.
-// Returns false if that is impossible.
-bool Store::make_room(size_t bytes, uint32_t wanted) {
+// Evicts until `bytes` more fit. Returns false if that is impossible.
+bool Store::make_room(size_t bytes) {
   const uint64_t limit = limit_.load(std::memory_order_relaxed);
   while (resident_.load(std::memory_order_relaxed) + bytes > limit) {
-    Entry* victim = policy_ == Policy::kCounts ? least_used(wanted) : next_unused();
+    Entry* victim = next_unused();
     if (!victim || !evict(victim)) return false;
   }
   return true;
 }
 
-Entry* Store::least_used(uint32_t wanted) {
-  Entry* least = nullptr;
-  uint32_t fewest = wanted;
-  for (uint32_t i = 0; i < kCandidates && !residents_.empty(); i++) {
-    random_ ^= random_ << 13;
-    random_ ^= random_ >> 7;
-    random_ ^= random_ << 17;
-    const Resident& resident = residents_[random_ % residents_.size()];
-    uint32_t count = resident.count->load(std::memory_order_relaxed);
-    if (count < fewest && !announced_by_any(resident.entry)) {
-      least = resident.entry;
-      fewest = count;
-    }
-  }
-  return least;
-}
-
+// The hand of the clock passes over entries that were used since it came by last.
 Entry* Store::next_unused() {
   for (size_t steps = 0; steps < 2 * residents_.size() + 1 && !residents_.empty(); steps++) {
     hand_ = (hand_ + 1) % uint32_t(residents_.size());
-    Entry* entry = residents_[hand_].entry;
+    Entry* entry = residents_[hand_];
     if (!entry->used.exchange(0, std::memory_order_relaxed) && !announced_by_any(entry))
       return entry;
   }
@@ -281,22 +223,12 @@ bool Store::evict(Entry* entry) {
 }
 
 void Store::remove(uint32_t place) {
-  Entry* entry = residents_[place].entry;
+  Entry* entry = residents_[place];
   residents_[place] = residents_.back();
-  residents_[place].entry->place = place;
+  residents_[place]->place = place;
   residents_.pop_back();
   resident_.fetch_sub(entry->bytes, std::memory_order_relaxed);
   entries_.fetch_sub(1, std::memory_order_relaxed);
-}
-
-// Halves all counts. The paper clears them every frame.
-void Store::age() {
-  decoded_since_aging_ = 0;
-  for (const Member& member : tables_)
-    for (uint32_t i = 0; i < member.capacity; i++) {
-      auto& count = member.table->counts_[i];
-      count.store(count.load(std::memory_order_relaxed) / 2, std::memory_order_relaxed);
-    }
 }
 
 }  // namespace meshlet_shape

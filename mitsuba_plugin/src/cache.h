@@ -3,6 +3,7 @@
 // Reading takes no lock. A thread announces the entry that it is about to use (a hazard pointer)
 // and checks that the entry is still in the table. Announced entries are not evicted: the limit
 // holds exactly and no thread waits. Only inserting takes the lock; decoding costs far more.
+// Entries that were used since the last visit get a second chance (the clock algorithm).
 #pragma once
 #include <atomic>
 #include <cstddef>
@@ -12,11 +13,6 @@
 #include <vector>
 
 namespace meshlet_shape {
-
-enum class Policy {
-  kCounts,  // keeps the entries requested most often of late, as in the paper
-  kClock,   // second chance; the default, with more hits (docs/mitsuba.md)
-};
 
 struct Statistics {
   uint64_t hits = 0, misses = 0, evictions = 0, decoded = 0, refused = 0;
@@ -34,7 +30,7 @@ struct alignas(kEntryAlignment) Entry {
   uint32_t key;
   uint32_t bytes;
   uint32_t place;             // index among the store's residents
-  std::atomic<uint8_t> used;  // the reference bit of kClock
+  std::atomic<uint8_t> used;  // since the clock's hand came by
 
   void* payload() { return this + 1; }
   const void* payload() const { return this + 1; }
@@ -71,13 +67,12 @@ inline ThreadSlot& this_thread() { return t_slot ? *t_slot : take_this_thread();
 uint64_t thread_slots();
 uint64_t scratch_bytes();
 
-// The entries of one shape: its decoded meshlets, and the number of requests for each.
+// The entries of one shape: its decoded meshlets.
 class Table {
  public:
   // capacity: keys 0 .. capacity - 1. limit_bytes: the shape's share of the store's limit, until
-  // the table is destroyed. needed_bytes: the size of all entries.
-  Table(std::shared_ptr<Store> store, uint32_t capacity, uint64_t limit_bytes,
-        uint64_t needed_bytes);
+  // the table is destroyed.
+  Table(std::shared_ptr<Store> store, uint32_t capacity, uint64_t limit_bytes);
   ~Table();
 
   uint64_t uid() const { return uid_; }
@@ -101,7 +96,7 @@ class Table {
       }
       recent = {uid_, key, entry};
     } else {
-      note_hits(thread, key, asks);
+      note_hits(thread, asks);
     }
     return recent.entry->payload();
   }
@@ -111,20 +106,17 @@ class Table {
 
   const Entry* find(ThreadSlot& thread, EntryKind kind, uint32_t key, uint32_t asks);
   void insert(ThreadSlot& thread, const Entry& fresh);
-  void note_hits(ThreadSlot& thread, uint32_t key, uint32_t asks);
-  void count(uint32_t key, uint32_t asks);
+  void note_hits(ThreadSlot& thread, uint32_t asks);
 
   std::shared_ptr<Store> store_;
   uint64_t uid_;
   std::unique_ptr<std::atomic<Entry*>[]> entries_;
-  std::unique_ptr<std::atomic<uint32_t>[]> counts_;
-  const uint64_t limit_bytes_, needed_bytes_;
+  const uint64_t limit_bytes_;
 };
 
 // Entries of any number of tables under one limit.
 class Store {
  public:
-  Store(Policy policy) : policy_(policy) {}
   ~Store();
 
   Statistics statistics() const;
@@ -138,36 +130,17 @@ class Store {
   };
   static constexpr uint32_t kCounters = 64;  // more threads share them and may lose counts
 
-  struct Resident {
-    Entry* entry;
-    const std::atomic<uint32_t>* count;
-  };
-
-  struct Member {
-    Table* table;
-    uint32_t capacity;
-  };
-
   Counters& counters(const ThreadSlot& thread) { return counters_[thread.index % kCounters]; }
-  void set_limit(uint64_t limit_bytes, uint64_t needed_bytes);
-  bool make_room(size_t bytes, uint32_t wanted);
-  Entry* least_used(uint32_t wanted);
+  bool make_room(size_t bytes);
   Entry* next_unused();
   bool evict(Entry* entry);
   void remove(uint32_t place);
-  void age();
 
-  const Policy policy_;
   Counters counters_[kCounters];
-  std::atomic<bool> everything_fits_{false};
   std::atomic<uint64_t> limit_{0}, resident_{0}, entries_{0}, evictions_{0}, refused_{0};
   mutable std::mutex mutex_;  // guards the members below and changes of a table's entries
-  uint64_t needed_ = 0;
-  std::vector<Resident> residents_;
-  std::vector<Member> tables_;
+  std::vector<Entry*> residents_;
   uint32_t hand_ = 0;
-  uint64_t decoded_since_aging_ = 0;
-  uint64_t random_ = 0x9E3779B97F4A7C15u;
 };
 
 }  // namespace meshlet_shape

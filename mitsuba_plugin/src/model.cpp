@@ -61,12 +61,12 @@ void tangents(Vec3 n, float* s, float* t) {
 
 // Returns the store of the cache group. It lives as long as a shape uses it.
 std::shared_ptr<Store> store_for(const Options& options) {
-  if (options.cache_group.empty()) return std::make_shared<Store>(options.policy);
+  if (options.cache_group.empty()) return std::make_shared<Store>();
   static std::mutex mutex;
   static std::map<std::string, std::weak_ptr<Store>> groups;
   std::lock_guard lock(mutex);
   std::shared_ptr<Store> shared = groups[options.cache_group].lock();
-  if (!shared) groups[options.cache_group] = shared = std::make_shared<Store>(options.policy);
+  if (!shared) groups[options.cache_group] = shared = std::make_shared<Store>();
   return shared;
 }
 
@@ -95,10 +95,9 @@ Model::Model(std::vector<Primitive> primitives, const Options& options)
   uint64_t limit = options.cache_bytes >= 0
                        ? uint64_t(options.cache_bytes)
                        : uint64_t(std::ceil(options.cache_fraction * double(facts_.decoded_bytes)));
-  table_ = std::make_unique<Table>(std::move(store), kEntryKinds * facts_.meshlets, limit,
-                                   facts_.decoded_bytes);
-  facts_.table_bytes = meshlets * (sizeof(Boxes) + sizeof(float) +
-                                   kEntryKinds * (sizeof(std::atomic<Entry*>) + sizeof(uint32_t)));
+  table_ = std::make_unique<Table>(std::move(store), kEntryKinds * facts_.meshlets, limit);
+  facts_.table_bytes =
+      meshlets * (sizeof(Boxes) + sizeof(float) + kEntryKinds * sizeof(std::atomic<Entry*>));
   std::lock_guard lock(g_models.mutex);
   g_models.by_uid[uid()] = this;
 }

@@ -28,8 +28,7 @@ static_assert(sizeof(SurfacePoint) == 23 * sizeof(float));
 struct Options {
   double cache_fraction = 0.25;  // of the size of all meshlets decoded
   int64_t cache_bytes = -1;      // unless negative: used instead of the fraction
-  Policy policy = Policy::kClock;
-  std::string cache_group;  // shapes with the same name share a cache; "": no sharing
+  std::string cache_group;       // shapes with the same name share a cache; "": no sharing
   bool face_normals = false;
   bool flip_normals = false;
 };

@@ -15,7 +15,6 @@ namespace {
 struct Request {
   std::vector<std::shared_ptr<const Blob>> blobs;
   std::vector<Primitive> primitives;
-  DecodedMesh mesh;
   std::string error;
 };
 
@@ -29,31 +28,19 @@ struct StatisticsRow {
   uint64_t cache_number;  // equal for shapes that share a cache
 };
 
-Request ask(const std::string& filename, const Selection& selection) {
+}  // namespace
+
+std::vector<Primitive> read_primitives(const std::string& filename, const Selection& selection) {
   if (!g_reader) throw std::runtime_error("the plugin is not ready; import mitsuba_plugin");
   Request request;
   g_reader(filename.c_str(), &selection, &request);
   if (!request.error.empty()) throw std::runtime_error(request.error);
-  return request;
-}
-
-}  // namespace
-
-std::vector<Primitive> read_primitives(const std::string& filename, const Selection& selection) {
-  return ask(filename, selection).primitives;
-}
-
-DecodedMesh decode_to_file(const std::string& filename, const Selection& selection) {
-  return ask(filename, selection).mesh;
+  return request.primitives;
 }
 
 EXPORT void meshlet_set_reader(Reader reader) { g_reader = reader; }
 
 EXPORT void meshlet_fail(Request* request, const char* message) { request->error = message; }
-
-EXPORT void meshlet_set_mesh(Request* request, const char* path, int has_normals) {
-  request->mesh = {path, has_normals != 0};
-}
 
 // Copies the bytes. Returns the blob's number for meshlet_add_primitive.
 EXPORT uint32_t meshlet_add_blob(Request* request, const uint8_t* data, uint64_t size) {

@@ -18,18 +18,10 @@ struct Selection {
   float pixels_per_unit = 1;  // at distance 1 from the eye; everywhere without an eye
   float eye[3] = {0, 0, 0};   // in the world
   uint32_t has_eye = 0;
-  uint32_t decoded = 0;  // as a mesh in a file
 };
 
 // Returns the compressed primitives of a file, in the shape's coordinates. Calls the Python reader.
 // Throws std::runtime_error with its message.
 std::vector<Primitive> read_primitives(const std::string& filename, const Selection& selection);
-
-// A temporary .ply file of a selection; the caller deletes it. Throws as read_primitives.
-struct DecodedMesh {
-  std::string path;
-  bool has_normals = false;
-};
-DecodedMesh decode_to_file(const std::string& filename, const Selection& selection);
 
 }  // namespace meshlet_shape

@@ -9,7 +9,6 @@
 #include <mitsuba/render/srgb.h>
 
 #include <cmath>
-#include <cstdio>
 #include <cstring>
 
 #include "python_api.h"
@@ -21,102 +20,8 @@ NAMESPACE_BEGIN(mitsuba)
 
 using namespace meshlet_shape;
 
-// clang-format off
-/**!
-
-.. _shape-meshlet_edgebreaker:
-
-Compressed meshlets (:monosp:`meshlet_edgebreaker`)
----------------------------------------------------
-
-.. pluginparameters::
- :extra-rows: 11
-
- * - filename
-   - |string|
-   - A :monosp:`.glb` or :monosp:`.gltf` file with the extension *EXT_meshlet_edgebreaker*
-
- * - mesh, primitive
-   - |int|
-   - Load one primitive of the file, in the coordinates of its mesh. Without *primitive*: the whole mesh. Without *mesh*: all
-     compressed primitives of the file's scene, transformed by its nodes. (Default: everything)
-
- * - to_world
-   - |transform|
-   - Object-to-world transformation. (Default: none, i.e. object space = world space)
-
- * - face_normals
-   - |bool|
-   - Shade with the triangles' normals even if the file has vertex normals. (Default: |false|)
-
- * - flip_normals
-   - |bool|
-   - Negate all normals. (Default: |false|)
-
- * - cache
-   - |float|
-   - Limit of decoded geometry in memory, over all threads, as a fraction (0 to 1) of all geometry. (Default: 0.25)
-
- * - cache_bytes
-   - |int|
-   - The same limit in bytes, instead of *cache*.
-
- * - cache_policy
-   - |string|
-   - Eviction: :monosp:`clock` gives meshlets used since the last visit a second chance, :monosp:`counts` keeps the meshlets
-     used most often of late. (Default: :monosp:`clock`)
-
- * - cache_group
-   - |string|
-   - Shapes with the same group share one cache, whose limit is the sum of theirs. (Default: a cache of its own)
-
- * - decoded
-   - |bool|
-   - Decompress everything into an ordinary triangle mesh. Needed in :monosp:`cuda_*` variants, which cannot trace rays through
-     this shape. (Default: |false|)
-
- * - lod_error
-   - |float|
-   - Show primitives with *EXT_meshlet_lod* with at most this error, in pixels of a fixed camera. (Default: 0, all triangles)
-
- * - lod_eye
-   - |point|
-   - The camera's position in the world. (Default: none, a parallel projection)
-
- * - lod_pixels_per_unit
-   - |float|
-   - Pixels of one unit at distance 1 from the eye: height / (2 tan(vertical angle / 2)). In a parallel projection, anywhere.
-     (Default: 1: without an eye, *lod_error* is a distance in the world)
-
- * - cache_id, meshlet_count, triangle_count
-   - |int|
-   - Read-only, for :monosp:`mitsuba_plugin.statistics`
-   - |exposed|
-
-Each meshlet (up to 64 triangles) is one primitive of the acceleration structure. A ray that meets its box decodes the meshlet,
-unless it is in the cache. Vertex colours become the mesh attribute :monosp:`vertex_color` (and :monosp:`vertex_alpha`), a custom
-attribute :monosp:`_NAME` becomes :monosp:`vertex_name`. The geometry has no derivatives.
-
-.. tabs::
-    .. code-tab:: xml
-        :name: meshlet_edgebreaker
-
-        <shape type="meshlet_edgebreaker">
-            <string name="filename" value="scene.glb"/>
-            <float name="cache" value="0.25"/>
-            <bsdf type="diffuse"/>
-        </shape>
-
-    .. code-tab:: python
-
-        import mitsuba_plugin
-
-        'type': 'meshlet_edgebreaker',
-        'filename': 'scene.glb',
-        'cache': 0.25,
-        'bsdf': {'type': 'diffuse'}
- */
-// clang-format on
+// docs/mitsuba.md lists the parameters. Each meshlet is one primitive of the acceleration
+// structure. A ray that meets its box decodes the meshlet, unless it is in the cache.
 template <typename Float, typename Spectrum>
 class MeshletEdgebreaker final : public Shape<Float, Spectrum> {
  public:
@@ -392,10 +297,8 @@ Options read_options(const Properties& props) {
   options.cache_group = props.get<std::string>("cache_group", "");
   options.face_normals = props.get<bool>("face_normals", false);
   options.flip_normals = props.get<bool>("flip_normals", false);
-  std::string policy = props.get<std::string>("cache_policy", "clock");
-  if (policy != "counts" && policy != "clock")
-    Throw("meshlet_edgebreaker: cache_policy must be \"counts\" or \"clock\", not \"%s\"", policy);
-  options.policy = policy == "clock" ? Policy::kClock : Policy::kCounts;
+  if (props.get<std::string>("cache_policy", "clock") != "clock")
+    Throw("meshlet_edgebreaker: there is one cache_policy, clock; leave the parameter out");
   if (!(options.cache_fraction >= 0.0 && options.cache_fraction <= 1.0))
     Throw("meshlet_edgebreaker: cache must be between 0 and 1, not %g", options.cache_fraction);
   return options;
@@ -422,7 +325,6 @@ Selection read_selection(const Properties& props) {
   Affine to_world =
       to_affine(props.get<ScalarAffineTransform4f>("to_world", ScalarAffineTransform4f()));
   Selection selection;
-  selection.decoded = props.get<bool>("decoded", false);
   selection.mesh = props.get<int>("mesh", selection.mesh);
   selection.primitive = props.get<int>("primitive", selection.primitive);
   static_assert(sizeof(selection.to_world) == sizeof(to_world.m));
@@ -446,45 +348,26 @@ std::vector<Primitive> read(const std::string& filename, const Selection& select
   return primitives;
 }
 
-// Decodes everything into an ordinary mesh, for variants that cannot run the shape and for
-// comparison. Goes through a file: the wheel's mesh.h includes a header that the wheel lacks.
-template <typename Float, typename Spectrum>
-ref<Object> make_mesh(const Properties& props, const std::string& filename,
-                      const Selection& selection) {
-  struct File : DecodedMesh {
-    ~File() { std::remove(path.c_str()); }
-  } file{decode_to_file(filename, selection)};
-  Properties ply(props);
-  ply.set_plugin_name("ply");
-  ply.set("filename", file.path, false);
-  // Without normals, Mitsuba makes smooth ones.
-  ply.set("face_normals", props.get<bool>("face_normals", false) || !file.has_normals, false);
-  ply.remove_property("to_world");
-  for (const auto& child : props.objects())
-    props.mark_queried(child.name());  // the mesh uses the BSDF and other children
-  return PluginManager::instance()->create_object<Shape<Float, Spectrum>>(ply).get();
-}
-
 template <typename Float, typename Spectrum>
 ref<Object> make(const Properties& props) {
   std::string given = props.get<std::string>("filename");
-  Options options = read_options(props);
-  const Selection selection = read_selection<Float, Spectrum>(props);
-  if (dr::is_cuda_v<Float> && !selection.decoded)
+  if (props.has_property("decoded"))
+    Throw("meshlet_edgebreaker: decoded was removed; use mitsuba_plugin.load_scene(decoded=True)");
+  if constexpr (dr::is_cuda_v<Float>) {
     Throw(
-        "meshlet_edgebreaker: cuda variants cannot trace rays through compressed meshlets; add "
-        "\"decoded\": True to load \"%s\" as an "
-        "ordinary mesh, or choose a scalar or llvm variant",
+        "meshlet_edgebreaker: cuda variants cannot trace rays through compressed meshlets; load "
+        "\"%s\" by mitsuba_plugin.load_scene with decoded=True, or choose a scalar or llvm variant",
         given);
-  std::string filename = file_resolver()->resolve(given).string();
-  try {
-    if constexpr (!dr::is_cuda_v<Float>)
-      if (!selection.decoded)
-        return new MeshletEdgebreaker<Float, Spectrum>(
-            props, std::make_unique<Model>(read(filename, selection), options));
-    return make_mesh<Float, Spectrum>(props, filename, selection);
-  } catch (const std::runtime_error& error) {
-    Throw("meshlet_edgebreaker: %s: %s", given, error.what());
+  } else {
+    Options options = read_options(props);
+    const Selection selection = read_selection<Float, Spectrum>(props);
+    std::string filename = file_resolver()->resolve(given).string();
+    try {
+      return new MeshletEdgebreaker<Float, Spectrum>(
+          props, std::make_unique<Model>(read(filename, selection), options));
+    } catch (const std::runtime_error& error) {
+      Throw("meshlet_edgebreaker: %s: %s", given, error.what());
+    }
   }
 }
 

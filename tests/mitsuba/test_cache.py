@@ -1,4 +1,4 @@
-"""The cache of decoded meshlets: limit, policies, statistics, threads."""
+"""The cache of decoded meshlets: limit, statistics, threads."""
 
 from __future__ import annotations
 
@@ -48,14 +48,13 @@ def test01_stress(sanitizer, tmp_path):
 
 
 @pytest.mark.parametrize("variant", VARIANTS[:2])
-@pytest.mark.parametrize("policy", ["counts", "clock"])
-def test02_limits(variant, policy, tmp_path):
+def test02_limits(variant, tmp_path):
     """The cache stays within its limit; the picture does not depend on it."""
     _, plugin = require(variant)
     path, primitives = sheet(tmp_path)
     pictures = []
     for fraction in FRACTIONS:
-        s = scene(shapes_of(path, primitives, cache=fraction, cache_policy=policy), PATH)
+        s = scene(shapes_of(path, primitives, cache=fraction), PATH)
         pictures.append(picture(s, spp=8))
         figures = plugin.statistics(s)
         assert (

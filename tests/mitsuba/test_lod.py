@@ -102,17 +102,15 @@ def shape(path, max_pixels, **options):
 
 @pytest.mark.parametrize("variant", VARIANTS)
 @pytest.mark.parametrize("max_pixels", ERRORS)
-@pytest.mark.parametrize("options", [{"cache": 0.1}, {"decoded": True}])
-def test01_surfaces(variant, max_pixels, options, sheet):
+def test01_surfaces(variant, max_pixels, sheet):
     """The whole scene: each place has its own cut."""
     mi, plugin = require(variant)
     (primitive,) = open_lod(sheet)
     cuts = [cut_at(primitive, matrix, max_pixels) for matrix in PLACES]
     reference = meshes_of(primitive, cuts)
-    found = {"shape": shape(sheet, max_pixels, **options)}
+    found = {"shape": shape(sheet, max_pixels, cache=0.1)}
     count = sum(triangles_of(primitive, cut) for cut in cuts)
-    loaded = mi.load_dict(found["shape"])
-    shown = loaded.face_count() if loaded.is_mesh() else plugin.statistics(loaded)["triangles"]
+    shown = plugin.statistics(mi.load_dict(found["shape"]))["triangles"]
     assert shown == count < len(PLACES) * primitive.compressed.triangle_count
     expected, seen = (picture(scene(shapes, AOVS, (160, 160))) for shapes in (reference, found))
     assert (expected[..., :3] != 0).any()
@@ -178,11 +176,12 @@ def test04_load_scene_shares_what_is_equal(sheet):
     assert shapes == sum(triangles_of(primitive, cut) for cut in (*different.values(), cuts[3]))
 
 
-def test05_instances_look_like_meshes(sheet):
+@pytest.mark.parametrize("decoded", [False, True])
+def test05_instances_look_like_meshes(sheet, decoded):
     mi, plugin = require("scalar_rgb")
     (primitive,) = open_lod(sheet)
     options = {"width": 96, "height": 96, "integrator": {"type": "aov", "aovs": "p:position"}}
-    loaded = plugin.load_scene(sheet, lod_error=1.0, **options)
+    loaded = plugin.load_scene(sheet, lod_error=1.0, decoded=decoded, **options)
     scale = SCALE * 96 / 600
     cuts = [
         cut_for_view(primitive.tables, View(EYE, scale), 1.0, matrix=matrix) for matrix in PLACES

@@ -61,13 +61,13 @@ void ask(Table& table, uint32_t seed, std::atomic<uint32_t>& wrong, std::atomic<
   }
 }
 
-bool run(Policy policy, double fraction) {
+bool run(double fraction) {
   uint64_t needed = 0;
   for (uint32_t key = 0; key < kKeys; key++) needed += bytes_of(key);
-  auto store = std::make_shared<Store>(policy);
+  auto store = std::make_shared<Store>();
   const uint64_t share = uint64_t(double(needed) * fraction);
-  auto table = std::make_unique<Table>(store, kKeys, share, needed);
-  auto other = std::make_unique<Table>(store, kKeys, share / 2, needed);
+  auto table = std::make_unique<Table>(store, kKeys, share);
+  auto other = std::make_unique<Table>(store, kKeys, share / 2);
   std::atomic<uint32_t> wrong{0};
   std::atomic<bool> over{false};
   std::vector<std::thread> threads;
@@ -83,9 +83,9 @@ bool run(Policy policy, double fraction) {
   uint64_t asked = 2ull * kThreads * kAsks + kKeys / 2;
   bool counted = s.hits + s.misses == asked && s.misses == s.decoded;
   std::printf(
-      "%s %3.0f %%: %llu hits, %llu misses, %llu evictions, %llu refused, %llu of %llu bytes\n",
-      policy == Policy::kClock ? "clock " : "counts", 100 * fraction, (unsigned long long)s.hits,
-      (unsigned long long)s.misses, (unsigned long long)s.evictions, (unsigned long long)s.refused,
+      "%3.0f %%: %llu hits, %llu misses, %llu evictions, %llu refused, %llu of %llu bytes\n",
+      100 * fraction, (unsigned long long)s.hits, (unsigned long long)s.misses,
+      (unsigned long long)s.evictions, (unsigned long long)s.refused,
       (unsigned long long)s.resident_bytes, (unsigned long long)s.limit_bytes);
   table.reset();
   s = store->statistics();
@@ -97,8 +97,7 @@ bool run(Policy policy, double fraction) {
 
 int main() {
   bool good = true;
-  for (Policy policy : {Policy::kCounts, Policy::kClock})
-    for (double fraction : {0.0, 0.02, 0.25, 1.0, 2.0}) good = run(policy, fraction) && good;
+  for (double fraction : {0.0, 0.02, 0.25, 1.0, 2.0}) good = run(fraction) && good;
   if (!good) std::fputs("the cache gave wrong data or broke its limit\n", stderr);
   return good ? 0 : 1;
 }
