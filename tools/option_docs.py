@@ -1,36 +1,15 @@
-"""Writes the options of `compress` into docs/cli.md and into the docstring of `compress`.
+"""Writes the options of `compress` into docs/cli.md.
 
 python -m tools.option_docs: after an edit in gltf_ext/compression/options.py. A test compares.
 """
 
 from __future__ import annotations
 
-import textwrap
 from pathlib import Path
 
-from gltf_ext.compression.options import OPTIONS, Option
+from gltf_ext.compression.options import OPTIONS
 
 ROOT = Path(__file__).resolve().parent.parent
-WIDTH = 100
-
-
-def docstring_block() -> str:
-    """The options as `compress`'s docstring has them, each with its Python name."""
-    return "".join(
-        textwrap.fill(
-            f"{option.name}: {_with_choices(option)}.",
-            WIDTH,
-            initial_indent=" " * 8,
-            subsequent_indent=" " * 12,
-        )
-        + "\n"
-        for option in OPTIONS
-    )
-
-
-def _with_choices(option: Option) -> str:
-    choices = f'"{choices}": ' if (choices := '" or "'.join(option.choices)) else ""
-    return choices + option.text
 
 
 def markdown_block() -> str:
@@ -47,27 +26,17 @@ def markdown_block() -> str:
     return "\n".join(rows) + "\n"
 
 
-# (file, line before the block, line after it, block)
-BLOCKS = (
-    (
-        ROOT / "gltf_ext" / "commands" / "compress.py",
-        "    Options:\n",
-        "\n    Returns",
-        docstring_block,
-    ),
-    (ROOT / "docs" / "cli.md", "<!-- compress options -->\n", "<!-- end -->", markdown_block),
-)
+PAGE, BEFORE, AFTER = ROOT / "docs" / "cli.md", "<!-- compress options -->\n", "<!-- end -->"
 
 
-def written(text: str, before: str, after: str, block: str) -> str:
-    """The text with everything between `before` and `after` replaced by the block."""
-    head, _, rest = text.partition(before)
-    _, found, tail = rest.partition(after)
+def written(text: str) -> str:
+    """The text of the manual with everything between BEFORE and AFTER replaced by the table."""
+    head, _, rest = text.partition(BEFORE)
+    _, found, tail = rest.partition(AFTER)
     if not found:
-        raise ValueError(f"no {before.strip()!r} followed by {after.strip()!r}")
-    return head + before + block + found + tail
+        raise ValueError(f"no {BEFORE.strip()!r} followed by {AFTER!r}")
+    return head + BEFORE + markdown_block() + found + tail
 
 
 if __name__ == "__main__":
-    for path, before, after, block in BLOCKS:
-        path.write_text(written(path.read_text(), before, after, block()))
+    PAGE.write_text(written(PAGE.read_text()))

@@ -18,7 +18,7 @@ from gltf_ext.compression.extension import (
     read_compressed,
     read_triangles,
 )
-from gltf_ext.compression.options import MIN_POSITION_BITS, Options
+from gltf_ext.compression.options import MIN_POSITION_BITS, Options, described
 from gltf_ext.compression.primitives import (
     Box,
     Dropped,
@@ -109,40 +109,7 @@ def compress(
     of at most 1 GiB; a primitive with more bytes has one of its own.
 
     Options:
-        position_bits: bits of a position along the longest side (4 to 24, default 12).
-        normal_bits: bits of each of the two elements of a normal or tangent (4 to 16, default 8).
-        texcoord_bits: bits of each texture coordinate (4 to 16, default 12).
-        color_bits: bits of each colour component that is not stored in 8 bits (4 to 16, default 8).
-        weight_bits: bits of each float skin weight (4 to 16, default 8).
-        step: position step in model units, instead of bits: 0.001 is 1 mm if units are metres.
-        grid: "mesh" or "scene": one position grid per mesh, or one for the whole scene (default
-            mesh).
-        max_triangles: most triangles in a meshlet (16 to 64, default 64).
-        lambda_: above 1; small values give planar meshlets, large ones compact meshlets (default
-            1.4).
-        effort: "fast" or "normal" or "high": how long to look for a smaller file; against normal,
-            fast takes about 0.6 of the time for 2 % more bytes, and high 1.7 times for 0.2 % fewer
-            (default normal).
-        page_bytes: largest size of a page, a blob of neighbouring meshlets that decodes alone; 0
-            for one blob per primitive, else at least 4096; by default 131072 in primitives of more
-            than 131072 triangles, 0 in others (0 to 268435456).
-        lod: also write levels of detail (EXT_meshlet_lod), in pages of --page-bytes or 32768 bytes;
-            from source, needs the package meshoptimizer.
-        lod_reduction: triangles of level 0 over those of level 1; coarser levels shrink by less
-            (1.5 to 16, default 5.0).
-        lod_group: meshlets that are simplified together (4 to 128, default 96).
-        lod_limit: largest error of a level, in model units; no limit by default.
-        fallback: also write plain buffers into OUT.fallback.bin, for readers without the extension.
-        transport: pack the result for download, about a third smaller (EXT_meshlet_transport, a
-            draft); readers unpack it when they open it.
-        threads: number of threads, 0 for one per processor; the bytes are the same for any (0 to
-            1024, default 0).
-        max_memory: work through models larger than memory in chunks; the process stays below so
-            many bytes (K, M and G are powers of 1024).
-        work_dir: folder for the work files of --max-memory; by default that of the output.
-        scheduler: address of a running Dask scheduler, whose workers take the chunks of --max-
-            memory and stay below it too, each.
-        progress: draw a progress bar on a terminal.
+        {options}
 
     Returns a report:
         input, output, input_bytes, output_bytes, fallback_bytes.
@@ -191,6 +158,10 @@ def compress(
             f"{fallback_path.name} is not part of this result; delete it if nothing needs it"
         )
     return {**written, **contents, **changes}
+
+
+if compress.__doc__:  # python -OO drops it
+    compress.__doc__ = compress.__doc__.replace("        {options}", described())
 
 
 def _statistics_by_view(encoded: list[Job]) -> dict[int, dict[str, Any]]:

@@ -1,8 +1,8 @@
 """The options of `compress`, declared once.
 
 The command line's arguments, the docstring of `compress` and the table in docs/cli.md come from
-here: tools/option_docs.py writes the last two, and a test compares them. Imports nothing heavy, so
-that `compress --help` is quick.
+here: tools/option_docs.py writes the table, and a test compares it. Imports nothing heavy, so that
+`compress --help` is quick.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from __future__ import annotations
 import dataclasses
 import numbers
 import re
+import textwrap
 from dataclasses import dataclass
 from typing import Any
 
@@ -319,3 +320,20 @@ OPTIONS: tuple[Option, ...] = tuple(
     for field in dataclasses.fields(Options)
 )
 FLAGS = {option.name: option.flag for option in OPTIONS if option.flag}
+
+
+def described() -> str:
+    """The options by their Python names, as the docstring of `compress` has them."""
+    blocks = []
+    for option in OPTIONS:
+        choices = '" or "'.join(option.choices)
+        text = f'"{choices}": {option.text}' if choices else option.text
+        blocks.append(
+            textwrap.fill(
+                f"{option.name}: {text}.",
+                100,
+                initial_indent=" " * 8,
+                subsequent_indent=" " * 12,
+            )
+        )
+    return "\n".join(blocks)
