@@ -159,7 +159,6 @@ class TimedDrawing:
         culling: bool,
         lit: bool,
         ring: int | None = None,
-        overlap: bool | None = None,
         pool: int | None = None,
     ):
         row = RASTER_PATHS[path]
@@ -171,7 +170,6 @@ class TimedDrawing:
             culling=culling,
             ids=False,
             ring=ring,
-            overlap=overlap,
             **own,
         )
         self._size = width, height

@@ -122,7 +122,8 @@ def measure_light(rows, tracers, cameras, size: tuple[int, int], bounces: int) -
     for row, tracer, own in zip(rows, tracers, times):
         entry = {**row, "bounces": bounces, "milliseconds": percentiles(own)}
         entry |= {"frames": len(own), "resident_bytes": tracer.resident_bytes()}
-        entry["statistics"] = tracer.statistics()
+        counts = ("slots", "meshlets", "parts", "passes")
+        entry["statistics"] = {name: getattr(tracer, name) for name in counts}
         if row["path"] == "rt":
             picture = tracer.render(cameras[-1], *size)
             parts = [picture.color, picture.ids, picture.t, picture.barycentrics]

@@ -68,8 +68,8 @@ OWN_OPTIONS = {
             "number, or a part of the name (default: the first GPU)", type=str, metavar="DEVICE"
         ),
         "ring": Own(
-            "most meshlets that are kept decoded at a time (default 16384 with path visibility, "
-            "32768 with --lod-error, 8192 with stream)",
+            "most meshlets that are kept decoded at a time (default 32768 with path visibility, "
+            "8192 with stream)",
             least=1,
         ),
         "pool": Own(

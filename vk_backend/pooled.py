@@ -166,9 +166,7 @@ class PooledDrawing(VisibilityDrawing):
 
     # --- buffers ---
 
-    def _make_ring(
-        self, slots: int, overlap: bool | None, constants: dict[str, int]
-    ) -> DecodedPool:
+    def _make_ring(self, slots: int, constants: dict[str, int]) -> DecodedPool:
         return DecodedPool(self.device, self.scene, self._count_slots(slots), constants)
 
     def _make_jobs(self) -> None:

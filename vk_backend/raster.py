@@ -72,9 +72,8 @@ def no_mark(commands: Any) -> None:
 class Drawing:
     """A scene ready to be drawn by one path.
 
-    ids: draw ids, too. ring: slots of a path with a ring, at most (None: the path's). overlap: path
-    stream decodes on another queue, half a ring ahead (None: if the scene is large enough).
-    targets: the class that a picture is drawn into.
+    ids: draw ids, too. ring: slots of a path with a ring, at most (None: the path's). targets: the
+    class that a picture is drawn into.
     Raises VulkanError if the device lacks a capability or the memory that the path needs.
     """
 
@@ -89,7 +88,6 @@ class Drawing:
         culling: bool = True,
         ids: bool = True,
         ring: int | None = None,
-        overlap: bool | None = None,
     ):
         self.device, self.scene, self.path, self.ids = device, scene, path, ids
         if path.capability:
@@ -109,7 +107,7 @@ class Drawing:
             "CULLING": int(culling),
         }
         slots = self.path.ring if ring is None else ring
-        self.ring = self._make_ring(slots, overlap, constants) if path.ring else None
+        self.ring = self._make_ring(slots, constants) if path.ring else None
         self._make_pipelines(self.ring.constants if self.ring else constants)
 
     def _make_buffers(self) -> SceneBuffers:
@@ -119,8 +117,9 @@ class Drawing:
             fill_bounds(buffers)
         return buffers
 
-    def _make_ring(self, slots: int, overlap: bool | None, constants: dict[str, int]) -> Ring:
-        return Ring(self.device, self.scene, slots, overlap, constants, bulk=self.path.bulk)
+    def _make_ring(self, slots: int, constants: dict[str, int]) -> Ring:
+        slots = min(slots, CONSTANTS["MAX_SLOTS"])
+        return Ring(self.device, self.scene, slots, constants, bulk=self.path.bulk)
 
     def _make_pipelines(self, constants: dict[str, int]) -> None:
         """Makes everything that draws. constants: specialisation constants by name."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
 from typing import Any, ClassVar
@@ -109,7 +108,7 @@ class RayTracer:
         self.sweeps = self.may_sweep and self.slots < self.meshlets
         self.parts = -(-self.meshlets // self.slots) if self.sweeps else 1
         self._part = 0  # that the slots hold
-        self._passes = 0  # of the last frame
+        self.passes = 0  # of the last frame: launches of rays that met one part each
         self._picture: dict[str, Buffer] = {}
         self._size = (0, 0)
         self.set_light(bounces=bounces, shadows=shadows)
@@ -148,11 +147,6 @@ class RayTracer:
         color = self._picture["colors"].read(np.uint8).reshape(height, width, 4)
         return TracedPicture(color, ids, floats[..., 0], floats[..., 1:], milliseconds)
 
-    def frames(self, cameras: Sequence[Camera], width: int, height: int) -> Iterator[TracedPicture]:
-        """Renders a picture with each camera, in order."""
-        for camera in cameras:
-            yield self.render(camera, width, height)
-
     def time(self, camera: Camera, width: int, height: int) -> float:
         """Renders one frame without copying it to the host; milliseconds on the GPU."""
         if self._size != (width, height):
@@ -165,19 +159,6 @@ class RayTracer:
             self._record(commands, camera)
             self._times.mark(commands, 1)
         return float(self._times.milliseconds().sum())
-
-    def statistics(self) -> dict[str, int]:
-        """Counts of the last frame.
-
-        slots, meshlets: how many there are; parts: of the model; passes: launches of rays that met
-        one part each.
-        """
-        return {
-            "slots": self.slots,
-            "meshlets": self.meshlets,
-            "parts": self.parts,
-            "passes": self._passes,
-        }
 
     def resident_bytes(self) -> dict[str, int]:
         """Allocated bytes of device memory by part, without pictures and textures.
@@ -335,7 +316,7 @@ class RayTracer:
                 level = bounce | sample << 8
                 self._record_rays(commands, strip, part, part=ends, level=level)
             parts = parts[::-1]
-        self._passes = len(sweeps) * self.parts
+        self.passes = len(sweeps) * self.parts
 
     def _record_fill(self, commands: Any, first: int, count: int) -> None:
         """Records the decoding of `count` meshlets from number `first` on into the first slots."""

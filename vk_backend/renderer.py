@@ -61,9 +61,8 @@ class Renderer:
 
     select: a device's number or part of its name; by default the first GPU. validation: enables the
     validation layer, see `device.messages`. ring: decoded meshlets that paths stream and visibility
-    keep, at most (None: the path's default). overlap: path stream decodes on another queue, half a
-    ring ahead (None: if the scene is large enough). pool: bytes for the compressed pages of a scene
-    that was loaded with levels (None: 256 MiB, or what its coarsest pages need), or for the decoded
+    keep, at most (None: the path's default). pool: bytes for the compressed pages of a scene that
+    was loaded with levels (None: 256 MiB, or what its coarsest pages need), or for the decoded
     meshlets that path visibility keeps from picture to picture (None, 0: it keeps none). occlusion:
     with either of them, skip what is hidden behind other surfaces.
     Raises VulkanError if there is no such device or driver.
@@ -74,11 +73,10 @@ class Renderer:
         select: str | int | None = None,
         validation: bool = False,
         ring: int | None = None,
-        overlap: bool | None = None,
         pool: int | None = None,
         occlusion: bool = True,
     ):
-        self.ring, self.overlap, self.pool, self.occlusion = ring, overlap, pool, occlusion
+        self.ring, self.pool, self.occlusion = ring, pool, occlusion
         self.device = Device(select, validation=validation)
         self._limit = vk.vkGetPhysicalDeviceProperties(
             self.device.physical
@@ -164,12 +162,12 @@ class Renderer:
             self._drawings, self.drawing, self._scene = {}, None, scene
         if scene.has_levels and path != VISIBILITY.name:
             raise VulkanError(f"path {path} has no levels of detail", "choose path visibility")
-        key = (path, culling, ids, self.ring, self.overlap, self.pool, self.occlusion)
+        key = (path, culling, ids, self.ring, self.pool, self.occlusion)
         if key not in self._drawings:
             kind = PATHS[path].drawing
             if path == VISIBILITY.name and (self.pool or scene.has_levels):
                 kind = LevelsDrawing if scene.has_levels else PooledDrawing
-            own: dict[str, Any] = {"ring": self.ring, "overlap": self.overlap}
+            own: dict[str, Any] = {"ring": self.ring}
             if issubclass(kind, PooledDrawing):
                 own |= {"pool": self.pool, "occlusion": self.occlusion}
             self._drawings[key] = kind(

@@ -117,21 +117,20 @@ def schedule(meshlets: Sequence[int], slots: int, sections: int = 1) -> list[lis
     return batches
 
 
-def division(meshlets: int, slots: int, overlap: bool | None) -> tuple[int, int]:
+def division(meshlets: int, slots: int) -> tuple[int, int]:
     """(sections of the ring, slots of each) for a scene with this many meshlets: see Ring."""
-    if overlap is None and meshlets >= OVERLAPPED:
-        overlap, slots = True, min(slots, 2 * -(-meshlets // TURNS))
-    sections = 2 if overlap and slots > 1 else 1
-    return sections, slots // sections
+    if meshlets < OVERLAPPED or slots == 1:
+        return 1, slots
+    return 2, min(slots, 2 * -(-meshlets // TURNS)) // 2
 
 
 class Ring:
     """The slots that a scene's meshlets pass through, and the pipelines that decode into them.
 
-    slots: at most; a scene with fewer meshlets gets one for each. overlap: two sections, one of
-    which is filled while the other is drawn; None: if the scene is large enough. bulk: decode in
-    bulk passes from BULK_MESHLETS on, if `bulk_fits`. constants: specialisation constants of the
-    raster shaders. Raises VulkanError for a ring without slots.
+    slots: at most; a scene with fewer meshlets gets one for each. bulk: decode in bulk passes from
+    BULK_MESHLETS on, if `bulk_fits`; without, a large scene gets two sections, one of which is
+    filled while the other is drawn. constants: specialisation constants of the raster shaders.
+    Raises VulkanError for a ring without slots.
     """
 
     def __init__(
@@ -139,10 +138,9 @@ class Ring:
         device: Device,
         scene: Scene,
         slots: int,
-        overlap: bool | None,
         constants: dict[str, int],
         *,
-        bulk: bool = False,
+        bulk: bool,
     ):
         if slots < 1:
             raise VulkanError(f"a ring of {slots} slots holds no meshlet", "use 1 or more")
@@ -156,7 +154,8 @@ class Ring:
             self.sections, self.batches = 1, schedule_whole(meshlets, slots)
             self.slots = max(map(_slots_of, self.batches))
         else:
-            self.sections, section_slots = division(sum(meshlets), slots, overlap)
+            # Decoding never overlaps drawing where both are compute shaders.
+            self.sections, section_slots = (1, slots) if bulk else division(sum(meshlets), slots)
             self.batches = schedule(meshlets, section_slots, self.sections)
             self.slots = min(self.sections * section_slots, sum(meshlets))
         # Only a ring of two sections uses two queues, which these synchronise: frame_commands.py.

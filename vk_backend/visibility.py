@@ -16,7 +16,6 @@ from .device import Device
 from .memory import Buffer
 from .pipelines import MAX_WORKGROUPS, ComputePipeline
 from .raster import BLOBS, Drawing, Mark, Path, no_mark
-from .ring import Ring
 
 # Of the ring, unless the scene has fewer meshlets. On an H200, half as many take 1.28 times as long
 # for bistro_like (23,882 meshlets) and 1.19 times for dragon_x4 (56,899), with 24 instead of 39 and
@@ -79,10 +78,6 @@ class VisibilityDrawing(Drawing):
     """A scene ready to be drawn by path `visibility`."""
 
     targets: ClassVar[Any] = Planes
-
-    def _make_ring(self, slots: int, overlap: bool | None, constants: dict[str, int]) -> Ring:
-        # Decoding and drawing are both compute shaders: nothing overlaps.
-        return super()._make_ring(min(slots, CONSTANTS["MAX_SLOTS"]), False, constants)
 
     def _make_pipelines(self, constants: dict[str, int]) -> None:
         assert self.ring is not None

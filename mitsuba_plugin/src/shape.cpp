@@ -45,13 +45,8 @@ class MeshletEdgebreaker final : public Shape<Float, Spectrum> {
 
   void traverse(TraversalCallback* cb) override {
     Base::traverse(cb);
-    m_cache_id = double(m_model->uid());
-    m_meshlet_count = m_model->facts().meshlets;
-    m_triangle_count = m_model->facts().triangles;
+    m_cache_id = double(m_model->uid());  // for mitsuba_plugin.statistics
     cb->put("cache_id", m_cache_id, ParamFlags::NonDifferentiable | ParamFlags::ReadOnly);
-    cb->put("meshlet_count", m_meshlet_count, ParamFlags::NonDifferentiable | ParamFlags::ReadOnly);
-    cb->put("triangle_count", m_triangle_count,
-            ParamFlags::NonDifferentiable | ParamFlags::ReadOnly);
   }
 
   ScalarSize primitive_count() const override { return m_model->facts().meshlets; }
@@ -283,7 +278,6 @@ class MeshletEdgebreaker final : public Shape<Float, Spectrum> {
   DiscreteDistribution<Float> m_area_pmf;
   ScalarFloat m_surface_area = 0.f;
   double m_cache_id = 0;
-  uint32_t m_meshlet_count = 0, m_triangle_count = 0;
 };
 
 namespace {

@@ -134,18 +134,25 @@ def test_batches_hold_every_meshlet_once_and_in_order(slots, sections):
 
 
 def test_large_scenes_get_a_ring_of_two_sections():
-    """By default from OVERLAPPED meshlets on, at most a third in each; with overlap, always."""
+    """From OVERLAPPED meshlets on, with at most a third in each."""
     from vk_backend.ring import OVERLAPPED, RING, division
 
-    assert division(OVERLAPPED - 1, RING, None) == (1, RING)
-    assert division(OVERLAPPED, RING, None) == (2, -(-OVERLAPPED // 3))
-    assert division(9000, RING, None) == (2, 3000)
-    assert division(9001, RING, None) == (2, 3001)
-    assert division(10**6, RING, None) == (2, RING // 2)
-    assert division(10**6, 101, None) == (2, 50)
-    assert division(10**6, 1, None) == (1, 1), "one slot has no halves"
-    assert division(100, RING, True) == (2, RING // 2)
-    assert division(10**6, RING, False) == (1, RING)
+    assert division(OVERLAPPED - 1, RING) == (1, RING)
+    assert division(OVERLAPPED, RING) == (2, -(-OVERLAPPED // 3))
+    assert division(9000, RING) == (2, 3000)
+    assert division(9001, RING) == (2, 3001)
+    assert division(10**6, RING) == (2, RING // 2)
+    assert division(10**6, 101) == (2, 50)
+    assert division(10**6, 1) == (1, 1), "one slot has no halves"
+
+
+def test_the_help_names_the_default_rings():
+    from gltf_meshlet.render_command import OWN_OPTIONS
+    from vk_backend.ring import RING
+    from vk_backend.visibility import SLOTS
+
+    text = f"default {SLOTS} with path visibility, {RING} with stream"
+    assert text in OWN_OPTIONS["vulkan"]["ring"].help
 
 
 @pytest.mark.parametrize("culling", [True, False], ids=["culling", "all of it"])
@@ -155,6 +162,8 @@ def test_large_scenes_get_a_ring_of_two_sections():
 )
 def test_the_ring_changes_nothing(renderer, scene, monkeypatch, ring, overlap, culling):
     """The picture depends neither on the ring's size nor on overlap, nor on an earlier picture."""
+    from vk_backend import ring as rings
+
     meshlets = sum(scene.primitives[i.primitive].meshlets for i in scene.instances)
     assert meshlets > 64, "several batches, or one"
     for camera in scene.cameras:
@@ -162,12 +171,12 @@ def test_the_ring_changes_nothing(renderer, scene, monkeypatch, ring, overlap, c
         assert renderer.drawing.ring.slots == meshlets
         with monkeypatch.context() as patch:
             patch.setattr(renderer, "ring", ring)
-            patch.setattr(renderer, "overlap", overlap)
+            patch.setattr(rings, "OVERLAPPED", 0 if overlap else meshlets + 1)
+            patch.setattr(renderer, "_drawings", {})  # not those of another `overlap`
             parts = renderer.render(scene, camera, "stream", WIDTH, HEIGHT, culling=culling)
             assert renderer.drawing.overlaps == (overlap and ring > 1)
-            assert renderer.drawing.ring.slots == min(
-                ring // 2 * 2 if ring > 1 and overlap else ring, meshlets
-            )
+            sections, slots = rings.division(meshlets, ring)
+            assert renderer.drawing.ring.slots == min(sections * slots, meshlets)
         other = renderer.render(scene, camera, "mesh", WIDTH, HEIGHT, culling=culling)
         for picture in (whole, parts):
             assert (picture.ids == other.ids).all() and (picture.depth == other.depth).all()
@@ -638,9 +647,8 @@ def test_resident_memory_has_the_ring(renderer, scene, monkeypatch):
     renderer.render(scene, scene.cameras[0], "mesh", 16, 16)
     without, slot = renderer.resident_bytes, SlotLayout.of(scene).bytes
     assert 4 * 64 * 3 < slot <= 4 * 64 * (1 + 2 + 10)
-    for ring, overlap in ((SMALL_RING, False), (64, False), (64, True)):
+    for ring in (SMALL_RING, 64):
         monkeypatch.setattr(renderer, "ring", ring)
-        monkeypatch.setattr(renderer, "overlap", overlap)
         renderer.render(scene, scene.cameras[0], "stream", 16, 16)
         assert 0 <= renderer.resident_bytes - without - ring * (slot + 28) < 4096
 

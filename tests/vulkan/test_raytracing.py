@@ -103,7 +103,7 @@ def test02_cache_changes_nothing(bounces, shared, scene):
     """Identical pictures for all sizes of the cache."""
     cameras = [camera_of(scene, 0.3 * i) for i in range(3)]
     films = [
-        list(shared(name, bounces).frames(cameras, WIDTH, HEIGHT))
+        [shared(name, bounces).render(camera, WIDTH, HEIGHT) for camera in cameras]
         for name in ("few", "some", "all")
     ]
     for pictures in zip(*films):
@@ -119,17 +119,12 @@ def test03_sweeps(device, fine_scene):
     ends = []
     for _ in range(3):
         traced.render(camera_of(fine_scene), WIDTH, HEIGHT)
-        assert traced.statistics() == {
-            "slots": traced.slots,
-            "meshlets": traced.meshlets,
-            "parts": parts,
-            "passes": parts,
-        }
+        assert traced.parts == traced.passes == parts
         ends.append(traced._part)
     assert ends == [parts - 1, 0, parts - 1]
     traced.set_light(bounces=1, shadows=True)
     traced.render(camera_of(fine_scene), WIDTH, HEIGHT)
-    assert traced.statistics()["passes"] == 3 * parts and traced._part == 0
+    assert traced.passes == 3 * parts and traced._part == 0
     traced.free()
 
 
@@ -144,7 +139,7 @@ def fine_cameras(scene) -> list:
 def fine_film(device, fine_scene):
     """The reference of test06: all meshlets cached."""
     traced = tracer(device, fine_scene, cache=1.0, **SWEEPING)
-    film = list(traced.frames(fine_cameras(fine_scene), WIDTH, HEIGHT))
+    film = [traced.render(camera, WIDTH, HEIGHT) for camera in fine_cameras(fine_scene)]
     traced.free()
     assert len(np.unique(film[0].color)) > 50
     return film
@@ -159,7 +154,8 @@ def test06_sweeping_changes_nothing(settings, device, fine_scene, fine_film):
     """Identical pictures, also where the last part is smaller than the others."""
     traced = tracer(device, fine_scene, **SWEEPING, **settings)
     assert traced.sweeps
-    for picture, expected in zip(traced.frames(fine_cameras(fine_scene), WIDTH, HEIGHT), fine_film):
+    for camera, expected in zip(fine_cameras(fine_scene), fine_film):
+        picture = traced.render(camera, WIDTH, HEIGHT)
         assert_same_pictures(picture, expected, str(settings))
     traced.free()
 
@@ -168,7 +164,8 @@ def test06_serial_decoder(device, fine_scene, fine_film, monkeypatch):
     """Identical pictures if a thread each decodes the meshlets of a part, as in large models."""
     monkeypatch.setattr("vk_backend.raytrace.SERIAL_FILL", 1)
     traced = tracer(device, fine_scene, cache=0.25, **SWEEPING)
-    for picture, expected in zip(traced.frames(fine_cameras(fine_scene), WIDTH, HEIGHT), fine_film):
+    for camera, expected in zip(fine_cameras(fine_scene), fine_film):
+        picture = traced.render(camera, WIDTH, HEIGHT)
         assert_same_pictures(picture, expected)
     traced.free()
 
@@ -192,7 +189,7 @@ def test06_any_camera(place, device, fine_scene):
         traced = tracer(device, fine_scene, cache=cache, **SWEEPING)
         pictures.append(traced.render(camera, WIDTH, HEIGHT))
         sweeps = 2 * (2 + 1 + 1)  # of a strip: samples, each with two bounces and shadows
-        strips = traced.statistics()["passes"] / (sweeps * traced.parts)
+        strips = traced.passes / (sweeps * traced.parts)
         assert strips == (0 if cache == 1 else 1 if place == "beside" else 2)
         traced.free()
     assert_same_pictures(*pictures)
