@@ -14,14 +14,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from bench import meshlet_peers, peers
-from bench.common import (
-    best_in_bold,
-    markdown_table,
-    origin_line,
-    progress,
-    spread,
-    versions,
-)
+from bench.common import best_in_bold, markdown_table, origin_line, progress, spread, versions
 from bench.models import all_models
 from bench.speed import native
 from gltf_ext import _codec

@@ -12,12 +12,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import gltf_ext
-from bench.common import (
-    origin_line,
-    progress,
-    spread,
-    table,
-)
+from bench.common import origin_line, progress, spread, table
 from bench.models import add_model_names, torus_and_named
 from bench.speed import native
 from gltf_ext.compression.extension import require_compressed

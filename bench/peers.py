@@ -34,7 +34,7 @@ from pathlib import Path
 import numpy as np
 import pygltflib
 
-from bench.common import ROOT
+from bench.common import ROOT, git_output
 from gltf_ext.compression.primitives import Primitive, read_primitive, triangle_primitives, weld
 from gltf_ext.compression.streams import Bits, Grid, plan_primitive, position_grid
 from gltf_ext.files import write_files
@@ -536,7 +536,4 @@ def available(makers: Iterable[Callable] = MAKERS) -> tuple[list, list[str]]:
 
 def checkout_version(folder: Path) -> str:
     """The tag or commit of the source tree that holds a folder."""
-    described = subprocess.run(
-        ["git", "-C", folder, "describe", "--always", "--tags"], capture_output=True, text=True
-    )
-    return described.stdout.strip() if described.returncode == 0 else "version unknown"
+    return git_output(folder, "describe", "--always", "--tags") or "version unknown"

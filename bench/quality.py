@@ -18,15 +18,7 @@ import numpy as np
 from trimesh import Trimesh
 
 import gltf_ext
-from bench.common import (
-    DOCS,
-    markdown_table,
-    origin_line,
-    progress,
-    pyplot,
-    save_figure,
-    table,
-)
+from bench.common import DOCS, markdown_table, origin_line, progress, pyplot, save_figure, table
 from bench.models import add_model_names, torus_and_named
 from gltf_ext import _codec
 from gltf_ext.compression.options import Options

@@ -164,18 +164,14 @@ int main(int argc, char** argv) {
   require(argc == 5, "reading the arguments");
   const std::vector<Part> parts = read_parts(argv[3]);
   Encoded encoded;
-  const double encode_seconds = seconds_of([&] {
-    for (size_t i = 0; i < parts.size(); i++)
-      encode_part(parts[i], uint32_t(i), size_t(atoi(argv[1])), size_t(atoi(argv[2])), encoded);
-  });
+  for (size_t i = 0; i < parts.size(); i++)
+    encode_part(parts[i], uint32_t(i), size_t(atoi(argv[1])), size_t(atoi(argv[2])), encoded);
   const size_t bytes = encoded.stream.size() + kEntryBytes * encoded.entries.size();
   encoded.stream.resize(encoded.stream.size() + kOverread);
   write_parts(argv[4], decode(encoded, parts));
 
   Output output;
-  std::printf("{\"meshlets\": %zu, \"bytes\": %zu, \"encode_seconds\": %.9g, ",
-              encoded.entries.size(), bytes, encode_seconds);
-  print_times("decode_seconds", "}\n", [&] {
+  print_figures(encoded.entries.size(), bytes, [&] {
     for (const Entry& entry : encoded.entries) {
       decode_triangles(encoded, entry, output);
       decode_values(encoded, entry, parts[entry.part], output);
