@@ -7,7 +7,6 @@ paper's models, are added. The document names the peers that are missing (see be
 from __future__ import annotations
 
 import argparse
-import functools
 import importlib.util
 import json
 import os
@@ -17,6 +16,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -85,14 +85,9 @@ def installed_peers() -> tuple[list, list[str]]:
 
     Draco at its default and its fastest level, Corto, gltfpack.
     """
-    found, missing = peers.available(
-        [
-            lambda: peers.Draco(7),
-            lambda: peers.Draco(0),
-            lambda: peers.Corto(("delta",)),
-            lambda: peers.Gltfpack(True),
-        ]
-    )
+    corto, gltfpack = partial(peers.Corto, ("delta",)), partial(peers.Gltfpack, True)
+    draco = [partial(peers.Draco, level) for level in (7, 0)]
+    found, missing = peers.available([*draco, corto, gltfpack])
     if importlib.util.find_spec("meshoptimizer") is None:
         found = [peer for peer in found if not isinstance(peer, peers.Gltfpack)]
         missing.append("meshopt-compressed glTF: decoding needs pip install --pre meshoptimizer")
@@ -249,7 +244,7 @@ def measure_decoding(path: Path, scratch: Path, found: list) -> dict:
     }
 
 
-@functools.cache
+@cache
 def _programs() -> Path:
     return native_build.build("MESHLET_BENCH")
 
