@@ -1,4 +1,4 @@
-// Draws one or two models with one camera. Knows no files and nothing of the page but its canvas.
+// Draws one or two models with one camera. Knows no files, and of the web page only its canvas.
 import {
   AnimationMixer,
   Box3,
