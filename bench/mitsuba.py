@@ -16,7 +16,6 @@ from __future__ import annotations
 import argparse
 import ctypes
 import gc
-import os
 import statistics
 import tempfile
 import time
@@ -27,7 +26,7 @@ import numpy as np
 
 import gltf_ext
 from bench import common
-from bench.common import call_in_process, progress
+from bench.common import call_in_process, memory_of_process, progress
 from bench.models import add_model_names, real_model
 
 PACKAGES = ("mitsuba", "drjit", "numpy")
@@ -227,7 +226,7 @@ def growth(path: str, variant: str, fraction: float | None) -> dict:
 def resident_bytes() -> int:
     gc.collect()
     ctypes.CDLL(None).malloc_trim(0)
-    return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGESIZE")
+    return memory_of_process("VmRSS")
 
 
 # --- report ---
@@ -320,14 +319,11 @@ def _policy_table(result: dict) -> str:
     for run in (run for run in result["runs"] if run["task"] == "time"):
         timed = {(row["fraction"], row["policy"]): row for row in run["rows"]}
         for fraction, policy in ((f, p) for f in COMPARED for p in POLICIES):
-            if row := timed.get((fraction, policy)):
-                label = f"{run['model']}, {run['variant']}, cache {fraction:.0%}, {policy}"
-                figures = [
-                    text
-                    for name in INTEGRATORS
-                    for text in (f"{row[f'{name}_ratio']:.2f}x", f"{row[f'{name}_hit_share']:.1%}")
-                ]
-                rows.append([label, *figures])
+            row = timed[fraction, policy]
+            cells = [f"{run['model']}, {run['variant']}, cache {fraction:.0%}, {policy}"]
+            for name in INTEGRATORS:
+                cells += [f"{row[f'{name}_ratio']:.2f}x", f"{row[f'{name}_hit_share']:.1%}"]
+            rows.append(cells)
     headings = [text for name in INTEGRATORS for text in (name, "hits")]
     return common.markdown_table(["", *headings], rows)
 
@@ -341,18 +337,18 @@ def save_plot(result: dict, path: Path) -> Path:
     columns = dict(zip(models, axes.T))
     for model, variant in dict.fromkeys((run["model"], run["variant"]) for run in result["runs"]):
         time_ax, memory_ax = columns[model]
-        of_this = [row[2:] for row in _rows(result) if row[:2] == (model, variant)]
-        points = sorted((row for row in of_this if row[0] is not None), key=lambda row: row[0])
-        native = next(memory["bytes"] for fraction, _, memory in of_this if fraction is None)
+        (_, _, native), *points = (row[2:] for row in _rows(result) if row[:2] == (model, variant))
+        points.sort(key=lambda row: row[0])
         shares = [100 * fraction for fraction, *_ in points]
-        color = f"C{VARIANTS.index(variant)}" if variant in VARIANTS else None
+        color = f"C{VARIANTS.index(variant)}"
         for name, line in zip(INTEGRATORS, ("--s", "-o")):
             ratios = [times[f"{name}_ratio"] for _, times, _ in points]
             label = f"{variant}, {name}"
             time_ax.plot(shares, ratios, line, color=color, label=label, markersize=4)
         megabytes = [memory["bytes"] / 1e6 for *_, memory in points]
         memory_ax.plot(shares, megabytes, "-o", color=color, label=variant, markersize=4)
-        memory_ax.axhline(native / 1e6, color=color, linestyle=":", label=f"{variant}, native mesh")
+        drawn = {"color": color, "linestyle": ":", "label": f"{variant}, native mesh"}
+        memory_ax.axhline(native["bytes"] / 1e6, **drawn)
     for model, (time_ax, memory_ax) in columns.items():
         time_ax.set(title=model, yscale="log")
         time_ax.axhline(1, color="gray", linewidth=0.8)
