@@ -466,13 +466,12 @@ def _geometry_views(file: bytes) -> list[dict]:
 
 def _view_bytes(view: dict, binary: bytes) -> bytes:
     """A buffer view's bytes, unpacked where they are compressed."""
-    compression = _meshopt(view)
-    if compression is None:
-        return binary[view.get("byteOffset", 0) :][: view["byteLength"]]
-    return _meshopt_decode(compression, binary)
+    source = _meshopt(view) or view
+    data = binary[source.get("byteOffset", 0) :][: source["byteLength"]]
+    return data if source is view else _meshopt_decode(source, data)
 
 
-def _meshopt_decode(compression: dict, binary: bytes) -> bytes:
+def _meshopt_decode(compression: dict, data: bytes) -> bytes:
     try:
         import meshoptimizer
     except ImportError:
@@ -480,7 +479,6 @@ def _meshopt_decode(compression: dict, binary: bytes) -> bytes:
             "meshopt-compressed glTF: decoding needs pip install meshoptimizer"
         ) from None
     count, stride = compression["count"], compression["byteStride"]
-    data = binary[compression.get("byteOffset", 0) :][: compression["byteLength"]]
     if compression["mode"] == "TRIANGLES":
         indices = meshoptimizer.decode_index_buffer(count, stride, data)
         return indices.astype(f"<u{stride}").tobytes()
