@@ -16,27 +16,21 @@ import tempfile
 from pathlib import Path
 
 import gltf_ext
-from bench.common import (
-    ROOT,
-    markdown_table,
-    origin_line,
-    progress,
-)
+from bench.common import ROOT, markdown_table, origin_line, progress
 from bench.generated import torus
-from bench.models import real_model
+from bench.models import add_model_names, real_model
 from gltf_meshlet.demo.model import write_glb
 from tools import blender_python
 
 EXTENSION = ROOT / "dist" / f"gltf_meshlet-blender-{gltf_ext.__version__}.zip"
-PARTS = ("models", "repetitions")
+PARTS = ("models",)
 MODELS = ("suzanne", "DamagedHelmet", "sponza_like", "dragon", "bistro_like")
 FORMATS = {"plain": "plain", "meshlets": "ours", "draco": "Draco"}
 REPETITIONS = 5
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--models", nargs="+", default=list(MODELS), help="names, default: all")
-    parser.add_argument("--repetitions", type=int, default=REPETITIONS)
+    add_model_names(parser, MODELS)
 
 
 def check(options: argparse.Namespace) -> None:
@@ -54,11 +48,8 @@ def measure(options: argparse.Namespace) -> dict:
         small = Path(folder, "torus.glb")
         write_glb([torus(200)], small)
         small_files, versions = exported(small, Path(folder))
-        rows = [
-            measure_model(name, small_files, Path(folder), options.repetitions)
-            for name in options.models
-        ]
-    return {"blender": versions, "repetitions": options.repetitions, "models": rows}
+        rows = [measure_model(name, small_files, Path(folder)) for name in options.models]
+    return {"blender": versions, "repetitions": REPETITIONS, "models": rows}
 
 
 def exported(model: Path, folder: Path) -> tuple[dict[str, str], dict]:
@@ -67,12 +58,12 @@ def exported(model: Path, folder: Path) -> tuple[dict[str, str], dict]:
     return files, in_blender(folder, "prepare", str(EXTENSION), str(model), files)
 
 
-def measure_model(name: str, small: dict[str, str], folder: Path, repetitions: int) -> dict:
+def measure_model(name: str, small: dict[str, str], folder: Path) -> dict:
     """Sizes and times of one model. The formats take turns: other programs disturb all alike."""
     files, _ = exported(real_model(name), folder)
     runs: dict[str, list[dict]] = {form: [] for form in FORMATS}
-    for repetition in range(repetitions):
-        progress(f"{name}, round {repetition + 1} of {repetitions}")
+    for repetition in range(REPETITIONS):
+        progress(f"{name}, round {repetition + 1} of {REPETITIONS}")
         for form, path in files.items():
             runs[form].append(in_blender(folder, "measure", str(EXTENSION), small[form], path))
     return {

@@ -18,11 +18,9 @@ from typing import Any
 
 import gltf_ext
 from bench.common import markdown_table, origin_line, progress
-from bench.models import real_models
+from bench.models import blobs_of, real_models
 from bench.size import section_bits
 from gltf_ext import _codec
-from gltf_ext.compression.extension import require_compressed
-from gltf_ext.gltf.importers import open_model
 from spec.reference_decoder import (
     AFFINE,
     COPY,
@@ -158,16 +156,13 @@ def measure_switched(path: Path) -> dict:
 
 def measure(options: argparse.Namespace) -> dict:
     """Figures of single meshlets, and of whole files with choices switched off."""
-    paths = {path.stem: path for path in real_models()}
     rows, switched = [], []
-    for name, path in paths.items():
-        if name in NAMES:
+    for path in real_models():
+        if path.stem in NAMES:
             rows.append(measure_model(path))
-            progress(name)
-    for name, path in paths.items():
-        if name in NAMES_SWITCHED:
+        if path.stem in NAMES_SWITCHED:
             switched.append(measure_switched(path))
-            progress(f"{name}, choices switched off")
+        progress(path.stem)
     return {"models": rows, "switched": switched}
 
 
@@ -176,18 +171,16 @@ def measure_model(path: Path) -> dict:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         whole, output = totals(path, folder)
-        blobs = [b for p in require_compressed(open_model(output)) for b in p.blobs]
-        figures = measure_meshlets(blobs)
-        return {
-            "model": path.stem,
-            "bits_per_triangle": whole["bits_per_triangle"],
-            "reference_bits_per_meshlet": sum(
-                _codec.describe(blob)["bits"]["references"] for blob in blobs
-            )
-            / whole["meshlets"],
-            **figures,
-            "boundary_bits_per_triangle": boundary_bits(blobs, whole["triangles"], figures),
-        }
+        blobs = blobs_of(output)
+    figures = measure_meshlets(blobs)
+    reference_bits = sum(_codec.describe(blob)["bits"]["references"] for blob in blobs)
+    return {
+        "model": path.stem,
+        "bits_per_triangle": whole["bits_per_triangle"],
+        "reference_bits_per_meshlet": reference_bits / whole["meshlets"],
+        **figures,
+        "boundary_bits_per_triangle": boundary_bits(blobs, whole["triangles"], figures),
+    }
 
 
 def boundary_bits(blobs: list[bytes], triangles: int, figures: dict) -> dict[str, float]:
@@ -220,39 +213,29 @@ def plain_bits(symbols: dict[str, float]) -> float:
 
 def report(result: dict) -> str:
     """docs/choices.md."""
-    rows = result["models"]
-    connectivity = [
-        [
-            row["model"],
-            *figures((100 * row["symbols"][s] for s in "CLERS"), 1),
-            *figures((plain_bits(row["symbols"]),)),
-            *figures((row["bits_per_triangle"]["connectivity"], row["entropy"])),
-        ]
-        for row in rows
-    ]
-    boundary = []
-    for row in rows:
-        hops = row["corners_by_hops"]
+    connectivity, boundary, sharing = [], [], []
+    for row in result["models"]:
+        symbols, hops = row["symbols"], row["corners_by_hops"]
         more_hops = sum(share for n, share in hops.items() if int(n) > 2)
-        boundary.append(
-            [
-                row["model"],
-                *figures(row["references_per_meshlet"].values()),
-                *figures((row["disks_per_meshlet"],)),
-                *figures((row["reference_bits_per_meshlet"],), 1),
-                *figures((100 * hops.get(n, 0) for n in ("0", "1", "2")), 1),
-                *figures((100 * more_hops,), 1),
-            ]
-        )
+        bits = row["bits_per_triangle"]
+        shared, alone = row["boundary_bits_per_triangle"].values()
+        connectivity.append([
+            row["model"],
+            *figures((100 * symbols[s] for s in "CLERS"), 1),
+            *figures((plain_bits(symbols), bits["connectivity"], row["entropy"])),
+        ])  # fmt: skip
+        boundary.append([
+            row["model"],
+            *figures((*row["references_per_meshlet"].values(), row["disks_per_meshlet"])),
+            *figures((row["reference_bits_per_meshlet"],), 1),
+            *figures((100 * share for share in (*(hops.get(n, 0) for n in "012"), more_hops)), 1),
+        ])  # fmt: skip
+        larger = 100 * (alone - shared) / bits["total"]
+        sharing.append([row["model"], *figures((shared, alone)), *figures((larger,), 1)])
     boundary_headings = [
         *("model", "owned", "foreign", "private", "disks", "bits"),
         *("stored", "1 hop", "2 hops", "more"),
     ]
-    sharing = []
-    for row in rows:
-        shared, alone = row["boundary_bits_per_triangle"].values()
-        larger = 100 * (alone - shared) / row["bits_per_triangle"]["total"]
-        sharing.append([row["model"], *figures((shared, alone)), *figures((larger,), 1)])
     switched = [[row["model"], *figures(row["bits"].values())] for row in result["switched"]]
     return f"""# What each choice of the format is worth
 

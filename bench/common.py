@@ -173,16 +173,15 @@ def _commit() -> str | None:
     """The commit, with "-dirty" if files differ from it; None outside a checkout."""
     if shutil.which("git") is None:
         return None
-    git = ["git", "-C", ROOT]
-    commit = subprocess.run(
-        [*git, "describe", "--always"], capture_output=True, text=True
-    ).stdout.strip()
-    changed = subprocess.run(
-        [*git, "status", "--porcelain", "--", ".", *WRITTEN_BY_MEASUREMENTS],
-        capture_output=True,
-        text=True,
-    ).stdout.strip()
+    commit = git_output(ROOT, "describe", "--always")
+    changed = git_output(ROOT, "status", "--porcelain", "--", ".", *WRITTEN_BY_MEASUREMENTS)
     return commit + ("-dirty" if changed else "") if commit else None
+
+
+def git_output(folder: Path, *arguments: str) -> str:
+    """What git prints in a folder; nothing if it fails."""
+    command = ["git", "-C", folder, *arguments]
+    return subprocess.run(command, capture_output=True, text=True).stdout.strip()
 
 
 def _version(package: str) -> str:
@@ -246,12 +245,8 @@ def spread(numbers: list[float]) -> dict[str, float]:
 
 def percentiles(times: Iterable[float]) -> dict[str, float]:
     """Median, 10th (low) and 90th (high) percentile of many frame times."""
-    low, median, high = np.percentile(list(times), [10, 50, 90])
-    return {
-        "median": round(float(median), 5),
-        "low": round(float(low), 5),
-        "high": round(float(high), 5),
-    }
+    values = np.percentile(list(times), [50, 10, 90]).tolist()
+    return {name: round(value, 5) for name, value in zip(("median", "low", "high"), values)}
 
 
 def milliseconds(row: dict) -> float:

@@ -30,14 +30,11 @@ JITTER = 0.3  # of a grid cell, to each side
 
 def write_generated(folder: Path) -> list[Path]:
     """Writes one .glb for each of GENERATED into a folder; returns their paths."""
-    contents = {
-        "generated_torus": [torus(100_000)],
-        "generated_demo": demo_model.generate(),
-        "generated_boxes": [boxes(BOXES)],
-    }
-    for name, parts in contents.items():
-        demo_model.write_glb(parts, folder / f"{name}.glb")
-    return [folder / f"{name}.glb" for name in GENERATED]
+    paths = [folder / f"{name}.glb" for name in GENERATED]
+    models = [torus(100_000)], demo_model.generate(), [boxes(BOXES)]
+    for path, primitives in zip(paths, models):
+        demo_model.write_glb(primitives, path)
+    return paths
 
 
 def torus(triangles: int) -> Primitive:
@@ -61,17 +58,16 @@ def torus(triangles: int) -> Primitive:
     )
     corners = np.arange((along + 1) * (around + 1), dtype=np.uint32).reshape(along + 1, around + 1)
     wrapped = wrapped.ravel()
-    return Primitive(
-        "torus",
-        "torus",
-        (0.6, 0.6, 0.6),
-        0.0,
-        0.6,
-        positions[wrapped].astype(np.float32),
-        normals[wrapped].astype(np.float32),
-        (place[wrapped] + turns.reshape(-1, 2)).astype(np.float32),
-        _diagonals(corners, random),
-    )
+    texcoords = place[wrapped] + turns.reshape(-1, 2)
+    triangles = _diagonals(corners, random)
+    return _grey("torus", triangles, positions[wrapped], normals[wrapped], texcoords)
+
+
+def _grey(name: str, triangles: np.ndarray, *attributes: np.ndarray) -> Primitive:
+    """attributes: positions, normals, texture coordinates."""
+    material = (0.6, 0.6, 0.6), 0.0, 0.6
+    floats = (values.astype(np.float32) for values in attributes)
+    return Primitive(name, name, *material, *floats, triangles.astype(np.uint32))
 
 
 def boxes(count: int) -> Primitive:
@@ -83,41 +79,23 @@ def boxes(count: int) -> Primitive:
         for axis in range(3)
         for sign in (-1, 1)
     ]
-    corners, normals = (
-        np.concatenate(sides),
-        np.repeat([side.sum(axis=0) / 4 for side in sides], 4, axis=0),
-    )
+    corners = np.concatenate(sides)
+    normals = np.repeat([side.sum(axis=0) / 4 for side in sides], 4, axis=0)
     quad, flipped = np.array([[0, 1, 2], [0, 2, 3]]), np.array([[0, 2, 1], [0, 3, 2]])
     box = np.concatenate([(quad if side % 2 else flipped) + 4 * side for side in range(6)])
     place, size = random.uniform(-1, 1, (count, 1, 3)), random.uniform(0.002, 0.02, (count, 1, 3))
     positions = (place + corners * size).reshape(-1, 3)
     texcoords = np.tile(np.array([[0, 0], [1, 0], [1, 1], [0, 1]]), (6 * count, 1))
     triangles = (box + 24 * np.arange(count)[:, None, None]).reshape(-1, 3)
-    return Primitive(
-        "boxes",
-        "boxes",
-        (0.6, 0.6, 0.6),
-        0.0,
-        0.6,
-        positions.astype(np.float32),
-        np.tile(normals, (count, 1)).astype(np.float32),
-        texcoords.astype(np.float32),
-        triangles.astype(np.uint32),
-    )
+    return _grey("boxes", triangles, positions, np.tile(normals, (count, 1)), texcoords)
 
 
 def _diagonals(corners: np.ndarray, random: np.random.Generator) -> np.ndarray:
     """Splits each cell of a grid of vertex ids along a random diagonal; returns uint32[T, 3]."""
-    a, b, c, d = (
-        corners[:-1, :-1].ravel(),
-        corners[1:, :-1].ravel(),
-        corners[1:, 1:].ravel(),
-        corners[:-1, 1:].ravel(),
-    )
+    cells = corners[:-1, :-1], corners[1:, :-1], corners[1:, 1:], corners[:-1, 1:]
+    a, b, c, d = map(np.ravel, cells)
     one, other = np.stack([a, c, b, a, d, c], axis=1), np.stack([a, d, b, b, d, c], axis=1)
-    return np.ascontiguousarray(
-        np.where(random.random(len(a))[:, None] < 0.5, one, other).reshape(-1, 3)
-    )
+    return np.where(random.random(len(a))[:, None] < 0.5, one, other).reshape(-1, 3)
 
 
 def _surface(place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -125,10 +103,8 @@ def _surface(place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     u, v = (2 * np.pi * place).T
     height, along, around = _displacement(u, v)
     tube = 1 + height
-    ring, centre = (
-        np.stack([np.cos(u), 0 * u, np.sin(u)], 1),
-        np.stack([-np.sin(u), 0 * u, np.cos(u)], 1),
-    )
+    ring = np.stack([np.cos(u), 0 * u, np.sin(u)], 1)
+    centre = np.stack([-np.sin(u), 0 * u, np.cos(u)], 1)
     up = np.array([0.0, 1.0, 0.0])
     outward = np.cos(v)[:, None] * ring + np.sin(v)[:, None] * up
     positions = RADIUS * ring + tube[:, None] * outward
@@ -137,8 +113,7 @@ def _surface(place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         tube[:, None] * (np.cos(v)[:, None] * up - np.sin(v)[:, None] * ring)
         + around[:, None] * outward
     )
-    normals = np.cross(by_v, by_u)
-    return positions, normals / np.linalg.norm(normals, axis=1, keepdims=True)
+    return positions, _unit(np.cross(by_v, by_u))
 
 
 def _displacement(u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -160,12 +135,14 @@ def vertex_normals(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """float64[V, 3]: unit normals, or zero."""
     a, b, c = points[triangles].transpose(1, 0, 2)
     faces = np.cross(b - a, c - a)
-    sums = np.stack(
-        [
-            sum(np.bincount(triangles[:, k], faces[:, axis], len(points)) for k in range(3))
-            for axis in range(3)
-        ],
-        axis=1,
-    )
-    length = np.linalg.norm(sums, axis=1, keepdims=True)
-    return sums / np.where(length > 0.0, length, 1.0)
+    sums = [
+        sum(np.bincount(triangles[:, k], faces[:, axis], len(points)) for k in range(3))
+        for axis in range(3)
+    ]
+    return _unit(np.stack(sums, axis=1))
+
+
+def _unit(vectors: np.ndarray) -> np.ndarray:
+    """Zero vectors stay zero."""
+    length = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return vectors / np.where(length > 0.0, length, 1.0)

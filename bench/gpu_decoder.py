@@ -77,15 +77,14 @@ class Decoded:
 
 def stream_elements(blob: bytes) -> list[int]:
     """Elements of each stream. The blob's header must have been checked."""
-    return [elements for elements, _, _ in _stream_table(blob)]
+    return [elements for elements, _ in _stream_table(blob)]
 
 
-def _stream_table(blob: bytes) -> list[tuple[int, int, int]]:
-    """(elements, bits, predictor) of each stream. The blob's header must have been checked."""
-    rows = (
-        CONSTANTS["BLOB_HEADER_BYTES"] + CONSTANTS["BLOB_STREAM_BYTES"] * s for s in range(blob[5])
-    )
-    return [(blob[row + 1], blob[row + 2], blob[row + 3]) for row in rows]
+def _stream_table(blob: bytes) -> list[tuple[int, int]]:
+    """(elements, bits) of each stream. The blob's header must have been checked."""
+    header, size = CONSTANTS["BLOB_HEADER_BYTES"], CONSTANTS["BLOB_STREAM_BYTES"]
+    rows = (header + size * s for s in range(blob[5]))
+    return [(blob[row + 1], blob[row + 2]) for row in rows]
 
 
 def packed_shapes(blob: bytes) -> list[tuple[int, int, int]]:
@@ -94,7 +93,7 @@ def packed_shapes(blob: bytes) -> list[tuple[int, int, int]]:
     Same rules as shaders/decoders/packed_values.glsl: positions take at least 21 bits per axis.
     """
     shapes = []
-    for s, (elements, bits, _) in enumerate(_stream_table(blob)):
+    for s, (elements, bits) in enumerate(_stream_table(blob)):
         least = PACKED_POSITION_BITS if s == 0 else 0
         shapes.append((elements, *packed_field(elements, max(bits, least))))
     return shapes
@@ -131,15 +130,10 @@ class GpuDecoder:
     def __init__(
         self, device: Device, method: str = "traversal", streams: int = 8, elements: int = 20
     ):
-        if (
-            method not in ("serial", "traversal")
-            and team_bytes(elements, streams) > device.limits.compute_shared_bytes
-        ):
-            raise VulkanError(
-                f"{elements} elements per vertex are too many for the decoder {method} on "
-                f"{device.name}",
-                "use the decoder serial",
-            )
+        shares = method not in ("serial", "traversal")
+        if shares and team_bytes(elements, streams) > device.limits.compute_shared_bytes:
+            problem = f"{elements} elements per vertex are too many for the decoder {method}"
+            raise VulkanError(f"{problem} on {device.name}", "use the decoder serial")
         self.device, self.streams, self.elements = device, streams, elements
         self._method, self._packs = method, method in PACKED
         self._spread = SPREAD if method == "interior" else 1
@@ -151,8 +145,7 @@ class GpuDecoder:
         tables are malformed, or it has more streams or elements than there is room for.
         """
         meshlets = _codec.Decoder(blob).meshlet_count
-        streams = len(stream_elements(blob))
-        elements = sum(stream_elements(blob))
+        streams, elements = len(stream_elements(blob)), sum(stream_elements(blob))
         if streams > self.streams or elements > self.elements:
             raise ValueError(
                 f"{streams} streams of {elements} elements; "
@@ -182,34 +175,27 @@ class GpuDecoder:
         milliseconds = self._run(data, meshlets, repeat)
         summary = results["summaries"].read()
         integers = results["values"].read().reshape(meshlets, -1)
+        values = unpacked(integers, shapes) if self._packs else integers
         result = Decoded(
             triangle_counts=summary & 255,
             vertex_counts=summary >> 8 & 255,
             errors=summary >> 16,
             triangles=results["triangles"].read().reshape(meshlets, -1),
-            integers=unpacked(integers, shapes)
-            if self._packs
-            else integers.reshape(meshlets, elements, 64),
+            integers=values.reshape(meshlets, elements, 64),
             milliseconds=milliseconds,
         )
         for buffer in (source, *results.values()):
             buffer.free()
         return result
 
-    def _pipeline(self, step: Pass) -> ComputePipeline:
-        constants = {"MAX_STREAMS": self.streams, "MAX_ELEMENTS": self.elements}
-        return ComputePipeline.of(self.device, f"bench:{step.shader}", constants)
-
-    def _groups(self, step: Pass, meshlets: int) -> int:
-        threads = self._spread if step == CONNECT else 1
-        return -(-meshlets * threads // step.meshlets)
-
     def _run(self, data: np.ndarray, meshlets: int, repeat: int) -> np.ndarray:
         """float64[repeat]: milliseconds of each run. data: push constants."""
-        steps = [
-            (self._pipeline(step), self._groups(step, meshlets), step.split)
-            for step in METHODS[self._method]
-        ]
+        constants = {"MAX_STREAMS": self.streams, "MAX_ELEMENTS": self.elements}
+        steps = []
+        for step in METHODS[self._method]:
+            pipeline = ComputePipeline.of(self.device, f"bench:{step.shader}", constants)
+            threads = meshlets * (self._spread if step == CONNECT else 1)
+            steps.append((pipeline, -(-threads // step.meshlets), step.split))
         times = Timestamps(self.device, repeat + 1)
         with self.device.commands() as commands:
             times.reset(commands)

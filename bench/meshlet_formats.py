@@ -14,14 +14,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from bench import meshlet_peers, peers
-from bench.common import (
-    best_in_bold,
-    markdown_table,
-    origin_line,
-    progress,
-    spread,
-    versions,
-)
+from bench.common import best_in_bold, markdown_table, origin_line, progress, spread, versions
 from bench.models import all_models
 from bench.speed import native
 from gltf_ext import _codec
@@ -75,23 +68,21 @@ def measure_model(path: Path, formats: list) -> dict:
     meshlets = sum(_codec.Decoder(blob).meshlet_count for blob in blobs)
     with tempfile.TemporaryDirectory() as folder:
         times = native("decode_speed", blobs, Path(folder))
-    ours = {"bytes": sum(map(len, blobs)), "meshlets": meshlets}
+    one_by_one = [meshlets * t / 1e6 for t in times["meshlet_microseconds"]]
+    ours = sum(map(len, blobs)), meshlets
     measured = {
-        OURS: {**ours, "decode_seconds": spread(times["decode_seconds"])},
-        SINGLE: {
-            **ours,
-            "decode_seconds": spread([meshlets * t / 1e6 for t in times["meshlet_microseconds"]]),
-        },
+        OURS: figures(*ours, times["decode_seconds"]),
+        SINGLE: figures(*ours, one_by_one),
     }
     integers = meshlet_peers.integers_of(primitives)
     for peer in formats:
         run = peer.run(integers)
-        measured[peer.name] = {
-            "bytes": run.bytes,
-            "meshlets": run.meshlets,
-            "decode_seconds": spread(run.decode_seconds),
-        }
+        measured[peer.name] = figures(run.bytes, run.meshlets, run.decode_seconds)
     return {"model": path.stem, "triangles": totals["triangles"], "formats": measured}
+
+
+def figures(size: int, meshlets: int, seconds: list[float]) -> dict:
+    return {"bytes": size, "meshlets": meshlets, "decode_seconds": spread(seconds)}
 
 
 # --- the section ---
@@ -102,25 +93,21 @@ def position_tables(rows: list[dict]) -> str:
     names = list(dict.fromkeys(name for row in rows for name in row["formats"]))
     formats = [name for name in names if name != SINGLE]
 
-    def table(
-        names: list[str], figure: Callable[[dict, dict], float], form: str, most: bool
-    ) -> str:
-        cells = [
+    def values(names: list[str], figure: Callable[[dict, dict], float]) -> list[list]:
+        return [
             [figure(row, row["formats"][n]) if n in row["formats"] else None for n in names]
             for row in rows
         ]
-        return markdown_table(
-            ["model", *names],
-            [[r["model"], *best_in_bold(c, form, largest=most)] for r, c in zip(rows, cells)],
-        )
 
+    def table(names: list[str], figure: Callable, form: str, most: bool) -> str:
+        cells = [best_in_bold(of_row, form, largest=most) for of_row in values(names, figure)]
+        lines = [[row["model"], *texts] for row, texts in zip(rows, cells)]
+        return markdown_table(["model", *names], lines)
+
+    columns = zip(*values(formats, lambda row, of: row["triangles"] / of["meshlets"]))
     full = {
-        name: statistics.median(
-            row["triangles"] / row["formats"][name]["meshlets"]
-            for row in rows
-            if name in row["formats"]
-        )
-        for name in formats
+        name: statistics.median(count for count in column if count is not None)
+        for name, column in zip(formats, columns)
     }
     bits = table(formats, lambda row, of: 8 * of["bytes"] / row["triangles"], ".2f", False)
     rate = table(

@@ -16,7 +16,7 @@ import json
 import os
 import subprocess
 import tempfile
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -24,11 +24,10 @@ import numpy as np
 import gltf_ext
 from bench import peers
 from bench.common import ROOT
+from bench.models import blobs_of
 from bench.peers import PeerMissing, checkout_version, position_grids, write_primitives
-from gltf_ext.compression.extension import require_compressed
 from gltf_ext.compression.primitives import Primitive
 from gltf_ext.compression.streams import Bits, plan_primitive
-from gltf_ext.gltf.importers import open_model
 from tools.native_build import build_folder
 
 PROGRAMS = ROOT / "bench" / "peer_programs"
@@ -54,14 +53,13 @@ class Run:
     """What a format made of primitives.
 
     bytes: all that a GPU needs to decode meshlets one by one; meshlets: their number; decoded: the
-    primitives, with a vertex for each that a meshlet stores; encode_seconds; decode_seconds: one
-    per repetition, on one thread.
+    primitives, with a vertex for each that a meshlet stores; decode_seconds: one per repetition, on
+    one thread.
     """
 
     bytes: int
     meshlets: int
     decoded: list[Integers]
-    encode_seconds: float
     decode_seconds: list[float]
 
 
@@ -83,8 +81,7 @@ def compressed(primitives: list[Primitive], **options) -> tuple[dict, list[bytes
         source, output = Path(folder) / "in.glb", Path(folder) / "out.glb"
         write_primitives(primitives, source)
         gltf_ext.compress(source, output, **options)
-        blobs = [b for p in require_compressed(open_model(output)) for b in p.blobs]
-        return gltf_ext.inspect(output)["totals"], blobs
+        return gltf_ext.inspect(output)["totals"], blobs_of(output)
 
 
 class MeshoptMeshlets:
@@ -105,8 +102,7 @@ class MeshoptMeshlets:
     def run(self, parts: list[Integers]) -> Run:
         """Encodes, decodes and times."""
         program = _program("meshopt_meshlets", "MESHOPTIMIZER", self.checkout)
-        figures, decoded = _run([program, *self.limits], parts)
-        return Run(**figures, decoded=decoded)
+        return _run([program, *self.limits], parts)
 
 
 class DenseGeometry:
@@ -129,21 +125,15 @@ class DenseGeometry:
         """Encodes, decodes and times. Decodes positions only."""
         program = _program("dgf_blocks", "DGF_SDK", self.checkout)
         bare = [
-            Integers(
-                part.triangles,
-                np.ascontiguousarray(part.values[:, :POSITION_ELEMENTS]),
-                part.bits[:POSITION_ELEMENTS],
-            )
-            for part in parts
+            Integers(p.triangles, p.values[:, :POSITION_ELEMENTS], p.bits[:POSITION_ELEMENTS])
+            for p in parts
         ]
         has_attributes = any(len(part.bits) > POSITION_ELEMENTS for part in parts)
-        command = [program, self.packer, "4" if has_attributes else "0"]
-        figures, decoded = _run(command, bare)
+        run = _run([program, self.packer, "4" if has_attributes else "0"], bare)
         attributes = sum(
-            _attribute_bytes(part.bits) * len(own.values) for part, own in zip(parts, decoded)
+            _attribute_bytes(part.bits) * len(own.values) for part, own in zip(parts, run.decoded)
         )
-        figures["bytes"] += attributes
-        return Run(**figures, decoded=decoded)
+        return replace(run, bytes=run.bytes + attributes)
 
 
 def _attribute_bytes(bits: tuple[int, ...]) -> int:
@@ -174,14 +164,13 @@ def _program(name: str, option: str, checkout: Path) -> Path:
     return build_folder(PROGRAMS, ROOT / "build" / name, f"-D{option}={checkout}") / name
 
 
-def _run(command: list[object], parts: list[Integers]) -> tuple[dict, list[Integers]]:
-    """(the program's figures, the decoded parts)."""
+def _run(command: list[object], parts: list[Integers]) -> Run:
     with tempfile.TemporaryDirectory() as folder:
         source, decoded = Path(folder) / "in", Path(folder) / "decoded"
         _words(parts).tofile(source)
         arguments = [*command, source, decoded]
         done = subprocess.run(list(map(str, arguments)), stdout=subprocess.PIPE, check=True)
-        return json.loads(done.stdout), _parts(np.fromfile(decoded, np.uint32))
+        return Run(**json.loads(done.stdout), decoded=_parts(np.fromfile(decoded, np.uint32)))
 
 
 def _words(parts: list[Integers]) -> np.ndarray:
@@ -199,12 +188,7 @@ def _parts(words: np.ndarray) -> list[Integers]:
         triangles, vertices, elements = map(int, words[at : at + 3])
         ends = np.cumsum([at + 3, elements, 3 * triangles, elements * vertices])
         bits, corners, values = (words[a:b] for a, b in itertools.pairwise(ends))
-        parts.append(
-            Integers(
-                corners.reshape(-1, 3),
-                values.reshape(-1, elements),
-                tuple(bits.tolist()),
-            )
-        )
+        shaped = corners.reshape(-1, 3), values.reshape(-1, elements)
+        parts.append(Integers(*shaped, tuple(bits.tolist())))
         at = int(ends[-1])
     return parts

@@ -16,7 +16,6 @@ from __future__ import annotations
 import argparse
 import ctypes
 import gc
-import os
 import statistics
 import tempfile
 import time
@@ -27,16 +26,19 @@ import numpy as np
 
 import gltf_ext
 from bench import common
-from bench.common import call_in_process, progress
-from bench.models import real_model
+from bench.common import call_in_process, memory_of_process, progress
+from bench.models import add_model_names, real_model
 
 PACKAGES = ("mitsuba", "drjit", "numpy")
-PARTS = ("models", "variants", "fractions")
+PARTS = ("models",)
 MODELS = ("bunny", "sponza_like", "dragon")
 VARIANTS = ("scalar_rgb", "llvm_ad_rgb")
 FRACTIONS = (1.0, 0.5, 0.25, 0.1, 0.0)
 STARTED = 0.25  # the fraction whose start is shown
-UNCACHED_SHARE = 8  # without a cache, one of so many samples is rendered
+WIDTH, HEIGHT = 1280, 720
+SPP = 16  # samples per pixel
+UNCACHED_SPP = 2  # without a cache, which is slow
+REPEATS = 2  # rounds of timing; their median counts
 INTEGRATORS = {"depth": {"type": "depth"}, "path": {"type": "path", "max_depth": 3}}
 VIEW = (0.3, 0.4, 1.0)
 WARM_SPP = 2
@@ -45,37 +47,21 @@ ATTRIBUTES = ("POSITION", "NORMAL", "TEXCOORD_0")  # of Mitsuba's own mesh
 
 def measure(options: argparse.Namespace) -> dict:
     """All models and variants."""
-    settings = {
-        name: getattr(options, name) for name in ("fractions", "spp", "repeats", "width", "height")
-    }
     runs = []
     with tempfile.TemporaryDirectory() as folder:
         for model in options.models:
             path = str(_prepared(model, Path(folder)))
-            for variant in options.variants:
+            for variant in VARIANTS:
                 for task, function in (("time", "times"), ("memory", "memory")):
                     progress(f"{model}, {variant}: {task}")
-                    rows = call_in_process("bench.mitsuba", function, settings, path, variant)
+                    rows = call_in_process("bench.mitsuba", function, path, variant)
                     run = {"model": model, "variant": variant, "task": task, "rows": rows}
                     runs.append(run)
-    kept = ("width", "height", "spp", "repeats")
-    return {**{name: settings[name] for name in kept}, "runs": runs}
+    return {"width": WIDTH, "height": HEIGHT, "spp": SPP, "repeats": REPEATS, "runs": runs}
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--models", nargs="+", default=MODELS, help="names of files in the models' folder"
-    )
-    parser.add_argument("--variants", nargs="+", default=VARIANTS, help="Mitsuba's variants")
-    parser.add_argument(
-        "--fractions", nargs="+", type=float, default=FRACTIONS, help="sizes of the cache, 0 to 1"
-    )
-    parser.add_argument("--spp", type=int, default=16, help="samples per pixel")
-    parser.add_argument(
-        "--repeats", type=int, default=2, help="rounds of timing; their median counts"
-    )
-    parser.add_argument("--width", type=int, default=1280)
-    parser.add_argument("--height", type=int, default=720)
+    add_model_names(parser, MODELS)
 
 
 def _prepared(model: str, folder: Path) -> Path:
@@ -128,27 +114,18 @@ def _scene(shapes: dict, integrator: dict, size: tuple[int, int]):
     box = mi.load_dict({"type": "scene", **shapes}).bbox()
     center, extents = np.array(box.center()).ravel(), np.array(box.extents()).ravel()
     origin = center + np.array(VIEW) * np.linalg.norm(extents)
-    return mi.load_dict(
-        {
-            "type": "scene",
-            **shapes,
-            "integrator": integrator,
-            "light": {"type": "constant"},
-            "sensor": {
-                "type": "perspective",
-                "fov": 45,
-                "fov_axis": "larger",
-                "to_world": mi.ScalarTransform4f().look_at(list(origin), list(center), [0, 1, 0]),
-                "film": {
-                    "type": "hdrfilm",
-                    "width": size[0],
-                    "height": size[1],
-                    "rfilter": {"type": "box"},
-                },
-                "sampler": {"type": "independent", "sample_count": 1},
-            },
-        }
-    )
+    film = {"type": "hdrfilm", "width": size[0], "height": size[1], "rfilter": {"type": "box"}}
+    sensor = {
+        "type": "perspective",
+        "fov": 45,
+        "fov_axis": "larger",
+        "to_world": mi.ScalarTransform4f().look_at(list(origin), list(center), [0, 1, 0]),
+        "film": film,
+        "sampler": {"type": "independent", "sample_count": 1},
+    }
+    light = {"type": "constant"}
+    scene = {"type": "scene", **shapes, "integrator": integrator, "light": light, "sensor": sensor}
+    return mi.load_dict(scene)
 
 
 def _render(scene, spp: int, seed: int) -> float:
@@ -159,24 +136,23 @@ def _render(scene, spp: int, seed: int) -> float:
     return time.perf_counter() - start
 
 
-def times(settings: dict, path: str, variant: str) -> list[dict]:
+def times(path: str, variant: str) -> list[dict]:
     """A row per fraction: seconds, ratios to the native mesh's (None) seconds, the cache's hits."""
     _use(variant)
     rows, shapes = [], []
-    for fraction in (None, *settings["fractions"]):
+    for fraction in (None, *FRACTIONS):
         start = time.perf_counter()
         shapes.append(_shapes(path, fraction))
         rows.append({"fraction": fraction, "load": time.perf_counter() - start})
-    for name, integrator in INTEGRATORS.items():
-        scenes = [_built(settings, name, integrator, s, row) for s, row in zip(shapes, rows)]
-        _time_rounds(settings, name, scenes, rows)
+    for name in INTEGRATORS:
+        _time_rounds(name, [_built(name, s, row) for s, row in zip(shapes, rows)], rows)
     return rows
 
 
-def _built(settings: dict, name: str, integrator: dict, shapes: dict, row: dict):
+def _built(name: str, shapes: dict, row: dict):
     """A scene with a warm cache and compiled kernels; adds the seconds this took to the row."""
     start = time.perf_counter()
-    scene = _scene(shapes, integrator, (settings["width"], settings["height"]))
+    scene = _scene(shapes, INTEGRATORS[name], (WIDTH, HEIGHT))
     row[f"{name}_build"] = time.perf_counter() - start
     cold = _render(scene, 1, 0)
     row[f"{name}_first"] = cold - _render(scene, 1, 0)
@@ -185,41 +161,35 @@ def _built(settings: dict, name: str, integrator: dict, shapes: dict, row: dict)
     return scene
 
 
-def _time_rounds(settings: dict, name: str, scenes: list, rows: list[dict]) -> None:
+def _time_rounds(name: str, scenes: list, rows: list[dict]) -> None:
     """Renders all scenes in turns; adds their times to the rows. The first is the native mesh."""
     import mitsuba_plugin
 
-    all_samples, repeats = settings["spp"], settings["repeats"]
-    few = max(1, all_samples // UNCACHED_SHARE)
     seconds: list[list[float]] = [[] for _ in rows]
     ratios: list[list[float]] = [[] for _ in rows]
     mitsuba_plugin.statistics(reset=True)
-    for seed in range(repeats):
-        progress(f"  {name}, round {seed + 1} of {repeats}")
-        native = _render(scenes[0], all_samples, seed)
-        native_few = _render(scenes[0], few, seed)
-        for row, scene, own, to_native in zip(rows, scenes, seconds, ratios):
-            if row["fraction"] is None:
-                own.append(native)
-                continue
-            spp, base = (all_samples, native) if row["fraction"] else (few, native_few)
+    for seed in range(REPEATS):
+        progress(f"  {name}, round {seed + 1} of {REPEATS}")
+        native = {spp: _render(scenes[0], spp, seed) for spp in (SPP, UNCACHED_SPP)}
+        seconds[0].append(native[SPP])
+        for row, scene, own, to_native in list(zip(rows, scenes, seconds, ratios))[1:]:
+            spp = SPP if row["fraction"] else UNCACHED_SPP
             time_taken = _render(scene, spp, seed)
-            own.append(time_taken * all_samples / spp)
-            to_native.append(time_taken / base)
+            own.append(time_taken * SPP / spp)
+            to_native.append(time_taken / native[spp])
     for row, scene, own, to_native in zip(rows, scenes, seconds, ratios):
         row[name] = statistics.median(own)
-        if row["fraction"] is None:
-            continue
-        row[f"{name}_ratio"] = statistics.median(to_native)
-        row[f"{name}_ratio_range"] = [min(to_native), max(to_native)]
-        figures = mitsuba_plugin.statistics(scene)
-        row[f"{name}_hit_share"] = figures["hits"] / max(figures["hits"] + figures["misses"], 1)
+        if to_native:
+            row[f"{name}_ratio"] = statistics.median(to_native)
+            row[f"{name}_ratio_range"] = [min(to_native), max(to_native)]
+            figures = mitsuba_plugin.statistics(scene)
+            row[f"{name}_hit_share"] = figures["hits"] / max(figures["hits"] + figures["misses"], 1)
 
 
-def memory(settings: dict, path: str, variant: str) -> list[dict]:
+def memory(path: str, variant: str) -> list[dict]:
     """A row per cache size. A process per scene: leftovers of one do not count for the next."""
     rows, compiled = [], set()
-    for fraction in (None, *settings["fractions"]):
+    for fraction in (None, *FRACTIONS):
         # The first of each kind may have to compile kernels, which Dr.Jit keeps on disk.
         if (fraction is None) not in compiled:
             call_in_process("bench.mitsuba", "growth", path, variant, fraction)
@@ -253,7 +223,7 @@ def growth(path: str, variant: str, fraction: float | None) -> dict:
 def resident_bytes() -> int:
     gc.collect()
     ctypes.CDLL(None).malloc_trim(0)
-    return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGESIZE")
+    return memory_of_process("VmRSS")
 
 
 # --- report ---
@@ -350,18 +320,18 @@ def save_plot(result: dict, path: Path) -> Path:
     columns = dict(zip(models, axes.T))
     for model, variant in dict.fromkeys((run["model"], run["variant"]) for run in result["runs"]):
         time_ax, memory_ax = columns[model]
-        of_this = [row[2:] for row in _rows(result) if row[:2] == (model, variant)]
-        points = sorted((row for row in of_this if row[0] is not None), key=lambda row: row[0])
-        native = next(memory["bytes"] for fraction, _, memory in of_this if fraction is None)
+        (_, _, native), *points = (row[2:] for row in _rows(result) if row[:2] == (model, variant))
+        points.sort(key=lambda row: row[0])
         shares = [100 * fraction for fraction, *_ in points]
-        color = f"C{VARIANTS.index(variant)}" if variant in VARIANTS else None
+        color = f"C{VARIANTS.index(variant)}"
         for name, line in zip(INTEGRATORS, ("--s", "-o")):
             ratios = [times[f"{name}_ratio"] for _, times, _ in points]
             label = f"{variant}, {name}"
             time_ax.plot(shares, ratios, line, color=color, label=label, markersize=4)
         megabytes = [memory["bytes"] / 1e6 for *_, memory in points]
         memory_ax.plot(shares, megabytes, "-o", color=color, label=variant, markersize=4)
-        memory_ax.axhline(native / 1e6, color=color, linestyle=":", label=f"{variant}, native mesh")
+        drawn = {"color": color, "linestyle": ":", "label": f"{variant}, native mesh"}
+        memory_ax.axhline(native["bytes"] / 1e6, **drawn)
     for model, (time_ax, memory_ax) in columns.items():
         time_ax.set(title=model, yscale="log")
         time_ax.axhline(1, color="gray", linewidth=0.8)

@@ -11,12 +11,13 @@ import os
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
+from typing import NoReturn
 
 import gltf_ext
 from bench.common import ROOT
 from bench.generated import torus, write_generated
 from bench.large_model import write_displaced
-from gltf_ext.compression.extension import compressed_primitives
+from gltf_ext.compression.extension import compressed_primitives, require_compressed
 from gltf_ext.gltf.importers import open_model
 from gltf_meshlet.demo.model import write_glb
 
@@ -46,12 +47,7 @@ OTHER_MODELS = {
 def real_models() -> list[Path]:
     """All real models, by name. Ends the program if there are none."""
     found = sorted(MODELS.glob("*.glb"), key=lambda path: path.name.lower())
-    if not found:
-        raise SystemExit(
-            f"bench: no .glb files in {os.path.relpath(MODELS)}; "
-            "set GLTF_MESHLET_MODELS to a folder of models"
-        )
-    return found
+    return found or _end_without(".glb files")
 
 
 def all_models() -> Iterator[Path]:
@@ -63,23 +59,20 @@ def all_models() -> Iterator[Path]:
 def real_model(name: str) -> Path:
     """The file of one real model. Ends the program if it is missing."""
     path = MODELS / f"{name}.glb"
-    if not path.is_file():
-        raise SystemExit(
-            f"bench: no {name}.glb in {os.path.relpath(MODELS)}; "
-            "set GLTF_MESHLET_MODELS to a folder of models"
-        )
-    return path
+    return path if path.is_file() else _end_without(path.name)
+
+
+def _end_without(files: str) -> NoReturn:
+    raise SystemExit(
+        f"bench: no {files} in {os.path.relpath(MODELS)}; "
+        "set GLTF_MESHLET_MODELS to a folder of models"
+    )
 
 
 def add_model_names(parser: argparse.ArgumentParser, names: tuple[str, ...]) -> None:
-    """The option --models, for `torus_and_named`; `names` is its default."""
-    parser.add_argument(
-        "--models",
-        nargs="*",
-        default=names,
-        metavar="NAME",
-        help="real models besides the generated one (default: %(default)s)",
-    )
+    """The option --models; `names` is its default."""
+    text = "real models (default: %(default)s)"
+    parser.add_argument("--models", nargs="*", default=names, metavar="NAME", help=text)
 
 
 def torus_and_named(names: list[str], triangles: int, folder: Path) -> dict[str, Path]:
@@ -87,6 +80,11 @@ def torus_and_named(names: list[str], triangles: int, folder: Path) -> dict[str,
     paths = {name: real_model(name) for name in names}
     write_glb([torus(triangles)], folder / "torus.glb")
     return {"torus": folder / "torus.glb", **paths}
+
+
+def blobs_of(path: Path) -> list[bytes]:
+    """All blobs of a compressed file. Raises MeshletError."""
+    return [blob for p in require_compressed(open_model(path)) for blob in p.blobs]
 
 
 # --- files named on the command line, for measurements on a GPU ---

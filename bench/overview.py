@@ -30,6 +30,7 @@ OURS, PAPER = "ours", "the paper's encoding"
 CLAIMED_RATIO = (4.26, 4.35)  # section 7 of the paper, of its models
 EVEN = 0.02  # a ratio this close to 1 counts as even
 NATIVE_MESH = "Mitsuba's own mesh"
+PATHS = ("visibility", "stream", "mesh")  # of the raster paths, those that are compared
 Results = dict[str, dict]  # by name; without the questions that are not measured
 Pairs = list[tuple[str, tuple[float, float]]]  # of each model, our figure and the other's
 
@@ -109,13 +110,8 @@ def standings(results: Results) -> list[Standing]:
         "vulkan_raytracing": _raytracing_standings,
         "mitsuba": _mitsuba_standings,
     }
-    return [
-        standing
-        for name, make in makers.items()
-        if name in results
-        for standing in make(results[name])
-        if standing.pairs
-    ]
+    made = (make(results[name]) for name, make in makers.items() if name in results)
+    return [standing for of_result in made for standing in of_result if standing.pairs]
 
 
 def _standing(what: str, other: str, pairs: Pairs, note: str = "", **more) -> Standing:
@@ -209,7 +205,7 @@ def _raster_standings(result: dict) -> Iterator[Standing]:
         "mesh-plain": "uncompressed, mesh shader",
         "geometry": "compressed, geometry shader",
     }
-    for path in ("visibility", "stream", "mesh"):
+    for path in PATHS:
         for other, name in others.items():
             yield _standing(
                 f"frame on the GPU, path `{path}`, ms",
@@ -218,13 +214,10 @@ def _raster_standings(result: dict) -> Iterator[Standing]:
                 f"; {pixels(result)}, lit, culling",
                 headline=path == "visibility" and other != "geometry",
             )
-    for path in ("visibility", "stream", "mesh"):
-        yield _standing(
-            f"resident on the GPU, path `{path}`, MB",
-            others["vertex"],
-            _paired(_of_path(rows, path), _of_path(rows, "vertex"), megabytes),
-            headline=True,
-        )
+    for path in PATHS:
+        pairs = _paired(_of_path(rows, path), _of_path(rows, "vertex"), megabytes)
+        what = f"resident on the GPU, path `{path}`, MB"
+        yield _standing(what, others["vertex"], pairs, headline=True)
 
 
 def _raytracing_standings(result: dict) -> Iterator[Standing]:
@@ -251,13 +244,12 @@ def mitsuba_rows(result: dict, task: str) -> dict[tuple[str, str], dict[float | 
 
     Share None is Mitsuba's own mesh. Only rows of the default policy.
     """
-    rows: dict[tuple[str, str], dict] = {}
-    for run in result["runs"]:
-        if run["task"] == task:
-            of_run = rows.setdefault((run["model"], run["variant"]), {})
-            for row in run["rows"]:
-                of_run.setdefault(row["fraction"], row)
-    return rows
+    # Reversed: the rows of the default policy come first, and replace those of the others.
+    return {
+        (run["model"], run["variant"]): {row["fraction"]: row for row in reversed(run["rows"])}
+        for run in result["runs"]
+        if run["task"] == task
+    }
 
 
 def _times_native(row: dict, native: dict, integrator: str) -> float:

@@ -67,14 +67,9 @@ def stated_figures(encoded: paper_encoding.Encoded, raw_bytes: int) -> dict:
     counts, bits = encoded.counts, encoded.bits
     triangles, meshlets = counts["triangles"], counts["meshlets"]
     tables = bits["meshlets, references, boundaries"]
-    vertex_bits = sum(
-        bits[part] for part in ("boundary ends", "boundary inner vertices", "interior vertices")
-    )
+    bits_once = bits["boundary inner vertices"] + bits["interior vertices"]
     raw_vertex_bits = 8 * raw_bytes - INDEX_BITS * triangles
     written = counts["inner"] + counts["interior"]
-    attribute_bits = (
-        bits["boundary inner vertices"] + bits["interior vertices"] - encoded.difference_bits
-    )
     position_bits = 3 * Bits().position
     return {
         "counts": counts,
@@ -87,11 +82,9 @@ def stated_figures(encoded: paper_encoding.Encoded, raw_bytes: int) -> dict:
         "extra_bits_per_meshlet": tables / meshlets,
         "index_bits_per_triangle": (bits["connectivity"] + tables) / triangles,
         "difference_gain": position_bits * written / encoded.difference_bits,
-        "vertex_bits_once": (encoded.difference_bits + attribute_bits) / written,
-        "vertex_ratio_once": raw_vertex_bits
-        / counts["vertices"]
-        / ((encoded.difference_bits + attribute_bits) / written),
-        "vertex_ratio": raw_vertex_bits / vertex_bits,
+        "vertex_bits_once": bits_once / written,
+        "vertex_ratio_once": raw_vertex_bits / counts["vertices"] / (bits_once / written),
+        "vertex_ratio": raw_vertex_bits / (bits_once + bits["boundary ends"]),
     }
 
 

@@ -104,9 +104,8 @@ def clers(
     apex = {edge: v for a, b, c in triangles for edge, v in (((a, b), c), ((b, c), a), ((c, a), b))}
     seen = set(loop)
     symbols, interior = [], []
-    rest = [
-        [*loop[1:], loop[0]]
-    ]  # borders of what is left, each from its gate's end b around to its start a
+    # Borders of what is left, each from its gate's end b around to its start a.
+    rest = [[*loop[1:], loop[0]]]
     while rest:
         border = rest.pop()
         while True:
@@ -191,15 +190,8 @@ def quantised(part: Part, bits: Bits) -> tuple[list[dict], list[np.ndarray]]:
 def mesh_of(part: Part, bits: Bits, fill: float) -> Mesh:
     """A part cut into meshlets as in the paper; fill: 0 for its default, see _codec.encode."""
     rows, values = quantised(part, bits)
-    blob, _ = _codec.encode(
-        part.triangles,
-        position_ids(part.positions),
-        part.positions,
-        rows,
-        values,
-        fill=fill,
-        effort="high",
-    )
+    mesh = part.triangles, position_ids(part.positions), part.positions
+    blob, _ = _codec.encode(*mesh, rows, values, fill=fill, effort="high")
     triangles, arrays = _codec.decode(blob)
     packed, width = np.zeros(len(arrays[0]), np.uint64), 0
     for row, array in zip(rows[1:], arrays[1:]):
@@ -298,11 +290,11 @@ def _starts(disks: list[Disk], mates: dict) -> list[set[int]]:
             before, after = mates.get((d, i - 1 if i else length - 1)), mates.get((d, i))
             if before is None and after is None:
                 continue
-            at_seam_end = before is None or after is None or before == (d, i)
-            if at_seam_end or after != (
-                before[0],
-                (before[1] or len(disks[before[0]].loop)) - 1,
-            ):
+            is_start = before is None or after is None or before == (d, i)
+            if not is_start:
+                other, place = before
+                is_start = after != (other, (place or len(disks[other].loop)) - 1)
+            if is_start:
                 starts[d].add(i)
     for d in range(len(disks)):
         if not starts[d]:
@@ -333,29 +325,19 @@ class Encoded:
     difference_bits: int
 
 
-@dataclass
 class _Traversed:
     """A mesh's symbols per disk, and (vertex, difference) per disk and per boundary."""
 
-    symbols: list[str]
-    interior: list[list[tuple[int, list[int]]]]
-    inner: list[list[tuple[int, list[int]]]]
+    def __init__(self, mesh: Mesh, n: int):
+        def difference(v: int, before: int) -> tuple[int, list[int]]:
+            return v, [zigzag(x - y, n) for x, y in zip(mesh.positions[v], mesh.positions[before])]
 
-
-def _traverse(mesh: Mesh, n: int) -> _Traversed:
-    def difference(v: int, before: int) -> tuple[int, list[int]]:
-        return v, [zigzag(x - y, n) for x, y in zip(mesh.positions[v], mesh.positions[before])]
-
-    symbols, interior = [], []
-    for disk in mesh.disks:
-        text, added = clers(disk.triangles, disk.loop)
-        symbols.append(text)
-        interior.append([difference(disk.vertices[v], disk.vertices[b]) for v, b in added])
-    return _Traversed(
-        symbols,
-        interior,
-        [[difference(v, u) for u, v in pairwise(run[:-1])] for run in mesh.boundaries],
-    )
+        self.symbols, added = zip(*(clers(disk.triangles, disk.loop) for disk in mesh.disks))
+        self.interior = [
+            [difference(disk.vertices[v], disk.vertices[b]) for v, b in of]
+            for disk, of in zip(mesh.disks, added)
+        ]
+        self.inner = [[difference(v, u) for u, v in pairwise(run[:-1])] for run in mesh.boundaries]
 
 
 def encode(parts: list[Part], bits: Bits = DEFAULT_BITS, fill: float = 0.0) -> Encoded:
@@ -365,47 +347,39 @@ def encode(parts: list[Part], bits: Bits = DEFAULT_BITS, fill: float = 0.0) -> E
 
 def encode_meshes(meshes: list[Mesh], bits: Bits) -> Encoded:
     n = bits.position
-    traversed = [_traverse(mesh, n) for mesh in meshes]
-    differences = [
-        u for t in traversed for run in (*t.interior, *t.inner) for _, d in run for u in d
-    ]
-    lengths = Counter(u.bit_length() for u in differences)
+    traversed = [_Traversed(mesh, n) for mesh in meshes]
+    lengths = Counter(
+        u.bit_length()
+        for t in traversed
+        for run in (*t.interior, *t.inner)
+        for _, d in run
+        for u in d
+    )
     m = best_m(lengths, n)
-    stream, tables, spent, counts, symbols = BitWriter(), [], Counter(), Counter(), Counter()
+    stream, tables, spent, counts, symbols = BitWriter(), b"", Counter(), Counter(), Counter()
     for mesh, t in zip(meshes, traversed):
-        references = sum(len(disk.references) for disk in mesh.disks)
-        head = PART.pack(
-            mesh.kinds, len(mesh.disks), references, len(mesh.boundaries), stream.position
-        )
+        references, boundaries = sum(len(d.references) for d in mesh.disks), len(mesh.boundaries)
+        tables += PART.pack(mesh.kinds, len(mesh.disks), references, boundaries, stream.position)
         words = _write_part(stream, mesh, t, n, m, spent)
-        tables += [head, np.array(words, "<u4").tobytes()]
+        tables += np.array(words, "<u4").tobytes()
         spent["meshlets, references, boundaries"] += 32 * len(words)
-        inner, interior = (sum(map(len, runs)) for runs in (t.inner, t.interior))
         counts.update(
             triangles=sum(map(len, t.symbols)),
             meshlets=len(mesh.disks),
             references=references,
-            boundaries=len(mesh.boundaries),
-            ends=2 * len(mesh.boundaries),
-            inner=inner,
-            interior=interior,
+            boundaries=boundaries,
+            ends=2 * boundaries,
+            inner=sum(map(len, t.inner)),
+            interior=sum(map(len, t.interior)),
             vertices=len(mesh.positions),
         )
         symbols.update("".join(t.symbols))
-    data = (
-        HEADER.pack(MAGIC, n, m, bits.normal, bits.texcoord, len(meshes), sum(map(len, tables)))
-        + b"".join(tables)
-        + stream.getvalue()
-    )
+    header = HEADER.pack(MAGIC, n, m, bits.normal, bits.texcoord, len(meshes), len(tables))
+    data = header + tables + stream.getvalue()
     spent["header"] = 8 * len(data) - sum(spent.values())
-    return Encoded(
-        data,
-        {part: spent[part] for part in PARTS},
-        dict(counts),
-        {s: symbols[s] for s in SYMBOLS},
-        m,
-        difference_bits(lengths, n, m),
-    )
+    bits_of = {part: spent[part] for part in PARTS}
+    symbol_counts = {s: symbols[s] for s in SYMBOLS}
+    return Encoded(data, bits_of, dict(counts), symbol_counts, m, difference_bits(lengths, n, m))
 
 
 def best_m(lengths: Counter, n: int) -> int:

@@ -12,18 +12,12 @@ from collections.abc import Callable
 from pathlib import Path
 
 import gltf_ext
-from bench.common import (
-    origin_line,
-    progress,
-    spread,
-    table,
-)
-from bench.models import add_model_names, torus_and_named
+from bench.common import origin_line, progress, spread, table
+from bench.models import add_model_names, blobs_of, torus_and_named
 from bench.speed import native
-from gltf_ext.compression.extension import require_compressed
 from gltf_ext.compression.options import EFFORTS, Options
-from gltf_ext.gltf.importers import open_model
 
+PARTS = ("models",)
 NAMES = ("bunny", "engine", "sponza_like")
 GENERATED = 60_000  # triangles of the generated model
 REPETITIONS = 3  # of compress
@@ -42,6 +36,8 @@ VALUES = {
     "lambda_": (0.5, 1.0, 1.2, 1.4, 1.6, 2.0, 4.0, 8.0),
     "position_bits": (8, 10, 12, 14, 16, 18, 20),
 }
+# Of inspect's totals.
+KEPT = ("triangles", "meshlets", "mean_triangles_per_meshlet", "ratio", "bits_per_triangle")
 TITLES = {
     "effort": ("Effort", "`--effort`: time spent on a smaller file."),
     "max_triangles": ("Meshlet size", "`--max-triangles`: triangles per meshlet, at most."),
@@ -94,22 +90,9 @@ def measure_options(path: Path, folder: Path, **options) -> dict:
         gltf_ext.compress(path, output, **options)
         seconds.append(time.perf_counter() - start)
     totals = gltf_ext.inspect(output)["totals"]
-    timed = native(
-        "decode_speed",
-        [b for p in require_compressed(open_model(output)) for b in p.blobs],
-        folder,
-    )
+    timed = native("decode_speed", blobs_of(output), folder)
     return {
-        **{
-            key: totals[key]
-            for key in (
-                "triangles",
-                "meshlets",
-                "mean_triangles_per_meshlet",
-                "ratio",
-                "bits_per_triangle",
-            )
-        },
+        **{key: totals[key] for key in KEPT},
         "compress_seconds": spread(seconds),
         "decode_seconds": spread(timed["decode_seconds"]),
         "meshlet_microseconds": spread(timed["meshlet_microseconds"]),
@@ -118,16 +101,14 @@ def measure_options(path: Path, folder: Path, **options) -> dict:
 
 def report(result: dict) -> str:
     """docs/parameters.md."""
-    sections = []
-    for option, (title, text) in TITLES.items():
-        rows = [row for row in result["rows"] if row["option"] == option]
-        if not rows:
-            continue
-        sections.append(f"""## {title}
+    sections = [
+        f"""## {title}
 
 {text} The default is {DEFAULTS[option]}.
 
-{table(rows, COLUMNS)}""")
+{table([row for row in result["rows"] if row["option"] == option], COLUMNS)}"""
+        for option, (title, text) in TITLES.items()
+    ]
     return f"""# Parameters
 
 {origin_line(result)}

@@ -29,12 +29,14 @@ import subprocess
 import tempfile
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pygltflib
 
-from bench.common import ROOT
+from bench.common import ROOT, git_output
 from gltf_ext.compression.primitives import Primitive, read_primitive, triangle_primitives, weld
 from gltf_ext.compression.streams import Bits, Grid, plan_primitive, position_grid
 from gltf_ext.files import write_files
@@ -157,9 +159,8 @@ def _part(primitive: Primitive, grid, bits: Bits) -> Part:
         stream = plan.streams[plan.attributes[name]]
         steps = (primitive.attributes[name].astype(np.float64) - stream.offset) / stream.step
         largest = {"POSITION": 2**bits.position, "TEXCOORD_0": 2**bits.texcoord}[name] - 1
-        return np.ascontiguousarray(
-            steps.clip(0, largest), np.float32
-        )  # rounding may exceed the grid
+        # Rounding may exceed the grid.
+        return np.ascontiguousarray(steps.clip(0, largest), np.float32)
 
     return Part(
         primitive.indices,
@@ -356,10 +357,6 @@ class Gltfpack:
 
     def encode(self, parts: list[Part], bits: Bits = DEFAULT_BITS) -> list[bytes]:
         """Every part as a node of its own, so that nothing is merged or dropped."""
-        if bits.position > 16:
-            raise ValueError(
-                f"gltfpack quantises positions to at most 16 bits, not {bits.position}"
-            )
         with tempfile.TemporaryDirectory() as folder:
             source, target = Path(folder) / "in.glb", Path(folder) / "out.glb"
             write_parts(parts, bits, source)
@@ -379,16 +376,11 @@ class Gltfpack:
 
     def file_bytes(self, buffers: list[bytes]) -> int:
         """Bytes of geometry in the file: its JSON is left out, as the other codecs have none."""
-        (buffer,) = buffers
-        return sum(
-            (_meshopt(view) or view)["byteLength"]
-            for view in _geometry_views(glb_chunks(buffer)[0])
-        )
+        return sum((_meshopt(view) or view)["byteLength"] for view in _geometry_views(*buffers))
 
     def resident_bytes(self, parts: list[Part], buffers: list[bytes]) -> int:
         """What is uploaded: the quantised buffers, unpacked."""
-        (buffer,) = buffers
-        return sum(view["byteLength"] for view in _geometry_views(glb_chunks(buffer)[0]))
+        return sum(view["byteLength"] for view in _geometry_views(*buffers))
 
 
 def write_parts(parts: list[Part], bits: Bits, path: Path) -> None:
@@ -429,34 +421,26 @@ def write_plain(
 
     The nodes are named "part N". textured: each primitive has a material with a texture.
     """
-    numbers = list(range(len(meshes)))
-    document = Document(
-        {
-            "asset": {"version": "2.0"},
-            "scene": 0,
-            "scenes": [{"nodes": numbers}],
-            "nodes": [{"name": f"part {n}", "mesh": n} for n in numbers],
-            "meshes": [{"primitives": []} for _ in meshes],
-            "materials": [
-                {
-                    "name": f"part {n}",
-                    "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}},
-                }
-                for n in (numbers if textured else ())
-            ],
-            **(TEXTURE if textured else {}),
-        }
-    )
+    names = {number: f"part {number}" for number in range(len(meshes))}
+    properties: dict[str, Any] = {
+        "asset": {"version": "2.0"},
+        "scene": 0,
+        "scenes": [{"nodes": list(names)}],
+        "nodes": [{"name": name, "mesh": number} for number, name in names.items()],
+        "meshes": [{"primitives": []} for _ in meshes],
+    }
+    if textured:
+        texture = {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}
+        properties |= {"materials": [{"name": name, **texture} for name in names.values()]}
+        properties |= TEXTURE
+    document = Document(properties)
     for number, primitives in enumerate(meshes):
         for triangles, attributes in primitives:
-            names = {
-                name: add_accessor(document, values.astype(np.float32))
-                for name, values in attributes.items()
-            }
-            box = bounds(attributes["POSITION"].astype(np.float32))
-            set_bounds(document.accessors[names["POSITION"]], *box)
+            floats = {name: values.astype(np.float32) for name, values in attributes.items()}
+            accessors = {name: add_accessor(document, values) for name, values in floats.items()}
+            set_bounds(document.accessors[accessors["POSITION"]], *bounds(floats["POSITION"]))
             primitive = pygltflib.Primitive(
-                attributes=names,
+                attributes=accessors,
                 indices=add_accessor(document, triangles.reshape(-1, 1).astype(np.uint32)),
                 material=number if textured else None,
             )
@@ -470,27 +454,24 @@ def glb_chunks(data: bytes) -> tuple[dict, bytes]:
 
 
 def _meshopt(view: dict) -> dict | None:
-    """The compression object of a buffer view, under either of its names."""
-    extensions = view.get("extensions", {})
-    return extensions.get("KHR_meshopt_compression") or extensions.get("EXT_meshopt_compression")
+    """The compression object of a buffer view."""
+    return view.get("extensions", {}).get("KHR_meshopt_compression")
 
 
-def _geometry_views(document: dict) -> list[dict]:
-    return [
-        document["bufferViews"][view]
-        for view in sorted({accessor["bufferView"] for accessor in document["accessors"]})
-    ]
+def _geometry_views(file: bytes) -> list[dict]:
+    document, _ = glb_chunks(file)
+    used = {accessor["bufferView"] for accessor in document["accessors"]}
+    return [document["bufferViews"][view] for view in sorted(used)]
 
 
 def _view_bytes(view: dict, binary: bytes) -> bytes:
     """A buffer view's bytes, unpacked where they are compressed."""
-    compression = _meshopt(view)
-    if compression is None:
-        return binary[view.get("byteOffset", 0) :][: view["byteLength"]]
-    return _meshopt_decode(compression, binary)
+    source = _meshopt(view) or view
+    data = binary[source.get("byteOffset", 0) :][: source["byteLength"]]
+    return data if source is view else _meshopt_decode(source, data)
 
 
-def _meshopt_decode(compression: dict, binary: bytes) -> bytes:
+def _meshopt_decode(compression: dict, data: bytes) -> bytes:
     try:
         import meshoptimizer
     except ImportError:
@@ -498,11 +479,9 @@ def _meshopt_decode(compression: dict, binary: bytes) -> bytes:
             "meshopt-compressed glTF: decoding needs pip install meshoptimizer"
         ) from None
     count, stride = compression["count"], compression["byteStride"]
-    data = binary[compression.get("byteOffset", 0) :][: compression["byteLength"]]
     if compression["mode"] == "TRIANGLES":
-        return (
-            meshoptimizer.decode_index_buffer(count, stride, data).astype(f"<u{stride}").tobytes()
-        )
+        indices = meshoptimizer.decode_index_buffer(count, stride, data)
+        return indices.astype(f"<u{stride}").tobytes()
     decoded = np.ascontiguousarray(meshoptimizer.decode_vertex_buffer(count, stride, data))
     if compression.get("filter") == "OCTAHEDRAL":
         decoded = decoded.view(f"<i{stride // 4}").reshape(count, 4)
@@ -515,11 +494,9 @@ def _meshopt_decode(compression: dict, binary: bytes) -> bytes:
 
 # What makes each codec; raises PeerMissing if it is not installed.
 MAKERS: tuple[Callable, ...] = (
-    lambda: Draco(7),
-    lambda: Draco(10),
+    *(partial(Draco, level) for level in (7, 10)),
     Corto,
-    lambda: Gltfpack(False),
-    lambda: Gltfpack(True),
+    *(partial(Gltfpack, is_compressed) for is_compressed in (False, True)),
 )
 
 
@@ -536,7 +513,4 @@ def available(makers: Iterable[Callable] = MAKERS) -> tuple[list, list[str]]:
 
 def checkout_version(folder: Path) -> str:
     """The tag or commit of the source tree that holds a folder."""
-    described = subprocess.run(
-        ["git", "-C", folder, "describe", "--always", "--tags"], capture_output=True, text=True
-    )
-    return described.stdout.strip() if described.returncode == 0 else "version unknown"
+    return git_output(folder, "describe", "--always", "--tags") or "version unknown"

@@ -18,26 +18,20 @@ import numpy as np
 from trimesh import Trimesh
 
 import gltf_ext
-from bench.common import (
-    DOCS,
-    markdown_table,
-    origin_line,
-    progress,
-    pyplot,
-    save_figure,
-    table,
-)
-from bench.models import add_model_names, torus_and_named
+from bench.common import DOCS, markdown_table, origin_line, progress, pyplot, save_figure, table
+from bench.models import add_model_names, real_model, torus_and_named
 from gltf_ext import _codec
 from gltf_ext.compression.options import Options
 from gltf_ext.compression.primitives import Primitive
 from tools.rasterizer import Camera, Mesh, rasterize
 
 PACKAGES = ("gltf-meshlet", "numpy", "matplotlib", "trimesh")
+PARTS = ("models",)
 NAMES = ("bunny", "suzanne", "DamagedHelmet")
 GENERATED = 60_000  # triangles of the generated model
 PICTURED = "bunny"
 BITS = (8, 10, 12, 14, 16)
+SHOWN = ("POSITION", "NORMAL", "TEXCOORD_0")
 TEXELS = 4096  # along a side of the texture
 SAMPLES = 20_000  # random points on a surface, and at most as many of its vertices
 WIDTH, HEIGHT = 640, 480  # of the rendered difference
@@ -140,57 +134,45 @@ def measure_model(name: str, path: Path, folder: Path) -> dict:
     picture = on_white(rasterize(mesh, camera, WIDTH, HEIGHT))
     rows = []
     for bits in BITS:
-        output = folder / f"{name}-{bits}.glb"
-        gltf_ext.compress(path, output, position_bits=bits)
+        output, all_bits = folder / f"{name}-{bits}.glb", folder / f"{name}-{bits}-all.glb"
+        totals = compressed(path, output, position_bits=bits)
+        alike = compressed(path, all_bits, position_bits=bits, normal_bits=bits, texcoord_bits=bits)
         decoded = joined(gltf_ext.load(output))
-        all_bits = folder / f"{name}-{bits}-all.glb"
-        gltf_ext.compress(path, all_bits, position_bits=bits, normal_bits=bits, texcoord_bits=bits)
-        totals, alike = gltf_ext.inspect(output)["totals"], gltf_ext.inspect(all_bits)["totals"]
-        rows.append(
-            {
-                "bits": bits,
-                **{key: totals[key] for key in ("compressed_bytes", "ratio", "bits_per_triangle")},
-                "alike": {
-                    key: alike[key] for key in ("compressed_bytes", "ratio", "bits_per_triangle")
-                },
-                "errors": attribute_errors(gltf_ext.verify(path, all_bits), originals),
-                "surface": surface_distance(mesh, decoded),
-                "rendered": rendered_difference(
-                    picture, on_white(rasterize(decoded, camera, WIDTH, HEIGHT))
-                ),
-            }
-        )
+        after = on_white(rasterize(decoded, camera, WIDTH, HEIGHT))
+        row = {
+            "bits": bits,
+            **totals,
+            "alike": alike,
+            "errors": attribute_errors(gltf_ext.verify(path, all_bits)),
+            "surface": surface_distance(mesh, decoded),
+            "rendered": rendered_difference(picture, after),
+        }
+        rows.append(row)
         progress(f"{name}, {bits} bits")
-    return {
-        "model": name,
-        "triangles": len(mesh.triangles),
-        "longest_side": float(box.max()),
-        "rows": rows,
-    }
+    sizes = {"triangles": len(mesh.triangles), "longest_side": float(box.max())}
+    return {"model": name, **sizes, "rows": rows}
 
 
-def attribute_errors(verified: dict, originals: list[Primitive]) -> dict:
+def compressed(path: Path, output: Path, **options) -> dict:
+    """The sizes of the file that compress writes with these options."""
+    gltf_ext.compress(path, output, **options)
+    totals = gltf_ext.inspect(output)["totals"]
+    return {key: totals[key] for key in ("compressed_bytes", "ratio", "bits_per_triangle")}
+
+
+def attribute_errors(verified: dict) -> dict:
     """Largest and rms errors: positions in model units, normals in degrees, texcoords in texels."""
     if not verified["ok"]:
         raise SystemExit(f"bench: verify failed: {'; '.join(verified['problems'])}")
-    errors = {
-        "POSITION": {
-            "max": verified["max_error"]["POSITION"],
-            "rms": verified["rms_error"]["POSITION"],
-        }
-    }
-    if "NORMAL" in verified["max_error"]:
-        rms = verified["rms_error"]["NORMAL"]  # a chord between unit vectors
-        errors["NORMAL"] = {
-            "max": verified["max_error_degrees"]["NORMAL"],
-            "rms": float(np.degrees(2 * np.arcsin(rms / 2))),
-        }
-    if "TEXCOORD_0" in verified["max_error"]:
-        errors["TEXCOORD_0"] = {
-            "max": TEXELS * verified["max_error"]["TEXCOORD_0"],
-            "rms": TEXELS * verified["rms_error"]["TEXCOORD_0"],
-        }
-    return errors
+    largest, rms = dict(verified["max_error"]), dict(verified["rms_error"])
+    if "NORMAL" in largest:
+        largest["NORMAL"] = verified["max_error_degrees"]["NORMAL"]
+        # A chord between unit vectors.
+        rms["NORMAL"] = float(np.degrees(2 * np.arcsin(rms["NORMAL"] / 2)))
+    if "TEXCOORD_0" in largest:
+        largest["TEXCOORD_0"] *= TEXELS
+        rms["TEXCOORD_0"] *= TEXELS
+    return {name: {"max": largest[name], "rms": rms[name]} for name in SHOWN if name in largest}
 
 
 # --- the document ---
@@ -278,14 +260,14 @@ def _unless_zero(value: float | None, form: str, otherwise: str = "") -> str:
     return f"{value:{form}}" if value else otherwise
 
 
-def save_pictures(result: dict, path: Path) -> Path:
-    """The original and each setting with sizes, whole and close up; compresses the model again."""
-    models = {model["model"]: model for model in result["models"]}
-    name = PICTURED if PICTURED in models else "torus"
+def write_pictures(result: dict) -> list[Path]:
+    """docs/quality_models.png: the original and each setting with sizes, whole and close up.
+
+    Compresses the model again.
+    """
+    rows = next(model["rows"] for model in result["models"] if model["model"] == PICTURED)
     with tempfile.TemporaryDirectory() as folder:
-        names = [name] if name != "torus" else []
-        original = torus_and_named(names, GENERATED, Path(folder))[name]
-        drawn = _titled_meshes(original, models[name]["rows"], Path(folder) / "out.glb")
+        drawn = _titled_meshes(real_model(PICTURED), rows, Path(folder) / "out.glb")
     before = drawn[0][1]
     views = camera_on(before.positions), camera_on(before.positions, closer=5, lift=0.8)
     size = 330
@@ -301,7 +283,7 @@ def save_pictures(result: dict, path: Path) -> Path:
                 on_white(rasterize(mesh, view, size, size)).astype(np.uint8), interpolation="none"
             )
             axis.set_axis_off()
-    return save_figure(figure, path)
+    return [save_figure(figure, DOCS / "quality_models.png")]
 
 
 def _titled_meshes(original: Path, rows: list[dict], output: Path) -> list[tuple[str, Mesh]]:
@@ -314,11 +296,6 @@ def _titled_meshes(original: Path, rows: list[dict], output: Path) -> list[tuple
         gltf_ext.compress(original, output, position_bits=row["bits"])
         drawn.append((f"{row['bits']} bits{default}\n{size}", joined(gltf_ext.load(output))))
     return drawn
-
-
-def write_pictures(result: dict) -> list[Path]:
-    """docs/quality_models.png."""
-    return [save_pictures(result, DOCS / "quality_models.png")]
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:

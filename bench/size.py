@@ -151,10 +151,7 @@ def measure_model(path: Path, codecs: list, formats: list) -> dict:
     paper = len(paper_encoding.encode(parts, _bits()).data)
     sizes[PAPER] = {"file_bytes": paper, "resident_bytes": paper}
     for codec in codecs:
-        try:
-            buffers = codec.encode(parts, _bits())
-        except ValueError:  # this codec cannot hold this model
-            continue
+        buffers = codec.encode(parts, _bits())
         sizes[codec.name] = {
             "file_bytes": codec.file_bytes(buffers),
             "resident_bytes": codec.resident_bytes(parts, buffers),
@@ -209,42 +206,43 @@ def ratios(result: dict, key: str, names: list[str]) -> str:
     return markdown_table(["model", *names], rows)
 
 
+def figure(form: str, *keys: str) -> Cell:
+    """Writes the figure at these keys of a row; nothing if it is not measured."""
+
+    def cell(row: dict) -> str:
+        for key in keys:
+            if key not in row:
+                return ""
+            row = row[key]
+        return f"{row:{form}}"
+
+    return cell
+
+
 def byte_table(result: dict, key: str, names: list[str]) -> str:
-    def count(of: str) -> Cell:
-        return lambda row: f"{row[of]:,}"
-
-    def size(name: str) -> Cell:
-        return lambda row: f"{row['codecs'][name][key]:,}" if name in row["codecs"] else ""
-
     columns = {
-        "model": lambda row: row["model"],
-        "triangles": count("triangles"),
-        "vertices": count("source_vertices"),
-        "raw": count("raw_bytes"),
-        **{name: size(name) for name in names},
+        "model": figure("", "model"),
+        "triangles": figure(",", "triangles"),
+        "vertices": figure(",", "source_vertices"),
+        "raw": figure(",", "raw_bytes"),
+        **{name: figure(",", "codecs", name, key) for name in names},
     }
     return table(result["models"], columns)
 
 
 def section_table(rows: list[dict]) -> str:
-    def bits(section: str) -> Cell:
-        return lambda row: f"{row['sections'][section]:.2f}"
-
     columns = {
-        "model": lambda row: row["model"],
-        "triangles per meshlet": lambda row: f"{row['mean_triangles_per_meshlet']:.1f}",
-        **{section: bits(section) for section in SECTIONS},
-        "all": lambda row: f"{row['bits_per_triangle']['total']:.2f}",
+        "model": figure("", "model"),
+        "triangles per meshlet": figure(".1f", "mean_triangles_per_meshlet"),
+        **{section: figure(".2f", "sections", section) for section in SECTIONS},
+        "all": figure(".2f", "bits_per_triangle", "total"),
     }
     return table(rows, columns)
 
 
 def attribute_table(rows: list[dict]) -> str:
-    def bits(kind: str) -> Cell:
-        return lambda row: f"{row['bits_per_triangle'][kind]:.2f}"
-
-    kinds = {heading: bits(kind) for kind, heading in KINDS.items()}
-    return table(rows, {"model": lambda row: row["model"], **kinds})
+    kinds = {text: figure(".2f", "bits_per_triangle", kind) for kind, text in KINDS.items()}
+    return table(rows, {"model": figure("", "model"), **kinds})
 
 
 def smaller_than_ours(result: dict, key: str, names: list[str]) -> str:

@@ -1,14 +1,12 @@
 """How fast? Encoding and decoding over size beside the peers, on one thread and all; peak memory.
 
-Writes docs/speed.md and docs/speed.png. The series of models is generated; bunny and dragon, and
-decoding of the paper's models, are added if they are in the models' folder. The document names the
-peers that are missing (see bench/peers.py).
+Writes docs/speed.md. The series of models is generated; bunny and dragon, and decoding of the
+paper's models, are added. The document names the peers that are missing (see bench/peers.py).
 """
 
 from __future__ import annotations
 
 import argparse
-import functools
 import importlib.util
 import json
 import os
@@ -18,6 +16,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -34,14 +33,13 @@ from bench.common import (
     versions,
 )
 from bench.generated import torus
-from bench.models import MODELS, PAPER_MODELS
+from bench.models import PAPER_MODELS, real_model
 from gltf_ext import _codec
 from gltf_ext.compression.primitives import Primitive, position_ids, weld
 from gltf_ext.compression.streams import Bits, plan_primitive
 from gltf_meshlet.demo.model import write_glb
 from tools import native_build
 
-PACKAGES = ("gltf-meshlet", "numpy", "matplotlib")
 SERIES = (10_000, 30_000, 100_000, 300_000, 1_000_000, 3_500_000)
 REAL = ("bunny", "dragon")
 REPETITIONS = 5
@@ -52,6 +50,8 @@ TURN = 0.05
 OURS = "ours"  # with the default effort
 # Other efforts, as further codecs.
 OTHER_EFFORTS = {"ours, fast": "fast", "ours, high": "high"}
+
+
 # --- ours ---
 
 
@@ -85,14 +85,9 @@ def installed_peers() -> tuple[list, list[str]]:
 
     Draco at its default and its fastest level, Corto, gltfpack.
     """
-    found, missing = peers.available(
-        [
-            lambda: peers.Draco(7),
-            lambda: peers.Draco(0),
-            lambda: peers.Corto(("delta",)),
-            lambda: peers.Gltfpack(True),
-        ]
-    )
+    corto, gltfpack = partial(peers.Corto, ("delta",)), partial(peers.Gltfpack, True)
+    draco = [partial(peers.Draco, level) for level in (7, 0)]
+    found, missing = peers.available([*draco, corto, gltfpack])
     if importlib.util.find_spec("meshoptimizer") is None:
         found = [peer for peer in found if not isinstance(peer, peers.Gltfpack)]
         missing.append("meshopt-compressed glTF: decoding needs pip install --pre meshoptimizer")
@@ -125,15 +120,12 @@ def measure(options: argparse.Namespace) -> dict:
     models, paper_models = [], []
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        for model, path in inputs(options.largest, folder):
-            row = measure_model(model, path, folder, found)
-            models.append(row)
-            progress(f"{model}, {row['triangles']:,} triangles")
+        for path in inputs(folder):
+            models.append(measure_model(path, folder, found))
+            progress(f"{path.stem}, {models[-1]['triangles']:,} triangles")
         for model in PAPER_MODELS:
-            path = MODELS / f"{model}.glb"
-            if path.exists():
-                paper_models.append(measure_decoding(path, folder, found))
-                progress(f"{model}, decoding")
+            paper_models.append(measure_decoding(real_model(model), folder, found))
+            progress(f"{model}, decoding")
     return {
         "repetitions": REPETITIONS,
         "large": {"triangles": LARGE, "repetitions": LARGE_REPETITIONS},
@@ -144,17 +136,24 @@ def measure(options: argparse.Namespace) -> dict:
     }
 
 
-def measure_model(name: str, path: Path, scratch: Path, found: list) -> dict:
+def inputs(folder: Path) -> Iterator[Path]:
+    """The models; each is generated just before its turn."""
+    for triangles in SERIES:
+        write_glb([torus(triangles)], folder / "torus.glb")
+        yield folder / "torus.glb"
+    yield from map(real_model, REAL)
+
+
+def measure_model(path: Path, scratch: Path, found: list) -> dict:
     """Everything about one model; the codecs take turns."""
     primitives = peers.read_primitives(path)
     parts = peers.parts_of(primitives)
     triangles = sum(len(part.triangles) for part in parts)
     repetitions = LARGE_REPETITIONS if triangles > LARGE else REPETITIONS
-    encoded = _encoding(primitives, parts, found, repetitions)
-    buffers = {codec: row.pop("buffers") for codec, row in encoded.items() if "buffers" in row}
+    encoded, buffers = _encoding(primitives, parts, found, repetitions)
     decoded, meshlet_microseconds = _decoding(buffers, found, repetitions, scratch)
     return {
-        "model": name,
+        "model": path.stem,
         "triangles": triangles,
         "vertices": sum(len(part.positions) for part in parts),
         "raw_bytes": sum(part.raw_bytes for part in parts),
@@ -167,8 +166,8 @@ def measure_model(name: str, path: Path, scratch: Path, found: list) -> dict:
 
 def _encoding(
     primitives: list[Primitive], parts: list, found: list, repetitions: int
-) -> dict[str, dict]:
-    """Seconds, bytes and buffers by codec; of other efforts no buffers."""
+) -> tuple[dict[str, dict], dict[str, list[bytes]]]:
+    """(seconds and bytes by codec, its buffers); the codecs take turns."""
     ours = {
         OURS: (1, "normal"),
         "all threads": (0, "normal"),
@@ -183,18 +182,16 @@ def _encoding(
         for peer in found:
             buffers[peer.name], spent = timed_encode(peer, parts)
             seconds[peer.name].append(spent)
-    encoded: dict[str, dict] = {
-        OURS: {
-            "buffers": buffers[OURS],
-            "bytes": sum(map(len, buffers[OURS])),
-            "all_threads_seconds": spread(seconds["all threads"]),
-        }
+    sizes = {
+        OURS: sum(map(len, buffers[OURS])),
+        **{peer.name: peer.file_bytes(buffers[peer.name]) for peer in found},
+        **{codec: sum(map(len, buffers[codec])) for codec in OTHER_EFFORTS},
     }
-    for peer in found:
-        made = buffers[peer.name]
-        encoded[peer.name] = {"buffers": made, "bytes": peer.file_bytes(made)}
-    encoded |= {codec: {"bytes": sum(map(len, buffers[codec]))} for codec in OTHER_EFFORTS}
-    return {codec: {"seconds": spread(seconds[codec]), **row} for codec, row in encoded.items()}
+    encoded = {
+        codec: {"seconds": spread(seconds[codec]), "bytes": size} for codec, size in sizes.items()
+    }
+    encoded[OURS]["all_threads_seconds"] = spread(seconds["all threads"])
+    return encoded, buffers
 
 
 def _decoding(
@@ -247,7 +244,7 @@ def measure_decoding(path: Path, scratch: Path, found: list) -> dict:
     }
 
 
-@functools.cache
+@cache
 def _programs() -> Path:
     return native_build.build("MESHLET_BENCH")
 
@@ -322,16 +319,15 @@ def _decoding_section(result: dict) -> str:
         ours = [row["decode"][OURS][key] for key in native]
         return [*ours, *(row["decode"][codec]["seconds"] for codec in peers_of)]
 
+    def against(codec: str) -> Callable[[dict], str]:
+        return lambda row: f"{ratio(row, codec):.2f}"
+
     rates = [[*_name(row), *_rates(row, seconds(row), ".1f")] for row in models]
-    ratios = [
-        [
-            *_name(row),
-            *(f"{ratio(row, codec):.2f}" for codec in peers_of),
-            f"{row['one_meshlet_microseconds']['median']:.2f}",
-        ]
-        for row in models
-    ]
-    against = (f"against {codec}" for codec in peers_of)
+    ratios = {
+        **NAME,
+        **{f"against {codec}": against(codec) for codec in peers_of},
+        "one meshlet": lambda row: f"{row['one_meshlet_microseconds']['median']:.2f}",
+    }
     return f"""## Decoding, million triangles per second
 
 All attributes, to float arrays, on one thread unless the column says otherwise. All columns take
@@ -343,7 +339,7 @@ turns, each for at least {1000 * TURN:.0f} ms. The fastest of each row is in bol
 * All threads: each meshlet alone, as a renderer decodes, on {result["machine"]["cores"]} threads.
   The peers decode a mesh on one thread only.
 
-{markdown_table(["model", "triangles", *headings, *peers_of], rates)}
+{markdown_table([*NAME, *headings, *peers_of], rates)}
 The models of Figures 8 and 9 of [the paper](../README.md#the-paper), or their
 [stand-ins](results.md#the-models): milliseconds on one thread, means as in the paper.
 
@@ -351,7 +347,7 @@ The models of Figures 8 and 9 of [the paper](../README.md#the-paper), or their
 Our decoding speed over each peer's, on one thread, from Python; below 1 the peer is faster. Last
 column: microseconds to decode one meshlet, in random order.
 
-{markdown_table(["model", "triangles", *against, "one meshlet"], ratios)}"""
+{table(models, ratios)}"""
 
 
 def _encoding_section(models: list[dict]) -> str:
@@ -363,11 +359,11 @@ def _encoding_section(models: list[dict]) -> str:
         others_of = (row["encode"][codec]["seconds"] for codec in others)
         return [ours["seconds"], ours["all_threads_seconds"], *others_of]
 
-    def times_smaller(row: dict, codec: str) -> str:
-        return f"{row['raw_bytes'] / row['encode'][codec]['bytes']:.1f}"
+    def times_smaller(codec: str) -> Callable[[dict], str]:
+        return lambda row: f"{row['raw_bytes'] / row['encode'][codec]['bytes']:.1f}"
 
     rates = [[*_name(row), *_rates(row, seconds(row), ".2f")] for row in models]
-    sizes = [[*_name(row), *(times_smaller(row, codec) for codec in codecs)] for row in models]
+    sizes = {**NAME, **{codec: times_smaller(codec) for codec in codecs}}
     headings = ("ours, one thread", "ours, all threads")
     return f"""## Encoding, million triangles per second
 
@@ -376,22 +372,25 @@ command prints, for one of its two normal modes. gltfpack's is the whole command
 All peers, and efforts fast and high, use one thread. The fastest of each row
 is in bold.
 
-{markdown_table(["model", "triangles", *headings, *others], rates)}
+{markdown_table([*NAME, *headings, *others], rates)}
 Compression ratio of these encodings; raw is 4 bytes per float and per index:
 
-{markdown_table(["model", "triangles", *codecs], sizes)}"""
+{table(models, sizes)}"""
 
 
 def _command_section(models: list[dict]) -> str:
     def seconds(row: dict) -> float:
         return row["command"]["seconds"]["median"]
 
+    def megabytes(row: dict) -> str:
+        count = row["command"]["peak_bytes"]
+        return f"{count / 1e6:.1f}" if count < 1e8 else f"{count / 1e6:.0f}"
+
     columns: dict[str, Callable[[dict], str]] = {
-        "model": lambda row: row["model"],
-        "triangles": lambda row: f"{row['triangles']:,}",
+        **NAME,
         "seconds": lambda row: f"{seconds(row):.2f}",
         "million triangles per second": lambda row: f"{row['triangles'] / seconds(row) / 1e6:.2f}",
-        "peak, MB": lambda row: _megabytes(row["command"]["peak_bytes"]),
+        "peak, MB": megabytes,
         "bytes per triangle": lambda r: f"{r['command']['peak_bytes'] / r['triangles']:.0f}",
     }
     return f"""## `gltf-meshlet compress` as a whole process
@@ -411,53 +410,24 @@ def ratio(row: dict, codec: str) -> float:
 
 
 def _paper_table(result: dict, others: list[str]) -> str:
-    rows = []
-    for row in result["paper_models"]:
-        decode = row["decode"]
-        means = [
-            decode[OURS]["native_mean_seconds"],
-            decode[OURS]["mean_seconds"],
-            *(decode[codec]["mean_seconds"] for codec in others),
-        ]
-        rows.append([*_name(row), *(f"{1000 * mean:.1f}" for mean in means)])
-    return markdown_table(
-        ["model", "triangles", "ours, native", "ours, from Python", *others], rows
-    )
+    def mean(codec: str, key: str = "mean_seconds") -> Callable[[dict], str]:
+        return lambda row: f"{1000 * row['decode'][codec][key]:.1f}"
+
+    ours = {"ours, native": mean(OURS, "native_mean_seconds"), "ours, from Python": mean(OURS)}
+    columns = {**NAME, **ours, **{codec: mean(codec) for codec in others}}
+    return table(result["paper_models"], columns)
+
+
+NAME: dict[str, Callable[[dict], str]] = {
+    "model": lambda row: row["model"],
+    "triangles": lambda row: f"{row['triangles']:,}",
+}
 
 
 def _name(row: dict) -> list[str]:
-    return [row["model"], f"{row['triangles']:,}"]
+    return [text(row) for text in NAME.values()]
 
 
 def _rates(row: dict, seconds: list[dict], form: str) -> list[str]:
     """Million triangles per second, the fastest in bold."""
     return best_in_bold([row["triangles"] / spent["median"] / 1e6 for spent in seconds], form)
-
-
-def _megabytes(count: int) -> str:
-    return f"{count / 1e6:.1f}" if count < 1e8 else f"{count / 1e6:.0f}"
-
-
-def inputs(largest: int, folder: Path) -> Iterator[tuple[str, Path]]:
-    """(name, path) of the models; each is generated just before its turn."""
-    for triangles in SERIES:
-        if triangles <= largest:
-            path = folder / "torus.glb"
-            write_glb([torus(triangles)], path)
-            yield "torus", path
-    for name in REAL:
-        path = MODELS / f"{name}.glb"
-        if path.exists():
-            yield name, path
-        else:
-            print(f"no {name}.glb: set GLTF_MESHLET_MODELS to measure it too", file=sys.stderr)
-
-
-def add_options(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--largest",
-        type=int,
-        default=max(SERIES),
-        metavar="TRIANGLES",
-        help="skip larger generated models (default: %(default)s)",
-    )

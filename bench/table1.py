@@ -56,14 +56,8 @@ def table(result: dict) -> str:
     ]
     for row in result["rows"]:
         fill = "default fill" if row["fill"] is None else f"fill {row['fill']}"
-        rows.append(
-            [
-                f"ours, {WEIGHTS[row['weight']]}, {fill}",
-                *map(str, row["histogram"]),
-                str(row["meshlets"]),
-                f"{row['ratio']:.2f}",
-            ]
-        )
+        name = f"ours, {WEIGHTS[row['weight']]}, {fill}"
+        rows.append([name, *map(str, (*row["histogram"], row["meshlets"])), f"{row['ratio']:.2f}"])
     headings = ["weight", "[0, 32)", "[32, 64)", "[64, 72)", "72 and more", "meshlets", "ratio"]
     return markdown_table(headings, rows)
 

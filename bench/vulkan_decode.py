@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from bench.common import spread, table_by_model
-from bench.models import add_gpu_options, check_model_files, model_files
+from bench.models import add_gpu_options, blobs_of, check_model_files, model_files
 
 PACKAGES = ("numpy", "vulkan")
 REPEAT = 40
@@ -38,10 +38,8 @@ def measure_model(device, path: Path, method: str) -> dict:
     """One row, of the largest blob of a compressed file. Raises MeshletError."""
     from bench.gpu_decoder import GpuDecoder, stream_elements
     from gltf_ext import _codec
-    from gltf_ext.compression.extension import require_compressed
-    from gltf_ext.gltf.importers import open_model
 
-    blob = max((b for p in require_compressed(open_model(path)) for b in p.blobs), key=len)
+    blob = max(blobs_of(path), key=len)
     triangles = _codec.Decoder(blob).triangle_count
     elements = stream_elements(blob)
     decoder = GpuDecoder(device, method, len(elements), sum(elements))

@@ -162,16 +162,10 @@ class TimedDrawing:
         pool: int | None = None,
     ):
         row = RASTER_PATHS[path]
+        drawn = row if lit else replace(row, fragment=ATTRIBUTES[row.drawing])
+        options = {"culling": culling, "ids": False, "ring": ring}
         own = {"pool": pool} if row is POOLED else {}
-        self.drawing = row.drawing(
-            device,
-            scene,
-            row if lit else replace(row, fragment=ATTRIBUTES[row.drawing]),
-            culling=culling,
-            ids=False,
-            ring=ring,
-            **own,
-        )
+        self.drawing = row.drawing(device, scene, drawn, **options, **own)
         self._size = width, height
         self.look(camera)
         self.targets = self.drawing.targets(device, width, height, ids=False)
@@ -315,13 +309,8 @@ class TrianglesTracer(RayTracer):
         return {**super()._constants(), "ATTRIBUTES": self.scene.attributes}
 
     def _make_geometry(self, primitives: int, constants: dict[str, int]) -> Geometry:
-        return TriangleGeometry(
-            self.device,
-            self.scene,
-            primitives=primitives,
-            constants=constants,
-            part_meshlets=self.meshlets,
-        )
+        sizes = {"primitives": primitives, "part_meshlets": self.meshlets}
+        return TriangleGeometry(self.device, self.scene, constants=constants, **sizes)
 
     def _make_cache(self, constants: dict[str, int]) -> None:
         self._own["records"] = PlainModel(self.buffers, meshlets=False).table

@@ -15,6 +15,7 @@ from __future__ import annotations
 import argparse
 import tempfile
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -29,6 +30,7 @@ from bench.common import (
     progress,
     pyplot,
     read_result,
+    save_figure,
     table_by_model,
 )
 from bench.generated import vertex_normals
@@ -87,22 +89,21 @@ SQUARE = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
 def layers(folder: Path) -> Path:
     """A compressed model of squares one behind the other; from inside, 7 fill the picture."""
     places = [z for z in range(-7, 8) if z]
-    return _squares("layers", [[x, y, z] for z in places for x, y in 40 * SQUARE], folder)
+    return _squares([[x, y, z] for z in places for x, y in 40 * SQUARE], folder / "layers.glb")
 
 
 def ground(folder: Path) -> Path:
     """A compressed model of a floor and a ceiling; from inside, they fill the picture."""
     corners = [[x, y, z] for y, order in ((-1, 1), (1, -1)) for z, x in 500 * SQUARE[::order]]
-    return _squares("ground", corners, folder)
+    return _squares(corners, folder / "ground.glb")
 
 
-def _squares(name: str, places: list, folder: Path) -> Path:
+def _squares(places: list, output: Path) -> Path:
     """Writes a compressed model of squares with these corners."""
     corners = np.array(places, np.float64)
-    firsts = np.arange(0, len(corners), 4)
-    triangles = (firsts[:, None] + [[0, 1, 2, 0, 2, 3]]).reshape(-1, 3)
-    raw, output = folder / f"raw_{name}.glb", folder / f"{name}.glb"
+    triangles = (np.arange(0, len(corners), 4)[:, None] + [[0, 1, 2, 0, 2, 3]]).reshape(-1, 3)
     attributes = {"POSITION": corners, "NORMAL": vertex_normals(corners, triangles)}
+    raw = output.with_name("raw.glb")
     peers.write_primitives([Primitive(0, 0, triangles, attributes)], raw)
     gltf_ext.compress(raw, output)
     return output
@@ -121,10 +122,10 @@ def check_pictures(drawings: dict) -> None:
     for name, picture in pictures.items():
         different = (np.abs(picture - reference) > ROUNDING).any(axis=2).mean()
         if different > TIES:
-            raise SystemExit(
-                f"bench: {name} draws another picture than {first}: "
-                f"{different:.1%} of the pixels differ"
+            text = (
+                f"{name} draws another picture than {first}: {different:.1%} of the pixels differ"
             )
+            raise SystemExit(f"bench: {text}")
 
 
 def measure(options: argparse.Namespace) -> dict:
@@ -154,14 +155,8 @@ def measure(options: argparse.Namespace) -> dict:
         new = {row["model"] for row in views}
         rows = [row for row in old["rows"] if row["model"] not in new] + rows
         views = [row for row in old["views"] if row["model"] not in new] + views
-    return {
-        "device": device,
-        "width": WIDTH,
-        "height": HEIGHT,
-        "frames": FRAMES,
-        "rows": rows,
-        "views": views,
-    }
+    size = {"width": WIDTH, "height": HEIGHT, "frames": FRAMES}
+    return {"device": device, **size, "rows": rows, "views": views}
 
 
 def raw_bytes(scene) -> int:
@@ -180,17 +175,11 @@ def measure_model(
     camera, size = view
     pool = max(int(POOL_SHARE * raw_bytes(scene)), LEAST_POOL)
     drawings: dict[str, TimedDrawing] = {}
+    lit = {"culling": culling, "lit": culling, "pool": pool}
     for name in paths:
         try:
             drawings[name] = TimedDrawing(
-                renderer.device,
-                scene,
-                camera(scene, *size),
-                name,
-                *size,
-                culling=culling,
-                lit=culling,
-                pool=pool,
+                renderer.device, scene, camera(scene, *size), name, *size, **lit
             )
         except MeshletError as error:
             progress(f"  skips {name}: {error}")
@@ -210,12 +199,8 @@ def measure_model(
     }
     rows = []
     for name, drawing in drawings.items():
-        row = {
-            **facts,
-            "path": name,
-            "milliseconds": percentiles(times[name]),
-            "resident_bytes": drawing.drawing.resident_bytes,
-        }
+        row = {**facts, "path": name, "milliseconds": percentiles(times[name])}
+        row["resident_bytes"] = drawing.drawing.resident_bytes
         if drawing.drawing.ring:
             row.update(ring=drawing.drawing.ring.slots, overlap=drawing.drawing.overlaps)
         if name in turning:
@@ -240,9 +225,9 @@ def frame_times(drawings: dict, cameras: list | None = None) -> dict[str, list[f
         for name, drawing in drawings.items():
             if cameras:
                 drawing.look(cameras[frame])
-            milliseconds = drawing.run()
+            spent = drawing.run()
             if frame >= WARM_UP:
-                times[name].append(milliseconds)
+                times[name].append(spent)
     return times
 
 
@@ -254,122 +239,74 @@ def _raster_line(row: dict) -> str:
 
 
 def summary(result: dict) -> str:
-    """Milliseconds and memory by path and model."""
-    cells = table_by_model(
-        "path",
-        result["rows"],
-        _raster_line,
-        lambda row: f"{milliseconds(row):.3g}, {megabytes(row):.1f} MB",
-        lambda row: row["model"],
-    )
-    rows, views = result["rows"], result.get("views", [])
-    more = _turning_text(rows) + _steps_text(rows) + _views_text(views)
+    """Tables by model: milliseconds and memory by path, turning, by step, by picture."""
+    rows = result["rows"]
+    steps = [
+        {**row, "step": step + ", with a pool" * ("pool" in row), "time": time}
+        for row in rows
+        if row["culling"]
+        for step, time in row.get("steps", {}).items()
+    ]
+
+    def cells(first: str, of: list[dict], line: Callable, cell: Callable) -> str:
+        return table_by_model(first, of, line, cell, lambda row: row["model"])
+
     return f"""`gltf-meshlet render` draws lit and with culling; unlit is the cheapest
 shader that reads all attributes. Milliseconds per frame of {pixels(result)} pixels (medians), and
 memory on the GPU.
 
-{cells}{more}"""
-
-
-def _turning_text(rows: list[dict]) -> str:
-    """Milliseconds by path and model. Empty if nothing is measured."""
-    turning = [row for row in rows if "turning" in row]
-    if not turning:
-        return ""
-    cells = table_by_model(
-        "path",
-        turning,
-        _raster_line,
-        lambda row: f"{row['turning']['median']:.3g}",
-        lambda row: row["model"],
-    )
-    return f"""
+{cells("path", rows, _raster_line, lambda r: f"{milliseconds(r):.3g}, {megabytes(r):.1f} MB")}
 Milliseconds per frame while the camera turns by a degree a frame; `visibility-pool` keeps decoded
 meshlets in {POOL_SHARE} of the bytes of the uncompressed model.
 
-{cells}"""
-
-
-def _steps_text(rows: list[dict]) -> str:
-    """Milliseconds by step of path visibility and model. Empty if nothing is measured."""
-    lit = [row for row in rows if row["culling"] and "steps" in row]
-    if not lit:
-        return ""
-    steps = [
-        {**row, "step": step + ", with a pool" * ("pool" in row), "time": time}
-        for row in lit
-        for step, time in row["steps"].items()
-    ]
-    cells = table_by_model(
-        "step",
-        steps,
-        lambda row: row["step"],
-        lambda row: f"{row['time']:.3f}",
-        lambda row: row["model"],
-    )
-    return f"""
+{
+        cells(
+            "path",
+            [row for row in rows if "turning" in row],
+            _raster_line,
+            lambda row: f"{row['turning']['median']:.3g}",
+        )
+    }
 The [steps](vulkan.md#how-it-works) of path visibility, lit with culling:
 
-{cells}"""
-
-
-def _views_text(views: list[dict]) -> str:
-    """Milliseconds by view, path and model. Empty if nothing is measured."""
-    if not views:
-        return ""
-    cells = table_by_model(
-        "picture, path",
-        views,
-        lambda row: f"{row['view']}, {_raster_line(row)}",
-        lambda row: f"{milliseconds(row):.3g}",
-        lambda row: row["model"],
-    )
-    return f"""
+{cells("step", steps, lambda row: row["step"], lambda row: f"{row['time']:.3f}")}
 Milliseconds per frame of other pictures. The squares of `layers` fill the picture seven times.
 
-{cells}"""
+{
+        cells(
+            "picture, path",
+            result["views"],
+            lambda row: f"{row['view']}, {_raster_line(row)}",
+            lambda row: f"{milliseconds(row):.3g}",
+        )
+    }"""
 
 
 def save_plot(result: dict, path: Path) -> Path:
     """Bars of frame times and of memory."""
-    models = list(dict.fromkeys(r["model"] for r in result["rows"]))
+    rows = {(row["model"], row["path"], row["culling"]): row for row in result["rows"]}
+    models, measured = (dict.fromkeys(key[k] for key in rows) for k in (0, 1))
     figure, axes = pyplot().subplots(
         3, 1, figsize=(1.2 + 1.6 * len(models), 9), sharex=True, layout="constrained"
     )
     panels = (
-        ("ms a frame, no culling", lambda r: None if r["culling"] else r["milliseconds"]["median"]),
-        ("ms a frame, culling", lambda r: r["milliseconds"]["median"] if r["culling"] else None),
-        ("MB on the device", lambda r: r["resident_bytes"] / 1e6 if r["culling"] else None),
+        ("ms a frame, no culling", False, milliseconds),
+        ("ms a frame, culling", True, milliseconds),
+        ("MB on the device", True, megabytes),
     )
-    measured = {row["path"] for row in result["rows"]}
     names = [name for name in PATHS if name in measured]
     bar = 0.85 / len(names)
-    for axis, (label, value) in zip(axes, panels):
+    for axis, (label, culling, value) in zip(axes, panels):
         for offset, name in enumerate(names):
-            values = [
-                next(
-                    (
-                        value(r)
-                        for r in result["rows"]
-                        if r["model"] == m and r["path"] == name and value(r) is not None
-                    ),
-                    np.nan,
-                )
-                for m in models
-            ]
-            axis.bar(
-                np.arange(len(models)) + bar * (offset - (len(names) - 1) / 2),
-                values,
-                0.94 * bar,
-                label=name,
-            )
-        axis.set_yscale("log")
-        axis.set_ylabel(label)
+            found = [rows.get((model, name, culling)) for model in models]
+            values = [value(row) if row else np.nan for row in found]
+            places = np.arange(len(models)) + bar * (offset - (len(names) - 1) / 2)
+            axis.bar(places, values, 0.94 * bar, label=name)
+        axis.set(yscale="log", ylabel=label)
     axes[-1].set_xticks(np.arange(len(models)), models)
     axes[0].legend(ncols=len(names), fontsize=8)
     axes[0].set_title(f"{result['device']['name']}, {WIDTH} x {HEIGHT}")
-    figure.savefig(path, dpi=110)
-    return path
+    return save_figure(figure, path, dpi=110)
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:

@@ -15,16 +15,19 @@ from __future__ import annotations
 import argparse
 import tempfile
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
 from bench.common import (
     command,
-    markdown_table,
+    milliseconds,
     percentiles,
     progress,
     pyplot,
+    save_figure,
+    table,
 )
 from bench.models import add_gpu_options, check_model_files, model_files
 
@@ -68,13 +71,9 @@ def measure(options: argparse.Namespace) -> dict:
     with Device(options.device) as device, tempfile.TemporaryDirectory() as folder:
         for path in model_files(options, Path(folder)):
             rows += measure_model(device, path)
-        return {
-            "device": {"name": device.name, "driver": device.driver},
-            "width": WIDTH,
-            "height": HEIGHT,
-            "frames": FRAMES,
-            "rows": rows,
-        }
+        described = {"name": device.name, "driver": device.driver}
+        size = {"width": WIDTH, "height": HEIGHT, "frames": FRAMES}
+        return {"device": described, **size, "rows": rows}
 
 
 def measure_model(device, path: Path) -> list[dict]:
@@ -114,9 +113,9 @@ def measure_light(rows, tracers, cameras, size: tuple[int, int], bounces: int) -
             slow = len(own) >= LEAST_FRAMES and sum(own) > SLOW
             if slow or (1 < number < WARM_UP and last[tracer] > SLOW / WARM_UP):
                 continue
-            milliseconds = last[tracer] = tracer.time(camera, *size)
+            last[tracer] = tracer.time(camera, *size)
             if number >= WARM_UP:
-                own.append(milliseconds)
+                own.append(last[tracer])
     reference = None
     result = []
     for row, tracer, own in zip(rows, tracers, times):
@@ -145,64 +144,58 @@ def _model_bytes(row: dict) -> int:
     return sum(size for part, size in row["resident_bytes"].items() if part != "records")
 
 
-def _same(rows: list[dict], row: dict, **changes) -> dict | None:
-    """The row that differs from another one in these fields only, if there is one."""
-    wanted = {**{k: row.get(k) for k in ("model", "bounces", *SETTINGS)}, **changes}
-    return next((r for r in rows if all(r.get(k) == v for k, v in wanted.items())), None)
+def _same(rows: list[dict], row: dict, **changes) -> dict:
+    """The row that differs from another one in these fields only."""
+    wanted = {**{k: row[k] for k in ("model", "bounces", *SETTINGS)}, **changes}
+    return next(r for r in rows if all(r[k] == v for k, v in wanted.items()))
 
 
 def _triangles(rows: list[dict], row: dict) -> dict:
-    found = _same(rows, row, path="rt-triangles", cache=None, group=None)
-    assert found is not None
-    return found
-
-
-def _against_full(rows: list[dict], row: dict) -> str:
-    """The time over that of a full cache, and the passes of a frame."""
-    full = _same(rows, row, cache=1.0)
-    if row["path"] != "rt" or row["cache"] == 1 or not full:
-        return ""
-    own, whole = row["milliseconds"]["median"], full["milliseconds"]["median"]
-    return f"{own / whole:.2f} of full, {row['statistics']['passes']} passes"
+    return _same(rows, row, path="rt-triangles", cache=None, group=None)
 
 
 def cell(row: dict, rows: list[dict]) -> str:
-    """A row's time with its spread, and its ratios to rt-triangles and to a full cache."""
-    times, base = row["milliseconds"], _triangles(rows, row)["milliseconds"]["median"]
-    text = f"{times['median']:.3f} ({times['low']:.3f} to {times['high']:.3f}), "
-    against = _against_full(rows, row)
-    return text + f"{times['median'] / base:.2f}x" + (f", {against}" if against else "")
+    """A row's time with its spread, its ratio to rt-triangles and, of path rt with a cache that is
+    not full, its ratio to a full one and the passes of a frame."""
+    times, own = row["milliseconds"], milliseconds(row)
+    text = f"{own:.3f} ({times['low']:.3f} to {times['high']:.3f}), "
+    text += f"{own / milliseconds(_triangles(rows, row)):.2f}x"
+    if row["path"] == "rt" and row["cache"] < 1:
+        full = milliseconds(_same(rows, row, cache=1.0))
+        text += f", {own / full:.2f} of full, {row['statistics']['passes']} passes"
+    return text
 
 
 def block(result: dict) -> str:
     """The table in docs/vulkan-raytracing.md."""
-    rows, lines = result["rows"], []
-    for row in (r for r in rows if r["bounces"] == BOUNCES[0]):
-        lights = [_same(rows, row, bounces=bounces) for bounces in BOUNCES]
-        bytes_of, base = row["resident_bytes"], _triangles(rows, row)
-        full = _same(rows, row, cache=1.0)
-        model = f"{_model_bytes(row) / 1e6:.2f} MB, {_model_bytes(row) / _model_bytes(base):.2f}x"
-        if full and full is not row:
-            model += f", {_model_bytes(row) / _model_bytes(full):.2f} of full"
-        records = max(r["resident_bytes"]["records"] for r in lights if r)
-        lines.append(
-            [
-                f"{row['model']}, {label(row)}",
-                *(cell(r, rows) if r else "" for r in lights),
-                f"{bytes_of['cache'] / 1e6:.2f} MB" if bytes_of["cache"] else "",
-                model,
-                f"{records / 1e6:.1f} MB" if records else "",
-                f"{(_model_bytes(row) + records) / 1e6:.2f} MB",
-            ]
-        )
-    headings = [
-        "",
-        *(f"{'first hits' if b == 0 else f'{b} bounces'}, ms" for b in BOUNCES),
-        "decoded",
-        "grows with the model",
-        "records",
-        "total",
-    ]
+    rows = result["rows"]
+
+    def light(bounces: int) -> Callable[[dict], str]:
+        return lambda row: cell(_same(rows, row, bounces=bounces), rows)
+
+    def grows(row: dict) -> str:
+        own = _model_bytes(row)
+        text = f"{own / 1e6:.2f} MB, {own / _model_bytes(_triangles(rows, row)):.2f}x"
+        if row["cache"] not in (None, 1):
+            text += f", {own / _model_bytes(_same(rows, row, cache=1.0)):.2f} of full"
+        return text
+
+    def records(row: dict) -> int:
+        lights = (_same(rows, row, bounces=bounces) for bounces in BOUNCES)
+        return max(of["resident_bytes"]["records"] for of in lights)
+
+    def megabytes(count: int, digits: int = 2) -> str:
+        return f"{count / 1e6:.{digits}f} MB" if count else ""
+
+    columns = {
+        "": lambda row: f"{row['model']}, {label(row)}",
+        "first hits, ms": light(BOUNCES[0]),
+        f"{BOUNCES[1]} bounces, ms": light(BOUNCES[1]),
+        "decoded": lambda row: megabytes(row["resident_bytes"]["cache"]),
+        "grows with the model": grows,
+        "records": lambda row: megabytes(records(row), 1),
+        "total": lambda row: megabytes(_model_bytes(row) + records(row)),
+    }
     least = min(r["frames"] for r in rows)
     frames = f"{result['frames']} frames" + (
         f" ({least} or more of slow configurations)" if least < result["frames"] else ""
@@ -216,10 +209,8 @@ def block(result: dict) -> str:
         "bytes, acceleration structures, tables, counters and lists. Records of paths that "
         "sweep grow with the picture"
     )
-    return (
-        markdown_table(headings, lines)
-        + f"\n{size}. Measured by `{command(result)}` on {result['date'][:10]}, {device}.\n"
-    )
+    lines = table([row for row in rows if row["bounces"] == BOUNCES[0]], columns)
+    return f"{lines}\n{size}. Measured by `{command(result)}` on {result['date'][:10]}, {device}.\n"
 
 
 def save_plot(result: dict, path: Path) -> Path:
@@ -233,35 +224,25 @@ def save_plot(result: dict, path: Path) -> Path:
             mine = [r for r in rows if r["model"] == model and r["bounces"] == bounces]
             for kind, group, style, marker in (("rt", 4, "-", "o"), ("rt-paper", 64, "-.", "x")):
                 cached = [r for r in mine if (r["path"], r["group"]) == (kind, group)]
-                axis.plot(
-                    [100 * r["cache"] for r in cached],
-                    [r["milliseconds"]["median"] for r in cached],
-                    color=f"C{color}",
-                    linestyle=style,
-                    marker=marker,
-                    markersize=3,
-                    label=model if kind == "rt" else None,
-                )
-            baseline = [r["milliseconds"]["median"] for r in mine if r["path"] == "rt-triangles"]
-            axis.axhline(baseline[0], color=f"C{color}", linestyle="--", linewidth=0.8)
-        axis.set_title("first hits" if bounces == 0 else f"{bounces} bounces, shadows")
-        axis.set_xlabel("meshlets that may be decoded, %")
-        axis.set_ylabel("milliseconds per frame")
-        axis.set_yscale("log")
+                shares = [100 * r["cache"] for r in cached]
+                drawn = {"color": f"C{color}", "linestyle": style, "marker": marker}
+                drawn["label"] = model if kind == "rt" else None
+                axis.plot(shares, list(map(milliseconds, cached)), markersize=3, **drawn)
+            baseline = next(milliseconds(r) for r in mine if r["path"] == "rt-triangles")
+            axis.axhline(baseline, color=f"C{color}", linestyle="--", linewidth=0.8)
+        axis.set(
+            title="first hits" if bounces == 0 else f"{bounces} bounces, shadows",
+            xlabel="meshlets that may be decoded, %",
+            ylabel="milliseconds per frame",
+            yscale="log",
+        )
         axis.yaxis.set_major_locator(LogLocator(subs=(1, 2, 3, 5, 7)))
         axis.yaxis.set_minor_locator(NullLocator())
         axis.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
-    lines, labels = axes[0].get_legend_handles_labels()
-    figure.legend(
-        lines,
-        labels,
-        loc="outside right center",
-        fontsize=8,
-        title="solid: rt\ndash-dotted: the paper's cache\ndashed: rt-triangles",
-        title_fontsize=8,
-    )
-    figure.savefig(path, dpi=110)
-    return path
+    title = "solid: rt\ndash-dotted: the paper's cache\ndashed: rt-triangles"
+    place = {"loc": "outside right center", "fontsize": 8, "title_fontsize": 8}
+    figure.legend(*axes[0].get_legend_handles_labels(), title=title, **place)
+    return save_figure(figure, path, dpi=110)
 
 
 add_options, check = add_gpu_options, check_model_files

@@ -12,20 +12,21 @@ import tempfile
 from pathlib import Path
 
 from bench import peers
-from bench.common import (
-    ROOT,
-    markdown_table,
-    origin_line,
-    progress,
-    spread,
-)
-from bench.models import real_model
+from bench.common import ROOT, markdown_table, origin_line, progress, spread
+from bench.models import add_model_names, real_model
 from bench.speed import OURS, encode_ours, native
+from gltf_ext import _codec
 
 PARTS = ("models",)
 WEB = ROOT / "web"
 WORKER = Path(__file__).with_name("web_worker.mjs")
-NPM_PACKAGES = ("draco3d", "meshoptimizer")
+# What a page loads to decode, by package.
+PACKAGE_FILES = {
+    OURS: ("decoder.js", "gltf.js", "decoder.wasm"),
+    "draco3d": ("draco_decoder_nodejs.js", "draco_decoder.wasm"),
+    "meshoptimizer": ("meshopt_decoder.mjs",),
+}
+NPM_PACKAGES = tuple(name for name in PACKAGE_FILES if name != OURS)
 NAMES = ("bunny", "dragon", "DamagedHelmet")
 PAGED = "dragon"  # measured again with pages
 PAGE_BYTES = 65536
@@ -57,19 +58,9 @@ def measure(options: argparse.Namespace) -> dict:
             "repetitions": REPETITIONS,
             "rounds": ROUNDS,
             "node": peers.node("-p", "process.version").strip(),
-            "packages": {name: package_sizes(name, Path(folder)) for name in NPM_PACKAGES}
-            | {OURS: package_sizes(None, Path(folder))},
+            "packages": {name: package_sizes(name) for name in PACKAGE_FILES},
             "models": models,
         }
-
-
-def blobs_of(view: bytes) -> list[bytes]:
-    """The blobs that follow one another in a view."""
-    blobs, at = [], 0
-    while at < len(view):
-        blobs.append(view[at : at + int.from_bytes(view[at + 20 : at + 24], "little")])
-        at += len(blobs[-1])
-    return blobs
 
 
 def measure_model(name: str, page_bytes: int, folder: Path) -> dict:
@@ -91,7 +82,7 @@ def measure_model(name: str, page_bytes: int, folder: Path) -> dict:
     (folder / "list.json").write_text(json.dumps(given))
     warm: dict[str, list[float]] = {"native": []}
     cold: dict[str, list[float]] = {codec: [] for codec in CODECS}
-    blobs = [blob for view in buffers[OURS] for blob in blobs_of(view)]
+    blobs = [v[at : at + size] for v in buffers[OURS] for at, size in _codec.split(v)]
     for _ in range(ROUNDS):
         warm["native"] += native("decode_speed", blobs, folder)["decode_seconds"]
         for codec, seconds in worker("warm", folder / "list.json").items():
@@ -109,23 +100,14 @@ def measure_model(name: str, page_bytes: int, folder: Path) -> dict:
     }
 
 
-def package_sizes(name: str | None, folder: Path) -> dict:
-    """Bytes of what a page loads to decode, as they are and with Brotli; None: our package."""
-    files = {
-        None: [WEB / file for file in ("decoder.js", "gltf.js", "decoder.wasm")],
-        "draco3d": [
-            peers.NODE_MODULES / "draco3d" / file
-            for file in ("draco_wasm_wrapper.js", "draco_decoder.wasm")
-        ],
-        "meshoptimizer": [peers.NODE_MODULES / "meshoptimizer" / "meshopt_decoder.mjs"],
-    }[name]
-    if name == "draco3d" and not files[0].exists():
-        files[0] = peers.NODE_MODULES / "draco3d" / "draco_decoder_nodejs.js"
+def package_sizes(name: str) -> dict:
+    """Bytes of what a page loads to decode, as they are and with Brotli."""
+    package = WEB if name == OURS else peers.NODE_MODULES / name
+    files = [package / file for file in PACKAGE_FILES[name]]
     script = (
         "process.argv.slice(1).reduce((n, f) => "
         "n + require('zlib').brotliCompressSync(require('fs').readFileSync(f)).length, 0)"
     )
-    package = WEB if name is None else peers.NODE_MODULES / name
     return {
         "version": json.loads((package / "package.json").read_text())["version"],
         "files": [file.name for file in files],
@@ -155,7 +137,7 @@ def speed_table(result: dict) -> str:
 def size_table(result: dict) -> str:
     """Bytes that a page loads."""
     rows = []
-    for name in (OURS, *NPM_PACKAGES):
+    for name in PACKAGE_FILES:
         sizes = result["packages"][name]
         title = "gltf-meshlet" if name == OURS else f"{name} {sizes['version']}"
         files = ", ".join(f"`{file}`" for file in sizes["files"])
@@ -178,4 +160,4 @@ def block(result: dict) -> str:
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("models", nargs="*", default=list(NAMES), help=f"default: {NAMES}")
+    add_model_names(parser, NAMES)

@@ -10,7 +10,8 @@ export class MalformedError extends Error {
   }
 }
 
-// The header of a blob and its stream table (specification, appendices A.2 and A.3), by byte.
+// Offsets in the header of a blob and in its stream table (specification, appendices A.2 and A.3),
+// in bytes.
 const HEADER_BYTES = 32;
 const STREAM_COUNT = 5;
 const TRIANGLE_COUNT = 8;
@@ -235,8 +236,8 @@ class Decoder {
 }
 
 // The decoded primitive of consecutive blobs of a view, filled in steps. Options:
-// integers: of all streams, or a flag for each; total: the counts of its arrays, if they are for more than these blobs; firstVertex:
-// number of the first vertex in the view.
+// integers: of all streams, or a flag for each; total: the counts of its arrays, if they are for
+// more than these blobs; firstVertex: number of the first vertex in the view.
 class Plan {
   constructor(blobs, { integers, total = blobs.at(-1).end, firstVertex = 0 }) {
     Object.assign(this, { blobs, integers, total, firstVertex });
@@ -345,7 +346,7 @@ export function sameStreams(a, b) {
   return a.length === b.length && a.every((stream, s) => same(stream, b[s]));
 }
 
-// Numbers of a vertex of a stream: a unit vector has two integers and three floats.
+// How many numbers a vertex has in a stream: a unit vector has two integers or three floats.
 function width({ kind, elements }, integers) {
   return kind === Kind.OCT && !integers ? 3 : elements;
 }

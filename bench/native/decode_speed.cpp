@@ -23,12 +23,7 @@ namespace {
 
 constexpr int kRepetitions = 7;
 
-using Clock = std::chrono::steady_clock;
 using Bytes = std::vector<uint8_t>;
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 // The arrays for one decoded blob, allocated once.
 struct Output {
@@ -95,17 +90,19 @@ std::vector<Range> ranges_of(const std::vector<OpenDecoder>& decoders) {
 }
 
 double decode_parallel(std::vector<Range>& ranges) {
-  const auto start = Clock::now();
+  const auto start = std::chrono::steady_clock::now();
   meshlet::parallel_for(0, ranges.size(), [&](size_t i) {
     for (uint32_t m = ranges[i].begin; m < ranges[i].end; m++)
       decode_one(*ranges[i].open.decoder, m);
   });
-  return seconds_since(start);
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-void print_list(const char* name, const std::vector<double>& numbers, const char* end) {
+// Measures kRepetitions times, and prints the figures as a member of a JSON object.
+template <class Measure>
+void print_figures(const char* name, const char* end, const Measure& measure) {
   std::printf("\"%s\": [", name);
-  for (size_t i = 0; i < numbers.size(); i++) std::printf("%s%.9g", i ? ", " : "", numbers[i]);
+  for (int i = 0; i < kRepetitions; i++) std::printf("%s%.9g", i ? ", " : "", measure());
   std::printf("]%s", end);
 }
 
@@ -135,12 +132,8 @@ int main(int argc, char** argv) {
 
   std::vector<Range> ranges = ranges_of(decoders);
 
-  std::vector<double> all, single, parallel;
-  for (int i = 0; i < kRepetitions; i++) all.push_back(decode_all(decoders, outputs));
-  for (int i = 0; i < kRepetitions; i++) single.push_back(decode_meshlets(decoders, order));
-  for (int i = 0; i < kRepetitions; i++) parallel.push_back(decode_parallel(ranges));
   std::printf("{");
-  print_list("decode_seconds", all, ", ");
-  print_list("meshlet_microseconds", single, ", ");
-  print_list("parallel_seconds", parallel, "}\n");
+  print_figures("decode_seconds", ", ", [&] { return decode_all(decoders, outputs); });
+  print_figures("meshlet_microseconds", ", ", [&] { return decode_meshlets(decoders, order); });
+  print_figures("parallel_seconds", "}\n", [&] { return decode_parallel(ranges); });
 }

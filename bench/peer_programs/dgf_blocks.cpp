@@ -73,19 +73,15 @@ int main(int argc, char** argv) {
   const std::vector<Part> parts = read_parts(argv[3]);
   Blocks blocks;
   std::vector<Part> decoded;
-  double encode_seconds = 0;
   for (const Part& part : parts) {
-    Blocks own;
-    encode_seconds += seconds_of([&] { own = encode(part, argv[1], atoi(argv[2]) != 0); });
+    const Blocks own = encode(part, argv[1], atoi(argv[2]) != 0);
     decoded.push_back(decode(own));
     blocks.insert(blocks.end(), own.begin(), own.end());
   }
   write_parts(argv[4], decoded);
 
   Output output;
-  std::printf("{\"meshlets\": %zu, \"bytes\": %zu, \"encode_seconds\": %.9g, ",
-              blocks.size() / DGF::BLOCK_SIZE, blocks.size(), encode_seconds);
-  print_times("decode_seconds", "}\n", [&] {
+  print_figures(blocks.size() / DGF::BLOCK_SIZE, blocks.size(), [&] {
     for (size_t at = 0; at < blocks.size(); at += DGF::BLOCK_SIZE)
       decode_block(&blocks[at], output);
   });

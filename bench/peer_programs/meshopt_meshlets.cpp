@@ -6,6 +6,7 @@
 // differences to it. DECODED: the parts after decoding, vertices per meshlet. Prints a JSON
 // object.
 #include <algorithm>
+#include <bit>
 #include <cstring>
 
 #include "meshoptimizer.h"
@@ -16,12 +17,8 @@ namespace {
 constexpr int kLevel = 3;         // of optimisation: what meshoptimizer recommends
 constexpr size_t kOverread = 16;  // bytes that may be read beyond a meshlet
 
-// Bits of the field that holds a width from 0 to `bits`.
-uint32_t width_bits(uint32_t bits) {
-  uint32_t width = 0;
-  while (bits >> width) width++;
-  return width;
-}
+// Bits that hold the numbers from 0 to `most`.
+uint32_t width_of(uint32_t most) { return uint32_t(std::bit_width(most)); }
 
 class BitWriter {
  public:
@@ -72,9 +69,9 @@ void encode_vertices(const Part& part, const uint32_t* vertices, size_t count,
       low[e] = std::min(low[e], value);
       high = std::max(high, value);
     }
-    width[e] = width_bits(high - low[e]);
+    width[e] = width_of(high - low[e]);
     writer.write(low[e], part.bits[e]);
-    writer.write(width[e], width_bits(part.bits[e]));
+    writer.write(width[e], width_of(part.bits[e]));
   }
   for (size_t i = 0; i < count; i++)
     for (size_t e = 0; e < elements; e++)
@@ -128,8 +125,8 @@ void decode_values(const Encoded& encoded, const Entry& entry, const Part& part,
   for (size_t e = 0; e < elements; e++) {
     low[e] = read_bits(bytes, at, part.bits[e]);
     at += part.bits[e];
-    width[e] = read_bits(bytes, at, width_bits(part.bits[e]));
-    at += width_bits(part.bits[e]);
+    width[e] = read_bits(bytes, at, width_of(part.bits[e]));
+    at += width_of(part.bits[e]);
   }
   float* value = output.values.data();
   for (size_t i = 0; i < entry.vertices; i++)
@@ -164,18 +161,14 @@ int main(int argc, char** argv) {
   require(argc == 5, "reading the arguments");
   const std::vector<Part> parts = read_parts(argv[3]);
   Encoded encoded;
-  const double encode_seconds = seconds_of([&] {
-    for (size_t i = 0; i < parts.size(); i++)
-      encode_part(parts[i], uint32_t(i), size_t(atoi(argv[1])), size_t(atoi(argv[2])), encoded);
-  });
+  for (size_t i = 0; i < parts.size(); i++)
+    encode_part(parts[i], uint32_t(i), size_t(atoi(argv[1])), size_t(atoi(argv[2])), encoded);
   const size_t bytes = encoded.stream.size() + kEntryBytes * encoded.entries.size();
   encoded.stream.resize(encoded.stream.size() + kOverread);
   write_parts(argv[4], decode(encoded, parts));
 
   Output output;
-  std::printf("{\"meshlets\": %zu, \"bytes\": %zu, \"encode_seconds\": %.9g, ",
-              encoded.entries.size(), bytes, encode_seconds);
-  print_times("decode_seconds", "}\n", [&] {
+  print_figures(encoded.entries.size(), bytes, [&] {
     for (const Entry& entry : encoded.entries) {
       decode_triangles(encoded, entry, output);
       decode_values(encoded, entry, parts[entry.part], output);

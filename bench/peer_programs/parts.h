@@ -52,11 +52,6 @@ inline std::vector<Part> read_parts(const char* path) {
   return parts;
 }
 
-inline void write_words(const std::string& path, const std::vector<uint32_t>& words) {
-  std::ofstream(path, std::ios::binary)
-      .write(reinterpret_cast<const char*>(words.data()), std::streamsize(4 * words.size()));
-}
-
 inline void write_parts(const std::string& path, const std::vector<Part>& parts) {
   std::vector<uint32_t> words{uint32_t(parts.size())};
   for (const Part& part : parts) {
@@ -65,23 +60,21 @@ inline void write_parts(const std::string& path, const std::vector<Part>& parts)
     for (const auto* list : {&part.bits, &part.triangles, &part.values})
       words.insert(words.end(), list->begin(), list->end());
   }
-  write_words(path, words);
+  std::ofstream(path, std::ios::binary)
+      .write(reinterpret_cast<const char*>(words.data()), std::streamsize(4 * words.size()));
 }
 
-// Seconds of the processor in one call: other programs disturb them little.
+// Prints the figures of a format as a JSON object. The times are seconds of the processor, which
+// other programs disturb little, in each of kRepetitions calls of `decode`.
 template <class Function>
-double seconds_of(const Function& function) {
-  const std::clock_t start = std::clock();
-  function();
-  return double(std::clock() - start) / CLOCKS_PER_SEC;
-}
-
-// Prints the seconds of kRepetitions calls as a member of a JSON object.
-template <class Function>
-void print_times(const char* name, const char* end, const Function& function) {
-  std::printf("\"%s\": [", name);
-  for (int i = 0; i < kRepetitions; i++) std::printf("%s%.9g", i ? ", " : "", seconds_of(function));
-  std::printf("]%s", end);
+void print_figures(size_t meshlets, size_t bytes, const Function& decode) {
+  std::printf("{\"meshlets\": %zu, \"bytes\": %zu, \"decode_seconds\": [", meshlets, bytes);
+  for (int i = 0; i < kRepetitions; i++) {
+    const std::clock_t start = std::clock();
+    decode();
+    std::printf("%s%.9g", i ? ", " : "", double(std::clock() - start) / CLOCKS_PER_SEC);
+  }
+  std::printf("]}\n");
 }
 
 // Ends the program with one line unless a function of the other project succeeded.

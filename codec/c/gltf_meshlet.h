@@ -93,7 +93,7 @@ GLTF_MESHLET_API uint32_t gltf_meshlet_abi(void);
  * until the next one that fails. */
 GLTF_MESHLET_API const char* gltf_meshlet_error(void);
 
-/* Closes any object. Null is none, and fine. */
+/* Closes any object. Null is allowed and does nothing. */
 GLTF_MESHLET_API int gltf_meshlet_close(void* object);
 
 /* Array 0, 1, .. of a result: where it is, valid until the result is closed, and its size in
@@ -118,8 +118,7 @@ typedef struct gltf_meshlet_blob {
   uint64_t first_triangle, first_vertex, first_meshlet; /* in the view */
 } gltf_meshlet_blob;
 
-/* A row of the stream table, as in the blob. Three bases of codes' parameters: the encoder chooses
- * them. */
+/* A row of the stream table, as in the blob. The encoder chooses the three bases. */
 typedef struct gltf_meshlet_stream {
   uint8_t kind, elements, bits; /* elements: integers per vertex, 1 to 4, each of 1 to 32 bits */
   uint8_t predictor, chain_base, interior_base, anchor_base, reserved;
@@ -267,9 +266,10 @@ GLTF_MESHLET_API int gltf_meshlet_weld(const void* rows, size_t count, size_t st
 enum { GLTF_MESHLET_ANY = 0, GLTF_MESHLET_NUMBERS = 1, GLTF_MESHLET_CORNERS = 2 }; /* words */
 
 /* Reads the lines of a text (OBJ, PLY, STL) that start with this word; all lines if it is empty.
- * words: numbers, or corners: 1 to 3 integers between slashes, which give 3, 0 for one that is not
- * there; any are not read. Arrays of the result: double, the numbers; uint32_t, how many of each
- * line; uint32_t, the lines' offsets in the text. */
+ * words: what follows. GLTF_MESHLET_NUMBERS: numbers. GLTF_MESHLET_CORNERS: each word is 1 to 3
+ * integers between slashes and gives 3 numbers, 0 for a missing integer. GLTF_MESHLET_ANY: words
+ * that are not read. Arrays of the result: double, the numbers; uint32_t, how many each line has;
+ * uint32_t, the lines' offsets in the text. */
 GLTF_MESHLET_API int gltf_meshlet_scan_lines(const char* text, size_t size, const char* keyword,
                                              uint32_t words, gltf_meshlet_result** result);
 
@@ -311,10 +311,10 @@ typedef struct gltf_meshlet_carried {
   uint64_t count;
 } gltf_meshlet_carried;
 
-/* Measures chosen groups of whole levels that others replace. Arrays of the result: float, the
- * distance between each chosen replacement and level 0 that 99.9 % of either surface keeps; then of
- * the vertices to carry on: uint32_t their numbers, the triangle of its group's `after` that is
- * nearest to each, and begins; float areas. */
+/* Measures chosen groups of whole levels that others replace. Arrays of the result: float, for each
+ * chosen replacement, the distance within which 99.9 % of either surface lies of the other, level
+ * 0; then of the vertices to carry on: uint32_t their numbers, the triangle of its group's `after`
+ * that is nearest to each, and begins; float areas. */
 GLTF_MESHLET_API int gltf_meshlet_measure(const gltf_meshlet_surface* surface,
                                           const gltf_meshlet_groups* before,
                                           const gltf_meshlet_groups* after, const uint32_t* chosen,

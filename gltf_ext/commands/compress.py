@@ -75,6 +75,7 @@ class Job:
     Attributes:
         source: the primitive, in memory or in its file.
         users: the document's primitives that it stands for.
+        dropped: counts of vertices and triangles left out.
         grid: of its positions; None if they are integers.
         reason_kept: why it is not compressed; empty if it is.
         plan: its streams; view: their blobs.
@@ -172,7 +173,7 @@ def _statistics_by_view(encoded: list[Job]) -> dict[int, dict[str, Any]]:
 def _encode_all(jobs: list[Job], options: Options, chunks: Runner, title: str) -> list[Job]:
     """Encodes all jobs; returns those that can be. Raises MeshletError when none can be.
 
-    chunks: runs those of primitives that are larger than memory.
+    chunks: runs the chunks of primitives that are larger than memory.
     """
     if not jobs:
         raise MeshletError("holds no triangles", "there is nothing to compress")
@@ -287,7 +288,7 @@ def _identity(primitive: pygltflib.Primitive) -> Identity:
 
 def _source(document: Document, mesh: int, index: int) -> tuple[Primitive, Dropped]:
     source, dropped = read_triangles(document, mesh, index)
-    if len(source.arrays) > MAX_STREAMS:  # stays as it is; do not take the memory to weld it
+    if len(source.arrays) > MAX_STREAMS:  # It stays uncompressed: welding would only take memory.
         return source, dropped
     source, more = weld(source)
     dropped.add(more)
@@ -460,8 +461,8 @@ def _add_all_levels(document: Document, encoded: list[Job]) -> list[dict[str, An
 
 
 def _useless_levels(encoded: list[Job]) -> list[str]:
-    """Warns where a viewer holds more with levels than without, even if it shows each primitive
-    with PIXELS pixels and one pixel of error only."""
+    """Warns if a viewer holds more bytes with levels than without, although it shows each primitive
+    with only PIXELS pixels and one pixel of error."""
     from gltf_ext.lod.cuts import cut_at_error, held_bytes  # commands without levels start faster
 
     plain = held = 0

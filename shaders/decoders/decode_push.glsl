@@ -1,4 +1,4 @@
-// Push constants of the decoding compute shaders (vk_backend/gpu_decoder.py), whose job is all
+// Push constants of the decoding compute shaders (bench/gpu_decoder.py), whose job is all
 // meshlets of a blob. A shader need not use every buffer.
 #include "decoders/decode_buffers.glsl"
 #ifdef WGSL

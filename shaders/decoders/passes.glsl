@@ -1,4 +1,4 @@
-// Shared by lengths.comp, corners.comp and chains.comp of the pass decoder: a thread's meshlet,
+// Shared by lengths.comp, corners.comp and chains.comp of the bulk passes: a thread's meshlet,
 // places along the boundary, sections, and residuals. Each thread decodes a small part of a
 // meshlet. A pass writes values to their final place and the next pass reads them there.
 //

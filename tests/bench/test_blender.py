@@ -7,7 +7,7 @@ import pytest
 from bench import blender
 from tools import blender_python
 
-OPTIONS = argparse.Namespace(models=["suzanne"], repetitions=1)
+OPTIONS = argparse.Namespace(models=["suzanne"])
 
 
 def test_missing_extension_and_missing_blender_are_named(monkeypatch, tmp_path):

@@ -176,7 +176,7 @@ def sound_meshlets(decoder, monkeypatch, streams, seed, meshlets):
 @pytest.mark.parametrize("method", ["interior", "traversal"])
 @pytest.mark.parametrize("name", SHAPES)
 def test_streams_of_every_shape(device, monkeypatch, name, method):
-    """The pass decoder packs values into words."""
+    """The bulk passes pack values into words."""
     from bench.gpu_decoder import GpuDecoder
 
     streams = SHAPES[name]

@@ -52,7 +52,7 @@ def test_decoding_gives_every_triangle(name, primitives):
         expected = triangle_rows(before.triangles, before.values[:, :elements])
         assert np.array_equal(triangle_rows(after.triangles, after.values), expected)
     assert 0 < run.meshlets < sum(len(part.triangles) for part in parts)
-    assert min(run.decode_seconds) > 0 and run.encode_seconds > 0
+    assert min(run.decode_seconds) > 0
 
 
 def test_meshopt_meshlets_hold_all_elements(primitives):

@@ -175,6 +175,7 @@ def test_a_section_adds_up_memory_given_by_use():
         "width": 4,
         "height": 3,
         "rows": [row, pooled],
+        "views": [],
     }
     page = overview.report({"vulkan_raster": measured})
     assert "| stream, lit, culling | 1, 1.5 MB |" in page

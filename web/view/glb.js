@@ -57,7 +57,7 @@ export async function packGltf(buffer, files) {
   return writeGlb(json, parts, length);
 }
 
-// The file behind a relative URI, found by its name: the browser tells no folders.
+// The file behind a relative URI, found by its name: browsers do not tell its folder.
 async function resolve(uri, files) {
   if (typeof uri !== 'string') throw new Error('one of its buffers has no file');
   if (uri.startsWith('data:')) return (await fetch(uri)).blob();

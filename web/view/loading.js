@@ -1,4 +1,4 @@
-// From the bytes of a file to what can be drawn. Knows no camera, canvas or page.
+// From the bytes of a file to what can be drawn. Knows no camera, canvas or web page.
 import { compileDecoder, createDecoder } from '../decoder.js';
 import { EXTENSION, vertexBytes } from '../gltf.js';
 import { createDecoderPool } from '../pool.js';
@@ -18,7 +18,7 @@ import {
 } from './vendor.js';
 
 const MESH_LOADERS = { obj: OBJLoader, ply: PLYLoader, stl: STLLoader };
-// Decoders of these would double the page.
+// Decoders of these would double the size of the web page.
 const UNREADABLE = {
   KHR_draco_mesh_compression: 'Draco',
   EXT_meshopt_compression: 'meshopt',

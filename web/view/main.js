@@ -1,4 +1,4 @@
-// The page: buttons, keys, dropped files, the table of sizes and times.
+// The web page: buttons, keys, dropped files, the table of sizes and times.
 import { load } from './loading.js';
 import { Models, SUFFIXES } from './models.js';
 import { Stage } from './stage.js';
@@ -136,7 +136,7 @@ async function read(source, name, streams = false) {
   return { loaded, times: { ...times, ...loaded.times } };
 }
 
-// Decoding may keep the page busy: first let it show that.
+// Decoding may keep the web page busy: first let it show that.
 const painted = () => new Promise((resolve) => requestAnimationFrame(() => setTimeout(resolve)));
 
 async function showOriginal() {
@@ -174,7 +174,7 @@ function arrange() {
   update();
 }
 
-// --- what the page says ---
+// --- what the web page says ---
 
 function status(text) {
   element('status').hidden = text === null;
@@ -433,7 +433,7 @@ function connect() {
 
 // --- dark and light ---
 
-// The browser may keep nothing for this page, and throws then.
+// The browser may keep nothing for this web page; then it throws.
 function stored(action) {
   try {
     return action();

@@ -1,7 +1,8 @@
-// Where models come from: the page's own server, the folder of an exported page, or files that the
-// user drops. A model is {name, compressed, original, seconds, warnings}; compressed and original
-// are {bytes, read, place}, or null where there is none. read(): promise of an ArrayBuffer; place:
-// of compressed files, a URL or a Blob; bytes: size of the user's file. seconds: what compressing took, or null.
+// Where models come from: the web page's own server, the folder of an exported web page, or files
+// that the user drops. A model is {name, compressed, original, seconds, warnings}; compressed and
+// original are {bytes, read, place}, or null where there is none. read(): promise of an
+// ArrayBuffer; place: of compressed files, a URL or a Blob; bytes: size of the user's file.
+// seconds: what compressing took, or null.
 import { EXTENSION } from '../gltf.js';
 import { isGlb, packGltf, readJson } from './glb.js';
 
@@ -13,7 +14,7 @@ export const SUFFIXES = ['glb', 'gltf', ...MESHES];
 export class Models {
   #server = false;
 
-  // The models that the page starts with. Throws an Error if the list cannot be read.
+  // The models that the web page starts with. Throws an Error if the list cannot be read.
   async start() {
     const { server, models } = await (await get(MODELS)).json();
     this.#server = server;

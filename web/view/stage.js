@@ -1,4 +1,4 @@
-// Draws one or two models with one camera. Knows no files and nothing of the page but its canvas.
+// Draws one or two models with one camera. Knows no files, and of the web page only its canvas.
 import {
   AnimationMixer,
   Box3,
@@ -20,7 +20,7 @@ const FIRST_VIEW = new Vector3(0.55, 0.35, 1).normalize(); // from the model to 
 const MARGIN = 1.02; // of the picture around a model that fits
 const MOST_PIXELS = 2; // per CSS pixel: more cost time and show little
 const NEAREST = 1e-3; // of the radius of what is shown
-const EDGE_OFFSET = 1e-4; // of the depth range, by which edges are drawn before their triangles
+const EDGE_OFFSET = 1e-4; // of the depths 0 to 1: edges are drawn so much before their triangles
 const AMBIENT = 0.5; // brightness of the room around the models: white stays below white
 const KEY_BRIGHTNESS = 1.4;
 const KEY_LIGHT = new Vector3(-0.6, 0.9, 1); // from the target, in the camera's directions

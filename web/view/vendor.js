@@ -1,5 +1,5 @@
-// The parts of three.js that the page uses. Bundled into a file of its own, which changes only with
-// the version of three.js.
+// The parts of three.js that the web page uses. Bundled into a file of its own, which changes only
+// with the version of three.js.
 export {
   AnimationMixer,
   Box3,
