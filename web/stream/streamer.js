@@ -7,24 +7,24 @@ import { createDecoderPool } from '../pool.js';
 import { createUnpacker, packedTable } from '../transport.js';
 import { Cut, largestScale } from './cut.js';
 import { openDocument, readPlaces } from './document.js';
-import { GeometryPool, geometryBytes, INDEX_BYTES } from './geometry.js';
-import { formatsOf } from './page.js';
+import { GeometryPool, geometryBytes } from './geometry.js';
+import { formatsOf, indexType } from './page.js';
 import { delayAfter, SourceError } from './source.js';
 import { LOD, readCounts, Tables } from './tables.js';
 
 const MEGABYTE = 1e6;
 const COPIES = 2; // of decoded pages: an array of ours, and the buffer on the GPU
-const WORKER_BYTES = 0.7 * MEGABYTE; // of WebAssembly, after pages of 32 KiB
+const WORKER_BYTES = 11 * 65_536; // of WebAssembly, after pages of 32 KiB
 const UNPACKER_BYTES = 0.13 * MEGABYTE; // of its WebAssembly at first,
 const UNPACKING = 140; // and for each byte of the largest unpacked page: 95 to 130 were measured
 const MOST_WORKERS = 4;
 const SMALL = 24 * MEGABYTE; // budgets with one Worker
 // Of the budget, for bytes that are requested or wait for a decoder.
-const WAITING = 0.02;
-const LEAST_WAITING = 0.15 * MEGABYTE; // more than the largest request
+const WAITING = 0.01;
+const LEAST_WAITING = 0.07 * MEGABYTE; // two pages
 const MOST_WAITING = 3 * MEGABYTE;
 const REQUESTS = 6; // at a time: what browsers send to one server with HTTP/1.1
-const REQUEST_BYTES = 131_072; // of neighbouring pages
+const REQUEST_BYTES = 131_072; // of neighbouring pages, if that many may wait
 const TRIES = 3; // of a page that is malformed, or refused by the server
 const INSERT_MS = 3; // a frame, for copying decoded pages
 // From one frame of a flight to the next the threshold falls by less than this, mostly.
@@ -547,17 +547,29 @@ export class Streamer {
       this.#stored + this.#document.held + mostOf(this.primitives.flatMap(rootsOf)) - decoding,
     );
     const room = (this.maxBytes - tables - workers - waiting - decoding) / COPIES;
-    // Room for all root pages, and the same share of all others in each pool.
     const sum = (pagesOf) =>
       this.primitives.reduce((all, one) => all + this.#bytesOf(one, pagesOf(one)), 0);
-    const roots = sum(rootsOf);
-    if (roots > room) throw tooSmall(this.maxBytes, 'its coarsest level does not fit');
-    const others = sum(({ pages }) => pages) - roots;
-    const share = Math.min(1, (room - roots) / Math.max(others, 1));
+    if (sum(rootsOf) > room) throw tooSmall(this.maxBytes, 'its coarsest level does not fit');
+    const total = sum(({ pages }) => pages);
+    const shareBeyond = (pagesOf) =>
+      Math.min(1, (room - sum(pagesOf)) / Math.max(total - sum(pagesOf), 1));
+    // Each primitive has the same share of the room, for its coarsest pages: cuts have their mix of
+    // vertices and triangles.
+    const share = shareBeyond(rootsOf);
+    const coarsest = (one) => {
+      const roots = rootsOf(one).length;
+      let left = share * this.#bytesOf(one, one.pages.slice(roots));
+      const beyond = one.pages.findIndex((page, p) => {
+        if (p >= roots) left -= this.#bytesOf(one, [page]);
+        return left < 0;
+      });
+      return beyond < 0 ? one.pages : one.pages.slice(0, beyond);
+    };
+    const rest = shareBeyond(coarsest);
     this.#budget = { tables, waiting, decoding, room, wasm: this.#wasmBytes };
     for (const ones of layouts.values()) {
       const pages = ones.flatMap((one) => one.pages);
-      const pool = new GeometryPool(ones[0].formats, pages, ones.flatMap(rootsOf), share);
+      const pool = new GeometryPool(ones[0].formats, pages, ones.flatMap(coarsest), rest);
       for (const one of ones) one.pool = pool;
       this.#pools.push(pool);
     }
@@ -774,7 +786,8 @@ export class Streamer {
     this.#cancel();
     this.#waiting = 0;
     for (const { wanted, bytes, state } of this.#pages)
-      if (wanted > 0 && bytes && state !== RESIDENT) this.#waiting += bytes.length;
+      if (bytes && state !== RESIDENT && (wanted > 0 || state > STORED))
+        this.#waiting += bytes.length;
     const wanted = this.#pages.filter(
       (page) => page.wanted > 0 && page.state <= STORED && page.retryAt <= now,
     );
@@ -797,6 +810,7 @@ export class Streamer {
     if (this.#requests.size >= REQUESTS) return;
     const { pages } = page.owner;
     const pagesOf = [page];
+    const most = Math.min(REQUEST_BYTES, this.#budget.waiting);
     let length = page.length;
     const extend = (next, add) => {
       const after = pagesOf.at(-1);
@@ -807,7 +821,7 @@ export class Streamer {
         next.wanted > 0 &&
         next.source === page.source &&
         (next.begin === after.begin + after.length || next.begin + next.length === before.begin) &&
-        length + next.length <= REQUEST_BYTES
+        length + next.length <= most
       ) {
         length += next.length;
         return add(next);
@@ -969,16 +983,15 @@ export class Streamer {
     this.#changes++;
   }
 
-  // Forgets compressed bytes beyond the budget, of pages that were needed longest ago first. Those
-  // that wait for a decoder are within it.
+  // Forgets compressed bytes beyond the budget, of pages that were needed longest ago first. Of
+  // those that are needed now, that of resident pages first, then that of the least urgent ones.
   #trim() {
     const spare = this.maxBytes - (this.bytes.total - this.#stored);
     if (this.#stored <= spare) return;
     const kept = this.#pages.filter(
-      ({ bytes, state, wanted }) =>
-        bytes && (state === RESIDENT || (state === STORED && wanted === 0)),
+      ({ bytes, state }) => bytes && (state === RESIDENT || state === STORED),
     );
-    kept.sort((a, b) => a.used - b.used || b.state - a.state);
+    kept.sort((a, b) => a.used - b.used || b.state - a.state || a.wanted - b.wanted);
     for (const page of kept) {
       if (this.#stored <= spare) return;
       this.#forget(page);
@@ -1064,10 +1077,12 @@ function plain(accessor) {
   return { componentType, type, normalized };
 }
 
-// What a page takes while it is decoded: its bytes, also unpacked, the decoder's arrays and the packed ones.
+// What a page takes while it is decoded, beside the memory of WebAssembly: a copy of its bytes, also
+// unpacked, and its arrays.
 function decodingBytes({ owner, vertices, triangles, length, packed }) {
-  const vertexBytes = owner.formats.reduce((sum, { bytes, decoded }) => sum + bytes + decoded, 0);
-  return length + packed + vertexBytes * vertices + 3 * INDEX_BYTES * triangles;
+  const vertexBytes = owner.formats.reduce((sum, { bytes }) => sum + bytes, 0);
+  const indexBytes = 3 * indexType(vertices).BYTES_PER_ELEMENT;
+  return length + packed + vertexBytes * vertices + indexBytes * triangles;
 }
 
 function checkView(view) {
