@@ -271,7 +271,7 @@ const tasks = {
       for (const angle of angles)
         for (let frame = 0; frame < 15; frame++) {
           streamer.update(viewOf(streamer, 1.1 + angle / 6, angle), 1);
-          most = Math.max(most, streamer.bytes.total);
+          most = Math.max(most, streamer.statistics.bytes.total);
           await pause(3);
         }
       most = Math.max(most, await rest(streamer, viewOf(streamer, 1.2)));
