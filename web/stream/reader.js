@@ -89,8 +89,8 @@ export class Reader {
 
   // Runs an action for each primitive; drops those that fail.
   #forEach(action) {
-    this.primitives = this.primitives.filter((one, i) =>
-      this.#attempt(one.name, one.key, () => action(one, i)),
+    this.primitives = this.primitives.filter((one) =>
+      this.#attempt(one.name, one.key, () => action(one)),
     );
   }
 
@@ -107,11 +107,9 @@ export class Reader {
         if (reason) throw reason;
         return value;
       });
-      for (const number of [
-        one.primitive.extensions[LOD].bufferView,
-        one.primitive.extensions[LOD].pages.bufferView,
-      ])
-        checkView(this.#document.json.bufferViews[number]);
+      const levels = one.primitive.extensions[LOD];
+      for (const { bufferView } of [levels, levels.pages])
+        checkView(this.#document.json.bufferViews[bufferView]);
       const [tables] = one.places;
       if (Tables.viewBytes(one.counts) !== tables.size)
         throw new MalformedError(`${LOD} has tables of another length than its counts say`);
@@ -240,8 +238,10 @@ export class Reader {
       const { json } = this.#document;
       const { attributes } = one.primitive;
       const streams = one.primitive.extensions[EXTENSION].attributes;
-      this.#storeFirst(one, first.get(one));
-      one.streams = readStreams(this.#unpacked(one.pages[0]));
+      storeFirst(one, first.get(one));
+      const [{ bytes: page, packed: size }] = one.pages;
+      const unpacked = size ? this.#unpacker.unpackPage({ bytes: page, size }).slice() : page;
+      one.streams = readStreams(unpacked);
       const header = fine.get(one); // pages are checked again when they are decoded
       if (header.length > 0 && !sameStreams(one.streams, readStreams(header)))
         throw new MalformedError(`${LOD} has pages with other streams than level 0`);
@@ -260,12 +260,8 @@ export class Reader {
       const isFine = p >= tables.coarsePageCount;
       const { source, begin, table } = places[isFine ? 2 : 1];
       const size = tables.pageLength[p];
-      const plain = {
-        begin: tables.pageBegin[p],
-        end: tables.pageBegin[p] + size,
-        size,
-        raw: true,
-      };
+      const at = tables.pageBegin[p];
+      const plain = { begin: at, end: at + size, size, raw: true };
       const place = table ? table[isFine ? p - tables.coarsePageCount : p] : plain;
       if (place.size !== size)
         throw new MalformedError('a packed page has another length than the tables say');
@@ -287,16 +283,11 @@ export class Reader {
       });
     }
   }
+}
 
-  #storeFirst({ pages }, bytes) {
-    for (let p = 0, at = 0; at < bytes.length; at += pages[p++].length)
-      Object.assign(pages[p], { state: STORED, bytes: bytes.slice(at, at + pages[p].length) });
-  }
-
-  #unpacked({ bytes, packed }) {
-    if (!packed) return bytes;
-    return this.#unpacker.unpackPage({ bytes, size: packed }).slice();
-  }
+function storeFirst({ pages }, bytes) {
+  for (let p = 0, at = 0; at < bytes.length; at += pages[p++].length)
+    Object.assign(pages[p], { state: STORED, bytes: bytes.slice(at, at + pages[p].length) });
 }
 
 // What formatsOf reads of an accessor.
@@ -305,16 +296,11 @@ function plain(accessor) {
   return { componentType, type, normalized };
 }
 
-function checkView(view) {
-  const compressed = ['EXT_meshopt_compression', 'KHR_meshopt_compression'];
-  if (
-    view.byteStride !== undefined ||
-    view.target !== undefined ||
-    (view.byteOffset ?? 0) % 4 !== 0
-  )
+function checkView({ byteStride, target, byteOffset = 0, extensions }) {
+  if (byteStride !== undefined || target !== undefined || byteOffset % 4 !== 0)
     throw new MalformedError(
       `${LOD} has a buffer view with a byteStride, a target or another offset than a multiple of 4`,
     );
-  if (compressed.some((name) => view.extensions?.[name]))
+  if (extensions?.EXT_meshopt_compression || extensions?.KHR_meshopt_compression)
     throw new MalformedError(`${LOD} has a buffer view that is compressed`);
 }
