@@ -255,6 +255,23 @@ const tasks = {
     return results;
   },
 
+  // Requests and decodings under way on a server that has stopped to answer, before and after what
+  // they are for leaves the view.
+  async cancels([file]) {
+    const server = await serveFile(readFileSync(file));
+    const streamer = await open(server.url);
+    await rest(streamer, viewOf(streamer, 30));
+    server.answer = () => {};
+    streamer.update(viewOf(streamer), 0.2);
+    const before = streamer.statistics.waiting;
+    streamer.update(viewOf(streamer, 30), 1);
+    await pause(100);
+    const after = streamer.statistics.waiting;
+    streamer.close();
+    server.close();
+    return { before, after, warnings: streamer.told.warnings };
+  },
+
   // A flight around a file within a budget: the largest total, whether the end is the same by
   // another path and on a slow machine, and whether a stream with memory for all draws the same at that error. resized:
   // how often memory has moved between pools.
