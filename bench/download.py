@@ -46,7 +46,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--rounds", type=int, default=ROUNDS, help=f"default: {ROUNDS}")
 
 
-check = stream.check
+def check(options: argparse.Namespace) -> None:
+    stream.require_browsers(["Chromium"])
 
 
 def measure(options: argparse.Namespace) -> dict:

@@ -27,7 +27,7 @@ import shutil
 import struct
 import subprocess
 import tempfile
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -94,9 +94,13 @@ def require_web(packages: Iterable[str] = (), files: Iterable[str] = ()) -> None
             raise SystemExit(f"bench: no web/{name}; run: make web")
 
 
-def node(*arguments: object) -> str:
-    """What a program prints in Node. Ends this one if it fails: Node has then said why."""
-    done = subprocess.run(["node", *map(str, arguments)], stdout=subprocess.PIPE, text=True)
+def node(*arguments: object, display: Sequence[str] = ()) -> str:
+    """What a program prints in Node. Ends this one if it fails: Node has then said why.
+
+    display: the command that gives Node a display.
+    """
+    command = [*display, "node", *map(str, arguments)]
+    done = subprocess.run(command, stdout=subprocess.PIPE, text=True)
     if done.returncode:
         raise SystemExit("bench: a program in Node failed")
     return done.stdout

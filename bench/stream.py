@@ -1,7 +1,7 @@
-"""How soon is a picture there, in how much memory? MeshletStream in Chromium, beside whole files.
+"""How soon is a picture there, in how much memory? MeshletStream in browsers, beside whole files.
 
 Writes docs/stream_results.md. A server limits the rate of the models' files, all connections
-together; pages and libraries come at once. Chromium draws without a GPU.
+together; pages and libraries come at once. Browsers draw without a GPU.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import json
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 import numpy as np
@@ -28,11 +28,12 @@ from gltf_ext.lod import LodPrimitive, View, cut_for_view, open_lod
 from gltf_ext.lod.cuts import held_bytes
 
 DRIVER = Path(__file__).with_name("stream_driver.mjs")
-PARTS = ("frames",)
+PARTS = ("browsers", "frames")
 DOCUMENT = "stream_results"
 PACKAGES = ("gltf-meshlet", "numpy", "meshoptimizer")
 RATE = 2_500_000  # bytes per second: 20 Mbit/s
 BUDGETS = (64_000_000, 8_000_000)
+BROWSERS = {"Chromium": "chromium", "Firefox": "firefox-esr"}  # name -> program
 COPIES = 2  # of decoded pages
 FRAMES = 300
 REST_SECONDS = 60
@@ -47,6 +48,7 @@ INSTANCES = 200
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--browsers", nargs="+", choices=BROWSERS, default=list(BROWSERS))
     parser.add_argument("--frames", type=int, default=FRAMES)
     parser.add_argument(
         "--files", metavar="FOLDER", help="keep the compressed files there, and use those there are"
@@ -56,9 +58,21 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def check(options: argparse.Namespace) -> None:
     """Ends the program if something is missing."""
+    require_browsers(options.browsers)
+
+
+def require_browsers(names: Iterable[str]) -> None:
+    """Ends the program if a browser is missing, or what drives it."""
     peers.require_web(("three", "puppeteer-core"), ("decoder.wasm",))
-    if not shutil.which("chromium"):
-        raise SystemExit("bench: Chromium is not installed")
+    for name in names:
+        for program in (BROWSERS[name], *display_of(name)[:1]):
+            if not shutil.which(program):
+                raise SystemExit(f"bench: {program} is not installed")
+
+
+def display_of(browser: str) -> tuple[str, ...]:
+    """The command that gives a browser a display. Firefox has WebGL on a display only."""
+    return ("xvfb-run", "-a") if browser == "Firefox" else ()
 
 
 def measure(options: argparse.Namespace) -> dict:
@@ -92,7 +106,7 @@ def measure(options: argparse.Namespace) -> dict:
             for budget in BUDGETS
         ]
         (folder / "list.json").write_text(json.dumps(settings))
-        runs = drive(folder)
+        runs = [run for browser in options.browsers for run in drive(folder, browser=browser)]
         for run in runs:
             if run["task"] == "flight":
                 run["best"] = best_error(folder / run["file"], run)
@@ -106,10 +120,12 @@ def measure(options: argparse.Namespace) -> dict:
         }
 
 
-def drive(folder: Path, rate: int = RATE) -> list[dict]:
+def drive(folder: Path, rate: int = RATE, browser: str = "Chromium") -> list[dict]:
     """What stream_driver.mjs prints for the settings in list.json. rate: bytes per second."""
-    settings = (shutil.which("chromium"), folder, rate, folder / "list.json")
-    return json.loads(peers.node(DRIVER, ROOT, peers.NODE_MODULES, *settings))
+    program = shutil.which(BROWSERS[browser])
+    settings = (browser, program, folder, rate, folder / "list.json")
+    given = (DRIVER, ROOT, peers.NODE_MODULES, *settings)
+    return json.loads(peers.node(*given, display=display_of(browser)))
 
 
 def longest_side(path: Path) -> float:
@@ -251,14 +267,14 @@ def first_table(result: dict) -> str:
             for name in ("first", "last"):
                 part = run[name]
                 error = part.get("pixels", part.get("threshold"))
-                title = f"streamed, {name} picture"
-                seconds = f"{part['seconds']:.1f} s"
-                rows.append([title, f"{part['bytes'] / 1e6:.2f} MB", seconds, f"{error:.1f}"])
+                row = [run["browser"], f"streamed, {name} picture"]
+                row += [f"{part['bytes'] / 1e6:.2f} MB", f"{part['seconds']:.1f} s"]
+                rows.append([*row, f"{error:.1f}"])
         elif run["task"] == "whole":
             size = f"{result['bytes'][run['file']] / 1e6:.2f} MB"
             seconds = f"{run['seconds']:.1f} s" if "seconds" in run else run["error"]
-            rows.append([f"whole, {run['file']}", size, seconds, "0"])
-    return markdown_table(["", "bytes", "time", "error in pixels"], rows)
+            rows.append([run["browser"], f"whole, {run['file']}", size, seconds, "0"])
+    return markdown_table(["browser", "", "bytes", "time", "error in pixels"], rows)
 
 
 def peers_line(result: dict) -> str:
@@ -273,6 +289,7 @@ def peers_line(result: dict) -> str:
 
 def flight_table(result: dict) -> str:
     columns: dict[str, Callable[[dict], str]] = {
+        "browser": lambda run: run["browser"],
         "file": lambda run: run["file"],
         "budget": lambda run: f"{run['budget'] / 1e6:.0f} MB",
         "most": lambda run: f"{run['most'] / 1e6:.2f} MB",
@@ -283,8 +300,8 @@ def flight_table(result: dict) -> str:
         "fetched": lambda run: f"{run['fetched'] / 1e6:.2f} MB",
         "update, median": lambda run: f"{run['updateMedian']:.2f} ms",
         "longest": lambda run: f"{run['updateMost']:.0f} ms",
-        "tasks over 50 ms": lambda run: str(run["longTasks"]),
-        "JavaScript heap": lambda run: f"{(run['heap'] or 0) / 1e6:.0f} MB",
+        "tasks over 50 ms": lambda run: "-" if run["longTasks"] is None else str(run["longTasks"]),
+        "JavaScript heap": lambda run: f"{run['heap'] / 1e6:.0f} MB" if run["heap"] else "-",
     }
     return table((run for run in result["runs"] if run["task"] == "flight"), columns)
 
@@ -295,7 +312,7 @@ def report(result: dict) -> str:
         "# Streaming: results\n\n"
         f"{origin_line(result)}\n"
         f"{result['triangles']:,} triangles (the dragon, displaced) in a picture of {PIXELS} "
-        f"pixels, at {result['rate'] / 1e6:g} MB per second. Headless Chromium without a GPU. One "
+        f"pixels, at {result['rate'] / 1e6:g} MB per second. Browsers draw without a GPU. One "
         f"pixel needs pages and tables of {result['cut_bytes'] / 1e6:.2f} MB.\n\n"
         f"{first_table(result)}\n{peers_line(result)}"
         "## Flights\n\n"
@@ -305,6 +322,6 @@ def report(result: dict) -> str:
         "frame. The best cut that fits has its pages twice beside the tables and the memory of "
         "Workers, no memory for pages on the way, and nothing out of view. Update is the choice of "
         "detail, requests and copies of a frame. Tasks over 50 ms are all of the page's since the "
-        "stream was made.\n\n"
+        "stream was made; Firefox tells neither these nor its heap.\n\n"
         f"{flight_table(result)}"
     )

@@ -1,13 +1,14 @@
-// Runs bench/stream_page.html in Chromium for each of a list of settings, on a server of files that
-// answers ranges at a limited rate. Usage: node stream_driver.mjs ROOT NODE_MODULES CHROMIUM FOLDER
-// RATE LIST. RATE: bytes per second of files of FOLDER, all connections together. LIST: a file with
-// the settings. Prints JSON: what the pages report, with the bytes that the server has sent.
+// Runs bench/stream_page.html for each of a list of settings, on a server of files that answers
+// ranges at a limited rate. Usage: node stream_driver.mjs ROOT NODE_MODULES BROWSER PROGRAM FOLDER
+// RATE LIST. BROWSER: Chromium or Firefox. RATE: bytes per second of files of FOLDER, all
+// connections together. LIST: a file with the settings. Prints JSON: what the pages report, with
+// the browser and the bytes that the server has sent.
 import { createReadStream, existsSync, readFileSync, statSync } from 'node:fs';
 import { createServer } from 'node:http';
 import { createRequire } from 'node:module';
 import path from 'node:path';
 
-const [root, modules, executablePath, folder, rate, list] = process.argv.slice(2);
+const [root, modules, name, executablePath, folder, rate, list] = process.argv.slice(2);
 const puppeteer = createRequire(path.join(modules, 'x.js'))('puppeteer-core');
 const TIMEOUT = 900_000; // milliseconds
 const STEP = 16_384; // bytes that are sent at a time
@@ -50,15 +51,21 @@ const server = createServer(async (request, response) => {
 });
 await new Promise((resolve) => server.listen(0, '127.0.0.1', resolve));
 
-const args = [
+const isFirefox = name === 'Firefox';
+const chromium = [
   '--no-sandbox',
   '--use-angle=swiftshader',
   '--enable-unsafe-swiftshader',
   '--enable-precise-memory-info',
 ];
 const browser = await puppeteer.launch({
+  browser: isFirefox ? 'firefox' : 'chrome',
   executablePath,
-  args,
+  args: isFirefox ? [] : chromium,
+  headless: !isFirefox, // Firefox has WebGL on a display only
+  // Times of updates are below its clock's millisecond.
+  extraPrefsFirefox: { 'webgl.force-enabled': true, 'privacy.reduceTimerPrecision': false },
+  env: { ...process.env, LIBGL_ALWAYS_SOFTWARE: '1' },
   timeout: TIMEOUT,
   protocolTimeout: TIMEOUT,
 });
@@ -75,8 +82,8 @@ for (const settings of JSON.parse(readFileSync(list, 'utf8'))) {
   );
   const done = await (await page.waitForFunction('window.done')).jsonValue();
   if (done.error?.includes?.('\n')) throw new Error(`${settings.file}: ${done.error}`);
-  results.push({ ...settings, ...done, sent });
-  process.stderr.write(`${settings.task} ${settings.file} ${settings.maxBytes ?? ''}\n`);
+  results.push({ browser: name, ...settings, ...done, sent });
+  process.stderr.write(`${name} ${settings.task} ${settings.file} ${settings.maxBytes ?? ''}\n`);
   await page.close();
 }
 await browser.close();

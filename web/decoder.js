@@ -99,8 +99,19 @@ class Decoder {
   decodeBlobs(bytes, { step = STEP_MESHLETS, ...options }, onTriangles = () => {}) {
     const plan = new Plan(this.#blobs(bytes), options);
     plan.allocate();
-    this.#each(plan.blobs, (blob) => this.#decode(blob, plan, step, onTriangles));
+    const insert = (part, at) => {
+      plan.insert(part, at);
+      onTriangles(part.indices.length / 3);
+    };
+    this.#each(plan.blobs, (blob) => this.#decode(blob, plan, step, insert));
     return plan;
+  }
+
+  // For gltf-meshlet/stream: calls take({indices, values, vertexCount}, {triangles, vertices}) for
+  // each meshlet, with the counts before it. The next meshlet overwrites the arrays.
+  decodeEach(bytes, integers, take) {
+    const plan = new Plan(this.#blobs(bytes), { integers });
+    this.#each(plan.blobs, (blob) => this.#decode(blob, plan, 1, take));
   }
 
   decodeMeshlet(view, meshlet) {
@@ -178,8 +189,9 @@ class Decoder {
     this.#call('open_blob', at, bytes.length);
   }
 
-  // Decodes the open blob, some meshlets at a time, into the arrays of a plan.
-  #decode({ streams, begin, meshlets }, plan, step, onTriangles) {
+  // Decodes the open blob of a plan, `step` meshlets at a time. Calls insert with their arrays and
+  // the counts before them.
+  #decode({ streams, begin, meshlets }, plan, step, insert) {
     const most = MESHLET_LIMIT * Math.min(meshlets, step);
     const triangles = this.#call('allocate', 3 * 4 * most);
     const stored = streams.map((_, s) => plan.storesIntegers(s));
@@ -204,10 +216,9 @@ class Decoder {
         const Type = arrayType(stream, stored[s]);
         return new Type(buffer, places[s], widths[s] * vertexCount);
       });
-      plan.insert({ indices, values }, at);
+      insert({ indices, values, vertexCount }, at);
       at.triangles += triangleCount;
       at.vertices += vertexCount;
-      onTriangles(triangleCount);
     }
   }
 

@@ -30,6 +30,8 @@ export async function serve(root, modules, folder) {
     const file = path.join(roots[first] ?? '/missing', ...rest);
     if (!existsSync(file)) return response.writeHead(404).end();
     response.setHeader('content-type', TYPES[path.extname(file)] ?? 'application/octet-stream');
+    // Babylon.js unbundled is thousands of files, which only the first page loads.
+    if (first === 'node_modules') response.setHeader('cache-control', 'max-age=3600');
     const [, from, to] = /^bytes=(\d+)-(\d+)$/.exec(request.headers.range ?? '') ?? [];
     if (from === undefined) return createReadStream(file).pipe(response);
     const { size } = statSync(file);

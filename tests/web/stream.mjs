@@ -3,6 +3,7 @@
 import { readFileSync } from 'node:fs';
 import path from 'node:path';
 import { pathToFileURL } from 'node:url';
+import { Worker } from 'node:worker_threads';
 
 import { faults, serveFile } from './fault_server.mjs';
 import { serve } from './static_server.mjs';
@@ -39,6 +40,14 @@ async function open(place, options = {}) {
   });
   for (const one of streamer.primitives) streamer.addInstance(one).place(IDENTITY);
   return Object.assign(streamer, { told });
+}
+
+// A Worker that begins late, as on a busy machine.
+function lateWorker() {
+  const worker = new Worker(pathToFileURL(path.join(web, 'stream', 'worker.js')));
+  const post = worker.postMessage.bind(worker);
+  worker.postMessage = (...given) => setTimeout(post, 20, ...given);
+  return worker;
 }
 
 // Whether a stream has told of anything: some problems it only warns of, and tries again.
@@ -246,8 +255,25 @@ const tasks = {
     return results;
   },
 
+  // Requests and decodings under way on a server that has stopped to answer, before and after what
+  // they are for leaves the view.
+  async cancels([file]) {
+    const server = await serveFile(readFileSync(file));
+    const streamer = await open(server.url);
+    await rest(streamer, viewOf(streamer, 30));
+    server.answer = () => {};
+    streamer.update(viewOf(streamer), 0.2);
+    const before = streamer.statistics.waiting;
+    streamer.update(viewOf(streamer, 30), 1);
+    await pause(100);
+    const after = streamer.statistics.waiting;
+    streamer.close();
+    server.close();
+    return { before, after, warnings: streamer.told.warnings };
+  },
+
   // A flight around a file within a budget: the largest total, whether the end is the same by
-  // another path, and whether a stream with memory for all draws the same at that error. resized:
+  // another path and on a slow machine, and whether a stream with memory for all draws the same at that error. resized:
   // how often memory has moved between pools.
   async budget([file, maxBytes]) {
     const server = await serveFile(readFileSync(file));
@@ -255,13 +281,14 @@ const tasks = {
     let most = 0;
     let resized = 0;
     let last;
-    for (const turns of [[], [0.5, 1, 2, 3, 4, 5, 6]]) {
-      const streamer = await open(server.url, { maxBytes: Number(maxBytes) });
+    const turns = [0.5, 1, 2, 3, 4, 5, 6];
+    for (const [angles, createWorker] of [[[]], [turns], [turns, lateWorker]]) {
+      const streamer = await open(server.url, { maxBytes: Number(maxBytes), createWorker });
       for (const pool of streamer.pools) pool.resized = () => resized++;
-      for (const angle of turns)
+      for (const angle of angles)
         for (let frame = 0; frame < 15; frame++) {
           streamer.update(viewOf(streamer, 1.1 + angle / 6, angle), 1);
-          most = Math.max(most, streamer.bytes.total);
+          most = Math.max(most, streamer.statistics.bytes.total);
           await pause(3);
         }
       most = Math.max(most, await rest(streamer, viewOf(streamer, 1.2)));

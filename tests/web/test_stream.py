@@ -99,6 +99,12 @@ def test_refusals_changes_and_offline(bunny, model, tmp_path):
     assert results["back"] is True
 
 
+def test_requests_of_what_has_left_the_view_are_cancelled(bunny):
+    result = stream("cancels", bunny)
+    assert result["before"] > 0
+    assert (result["after"], result["warnings"]) == (0, [])
+
+
 def test_first_picture_has_a_shape(bunny):
     """The coarsest level alone would be 13 pixels off."""
     first = stream("first", bunny)

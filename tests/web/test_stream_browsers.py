@@ -143,6 +143,21 @@ def test_engines_draw_the_same(tmp_path):
     assert results["three"][2]["statistics"]["threshold"] > 0.2
 
 
+@pytest.mark.parametrize(("browser", "engine"), [("chrome", "three"), ("firefox", "babylon")])
+def test_picture_comes_back_after_a_lost_context(browser, engine, tmp_path):
+    write_two_layouts(tmp_path / "source.glb")
+    compress(tmp_path / "source.glb", tmp_path / "layouts.glb", lod=True)
+    near = "layouts.glb~maxBytes=4000000;pixels=0.2;minx=-1;miny=-1;minz=-1;maxx=1;maxy=1;maxz=1"
+    files = [near, f"{near};lose=1"]
+    results = pictures(browser, PAGES[engine], tmp_path, *files)
+    assert not any("error" in result for result in results), results
+    assert results[0]["triangles"] == results[1]["triangles"] > 1000
+    before, after = (silhouette(tmp_path / f"{file}.png") for file in files)
+    assert before.mean() > 0.05 and (before != after).mean() < 0.0001
+    if engine == "three":  # Babylon.js loses the shading of its own loader's models, too
+        assert share_that_differs(tmp_path, *files) < 0.001
+
+
 def test_babylon_shows_skins_packed_files_left_handed_scenes_and_frees_all(model, tmp_path):
     compress(model("nasty/CesiumMan_skinned.glb"), tmp_path / "skinned.glb", lod=True)
     decompress(tmp_path / "skinned.glb", tmp_path / "plain.glb")

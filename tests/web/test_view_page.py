@@ -245,6 +245,41 @@ def test_models_with_levels_stream(browse, serve, model, tmp_path):
     assert (pixels(by_level) != pixels(fine)).mean() > 0.05
 
 
+def test_picture_comes_back_after_a_lost_context(browse, serve, model, tmp_path):
+    environment.need_package("meshoptimizer")
+    gltf_ext.compress(model("bunny.glb"), tmp_path / "bunny.glb", lod=True)
+    before, after = str(tmp_path / "before.png"), str(tmp_path / "after.png")
+    context = "document.getElementById('canvas').getContext('webgl2')"
+    at_one_pixel = "/Error in pixels\\s+(1|0\\.\\d+)\\s/.test(details.innerText)"
+    (results,) = browse(
+        {
+            "address": serve(tmp_path / "bunny.glb"),
+            "steps": [
+                SHOWN,
+                ["until", at_one_pixel],
+                PAINTED,
+                ["download", "s", before],
+                [
+                    "evaluate",
+                    f"(lost = {context}.getExtension('WEBGL_lose_context')).loseContext()",
+                ],
+                ["wait", "error"],
+                ["text", "#error"],
+                ["evaluate", "lost.restoreContext()"],
+                ["wait", "ready"],
+                ["visible", "#error"],
+                PAINTED,
+                ["download", "s", after],
+            ],
+        },
+        errors=True,
+    )
+    assert "The graphics driver has failed" in results[6]
+    assert results[9] is False
+    assert drawn(before).mean() > 0.1
+    assert (pixels(before) != pixels(after)).mean() < 0.001
+
+
 def test_mouse_touch_and_buttons(browse, serve, torus, tmp_path):
     before, after, touched = (str(tmp_path / f"{name}.png") for name in "abc")
     (results,) = browse(

@@ -37,6 +37,8 @@ export class MeshletStream extends TransformNode {
   #container = null; // what the loader made
   #meshes = []; // StreamedMesh
   #geometries = new Map(); // pool -> Geometry
+  #isLost = false; // the WebGL context
+  #observers = []; // of the context
 
   constructor(place, scene, { pixels = 1, ...options } = {}) {
     super('MeshletStream', scene);
@@ -91,6 +93,7 @@ export class MeshletStream extends TransformNode {
   async #show(streamer, { container, found }, each) {
     this.#container = container;
     for (const pool of streamer.pools) this.#adopt(pool);
+    this.#watchContext(streamer);
     await each(container.meshes.slice(), (holder) => {
       const primitive = found.get(holder.isAnInstance ? holder.sourceMesh : holder);
       if (primitive) this.#fill(holder, streamer, primitive);
@@ -144,10 +147,23 @@ export class MeshletStream extends TransformNode {
       writers.get(array)?.(array.subarray(begin, end), begin * array.BYTES_PER_ELEMENT);
   }
 
+  // Babylon knows no data of the pools' buffers, so that it cannot fill those of a new context.
+  #watchContext(streamer) {
+    const engine = this.getScene().getEngine();
+    const restore = () => {
+      this.#isLost = false;
+      for (const pool of streamer.pools) this.#adopt(pool);
+    };
+    this.#observers = [
+      engine.onContextLostObservable.add(() => (this.#isLost = true)),
+      engine.onContextRestoredObservable.add(restore),
+    ];
+  }
+
   // Call before each frame. Returns whether the picture changes.
   update(camera) {
     const { streamer } = this.#session;
-    if (!streamer) return false;
+    if (!streamer || this.#isLost) return false;
     for (const mesh of this.#meshes) mesh.place();
     streamer.update(this.frozen ? null : viewOf(camera), this.pixels);
     let changed = false;
@@ -160,6 +176,7 @@ export class MeshletStream extends TransformNode {
   }
 
   #clear() {
+    for (const observer of this.#observers.splice(0)) observer.remove();
     for (const mesh of this.#meshes) mesh.dispose();
     this.#meshes = [];
     for (const geometry of this.#geometries.values()) geometry.dispose();

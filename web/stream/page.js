@@ -7,9 +7,9 @@ const NARROW_BITS = 16; // of positions that are stored as 16-bit integers
 const LARGEST = 65535;
 
 // How a page's attributes are stored, from the streams of the pages and attributes, {name, first,
-// accessor}: {name, Type, size, normalized, bytes, decoded, and of positions scale and offset}:
-// value = offset + scale * stored. Size: components, filled up to 4 bytes. bytes: of a vertex;
-// decoded: of the decoder's arrays for one. Throws MalformedError.
+// accessor}: {name, Type, size, normalized, bytes, components, and of positions scale and offset}:
+// value = offset + scale * stored. Size: components, filled up to 4 bytes. bytes: of a vertex.
+// Throws MalformedError.
 export function formatsOf(attributes, streams) {
   return attributes.map(({ name, first, accessor }) => {
     const components = COMPONENTS[accessor?.type];
@@ -20,8 +20,7 @@ export function formatsOf(attributes, streams) {
     const format = (Type, normalized, more = {}) => {
       const width = Type.BYTES_PER_ELEMENT;
       const size = (components * width) % 4 === 0 ? components : 4 * Math.ceil(components / 4);
-      const decoded = 4 * components * (parts.length > 1 ? 2 : 1); // several streams: put together
-      return { name, Type, size, normalized, bytes: size * width, decoded, components, ...more };
+      return { name, Type, size, normalized, bytes: size * width, components, ...more };
     };
     if (accessor.componentType !== FLOAT) return format(Own, accessor.normalized === true);
     if (name === 'POSITION' && kinds[0] === Kind.GRID && parts[0].bits <= NARROW_BITS) {
@@ -44,12 +43,16 @@ function fitsUnit({ step, offset, bits }, components) {
     .every((o) => Math.min(o, o + span) >= -margin && Math.max(o, o + span) <= 1 + margin);
 }
 
+// The arrays' type for indices of so many vertices.
+export const indexType = (vertices) => (vertices > LARGEST + 1 ? Uint32Array : Uint16Array);
+
 let unpacker = null; // promise, in a Worker that has met a packed page
 
 // A task of Workers. expected: {triangles, vertices, clusters, streams}, by the tables and the
-// first page; streams may be null. packed: null, or of a page in the transport form {module, size}:
-// its unpacker's, and the bytes of the unpacked page. Returns {indices, values, triangles, streams, memory}: an array
-// of each format, the triangles of each meshlet, and the bytes of the decoder's memory.
+// first page. packed: null, or of a page in the transport form {module, size}:
+// its unpacker's, and the bytes of the unpacked page. Returns {indices, values, triangles, memory}:
+// an array of each format, the triangles of each meshlet, and the bytes of the decoder's memory.
+// Each meshlet is packed at once, so that a page is never in memory as the decoder's wide integers.
 export async function decodePage(decoder, given, { attributes, expected, packed }) {
   if (packed)
     unpacker ??= import('../transport.js').then((form) => form.createUnpacker(packed.module));
@@ -61,26 +64,37 @@ export async function decodePage(decoder, given, { attributes, expected, packed 
   const stated = [expected.triangles, expected.vertices, expected.clusters];
   if (blobs.length > 1 || counts.some((count, i) => count !== stated[i]))
     throw new MalformedError('it has other counts than the tables say');
-  if (expected.streams && !sameStreams(streams, expected.streams))
+  if (!sameStreams(streams, expected.streams))
     throw new MalformedError('its streams differ from those of the first page');
   const formats = formatsOf(attributes, streams);
   const triangles = new Uint8Array(meshletCount);
-  let meshlet = 0;
+  const indices = new (indexType(vertexCount))(3 * triangleCount);
+  const values = formats.map(({ Type, size }) => new Type(size * vertexCount));
   const integers = streams.map((_, s) =>
     attributes.some(({ first }, a) => first === s && formats[a].scale !== undefined),
   );
-  const { result } = decoder.decodeBlobs(bytes, { integers, step: 1 }, (count) => {
-    triangles[meshlet++] = count;
+  let meshlet = 0;
+  decoder.decodeEach(bytes, integers, (part, at) => {
+    triangles[meshlet++] = part.indices.length / 3;
+    indices.set(part.indices, 3 * at.triangles);
+    const decoded = {
+      vertexCount: part.vertexCount,
+      streams: streams.map((stream, s) => ({ ...stream, values: part.values[s] })),
+    };
+    formats.forEach((format, a) => {
+      const begin = format.size * at.vertices;
+      const array = values[a].subarray(begin, begin + format.size * part.vertexCount);
+      pack(array, format, attributes[a], decoded);
+    });
   });
-  const values = formats.map((format, a) => pack(format, attributes[a], result));
   const memory = decoder.memoryBytes + (unpack ? unpack.memoryBytes : 0);
-  return { indices: result.indices, values, triangles, streams, memory };
+  return { indices, values, triangles, memory };
 }
 
-function pack(format, { name, first, accessor }, decoded) {
+// Fills an array of a format with what a meshlet's streams decode to.
+function pack(packed, format, { name, first, accessor }, decoded) {
   const { Type, size, components, normalized, scale } = format;
   const { vertexCount, streams } = decoded;
-  const packed = new Type(size * vertexCount);
   if (size > components && name.startsWith('COLOR')) packed.fill(Type === Float32Array ? 1 : -1);
   const isInteger = accessor.componentType !== FLOAT || scale !== undefined;
   const source =
@@ -93,7 +107,6 @@ function pack(format, { name, first, accessor }, decoded) {
       const value = source[components * v + c];
       packed[size * v + c] = factor === 1 ? value : Math.round(clamp(value, Type) * factor);
     }
-  return packed;
 }
 
 const clamp = (value, Type) => Math.min(Math.max(value, Type === Uint16Array ? 0 : -1), 1);

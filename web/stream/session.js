@@ -2,8 +2,9 @@
 // together, and starts again if the file changes.
 import { EXTENSION } from '../gltf.js';
 import { TRANSPORT } from '../transport.js';
+import { keyOf } from './primitives.js';
 import { delayAfter } from './source.js';
-import { keyOf, openStreamer } from './streamer.js';
+import { openStreamer } from './streamer.js';
 import { LOD } from './tables.js';
 
 const RESTARTS = 5; // without a picture in between

@@ -426,9 +426,19 @@ function connect() {
     drop.hidden = true;
     openFiles([...event.dataTransfer.files]);
   });
-  element('canvas').addEventListener('webglcontextlost', () =>
-    fail(new Error('the graphics driver has failed; reload the page'), shown?.model.name),
-  );
+  let before; // state of the page, while the WebGL context is lost
+  element('canvas').addEventListener('webglcontextlost', () => {
+    before = document.body.dataset.state;
+    const problem = 'the graphics driver has failed; wait until it recovers, or reload the page';
+    fail(new Error(problem), shown?.model.name);
+  });
+  element('canvas').addEventListener('webglcontextrestored', () => {
+    stage.restore();
+    setTheme(document.documentElement.dataset.theme);
+    if (before === 'error') return;
+    element('error').hidden = true;
+    document.body.dataset.state = shown ? 'ready' : before;
+  });
 }
 
 // --- dark and light ---

@@ -52,9 +52,7 @@ export class Stage {
     }
     this.#renderer.toneMapping = NeutralToneMapping;
     this.#renderer.info.autoReset = false;
-    const generator = new PMREMGenerator(this.#renderer);
-    this.#environment = generator.fromScene(new RoomEnvironment(), 0.04).texture;
-    generator.dispose();
+    this.#light();
     this.#controls = new OrbitControls(this.#camera, canvas);
     this.#controls.enableDamping = !matchMedia('(prefers-reduced-motion: reduce)').matches;
     this.#controls.dampingFactor = 0.12;
@@ -83,6 +81,21 @@ export class Stage {
     });
     this.#box = models.reduce((all, { box }) => all.union(box), new Box3());
     if (this.#fitted) this.fit();
+    this.invalidate();
+  }
+
+  // Draws the room that lights the models.
+  #light() {
+    const generator = new PMREMGenerator(this.#renderer);
+    this.#environment = generator.fromScene(new RoomEnvironment(), 0.04).texture;
+    generator.dispose();
+    for (const { scene } of this.#panes) scene.environment = this.#environment;
+  }
+
+  // After a lost WebGL context: three.js uploads again what it has not drawn itself. Forgets the
+  // colours.
+  restore() {
+    this.#light();
     this.invalidate();
   }
 

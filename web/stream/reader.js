@@ -1,0 +1,306 @@
+// Opens what streams of a document: finds primitives with levels, reads their tables and the pages
+// of the first picture. A primitive whose levels are malformed is refused.
+import { MalformedError, readStreams, sameStreams } from '../decoder.js';
+import { EXTENSION } from '../gltf.js';
+import { createUnpacker, packedTable } from '../transport.js';
+import { tooSmall } from './budget.js';
+import { Cut } from './cut.js';
+import { readPlaces } from './document.js';
+import { formatsOf } from './page.js';
+import { keyOf, NONE, Primitive, STORED } from './primitives.js';
+import { LOD, readCounts, Tables } from './tables.js';
+
+// Of the pages of the first picture, of all primitives: the coarsest level alone may be shapeless.
+const FIRST_BYTES = 96 * 1024;
+const HEADER_BYTES = 32 + 28 * 64; // of a blob, at most
+
+// A malformed file makes errors of the language, too.
+export function ours(error) {
+  const language = [TypeError, RangeError, SyntaxError, ReferenceError];
+  if (!language.some((Type) => error instanceof Type)) return error;
+  const malformed = new MalformedError(`its JSON is malformed (${error.message})`);
+  malformed.cause = error;
+  return malformed;
+}
+
+export class Reader {
+  #document;
+  #maxBytes;
+  #onWarning;
+  #unpacker = null; // for the first pages
+
+  constructor(document, { maxBytes, onWarning }) {
+    this.#document = document;
+    this.#maxBytes = maxBytes;
+    this.#onWarning = onWarning;
+    this.primitives = [];
+    this.refused = []; // {name, key, error}: primitives whose levels cannot be used
+    this.unpackerModule = null; // of a packed file
+  }
+
+  // exclude: keys of primitives.
+  async open(exclude) {
+    this.primitives = this.#candidates(exclude);
+    await this.#readTables();
+    await this.#readFirstPages();
+    this.#unpacker = null; // Workers have their own
+  }
+
+  // Whether all groups are there.
+  get knowsAll() {
+    return this.primitives.every(({ tables }) => tables.known === tables.groupCount);
+  }
+
+  // The primitives whose levels can be streamed: without skins and morph targets.
+  #candidates(exclude) {
+    const { json } = this.#document;
+    const skinned = new Set();
+    for (const { mesh, skin } of json.nodes ?? []) if (skin !== undefined) skinned.add(mesh);
+    const found = new Map();
+    json.meshes?.forEach((mesh, m) =>
+      mesh.primitives.forEach((primitive, p) => {
+        const name = `mesh ${m} primitive ${p}`;
+        const { [EXTENSION]: compressed, [LOD]: levels } = primitive.extensions ?? {};
+        const key = keyOf(primitive);
+        if (!compressed || levels === undefined || found.has(key) || exclude.has(key)) return;
+        if (skinned.has(m) || primitive.targets || (primitive.mode ?? 4) !== 4) return;
+        this.#attempt(name, key, () => {
+          const counts = readCounts(levels);
+          if (counts) found.set(key, new Primitive(key, name, primitive, counts));
+        });
+      }),
+    );
+    return [...found.values()];
+  }
+
+  // Runs an action on the levels of a primitive; a malformed one refuses them.
+  #attempt(name, key, action) {
+    try {
+      action();
+      return true;
+    } catch (caught) {
+      const error = ours(caught);
+      if (!(error instanceof MalformedError)) throw error;
+      this.refused.push({ name, key, error });
+      this.#onWarning(`${name}: ${error.message}; shown without levels`);
+      return false;
+    }
+  }
+
+  // Runs an action for each primitive; drops those that fail.
+  #forEach(action) {
+    this.primitives = this.primitives.filter((one) =>
+      this.#attempt(one.name, one.key, () => action(one)),
+    );
+  }
+
+  async #readTables() {
+    const views = new Map();
+    for (const one of this.primitives) {
+      const { [EXTENSION]: compressed, [LOD]: levels } = one.primitive.extensions;
+      const numbers = [levels.bufferView, levels.pages?.bufferView, compressed.bufferView];
+      const places = await Promise.allSettled(numbers.map((n) => this.#document.place(n)));
+      views.set(one, places);
+    }
+    this.#forEach((one) => {
+      one.places = views.get(one).map(({ value, reason }) => {
+        if (reason) throw reason;
+        return value;
+      });
+      const levels = one.primitive.extensions[LOD];
+      for (const { bufferView } of [levels, levels.pages])
+        checkView(this.#document.json.bufferViews[bufferView]);
+      const [tables] = one.places;
+      if (Tables.viewBytes(one.counts) !== tables.size)
+        throw new MalformedError(`${LOD} has tables of another length than its counts say`);
+    });
+    const total = this.primitives.reduce((sum, { counts }) => sum + Tables.viewBytes(counts), 0);
+    if (2 * total > this.#maxBytes)
+      throw tooSmall(this.#maxBytes, `its tables have ${total} bytes`);
+    const pages = await this.#readParts((one) => {
+      one.tables ??= new Tables(one.counts);
+      return one.tables.pageRange;
+    });
+    this.#forEach((one) => {
+      const [, coarse, fine] = one.places;
+      one.tables.addPages(pages.get(one), coarse.size, fine.size);
+    });
+    await this.#readPackedTables();
+    // The groups of the root pages, and those that the first bytes of the file hold anyway.
+    await this.#readGroups(({ tables, places: [{ source, begin }] }) =>
+      Math.min(
+        Math.max(tables.firstPart, tables.groupsWithin(source.held - begin)),
+        tables.groupCount,
+      ),
+    );
+    this.#forEach((one) => {
+      one.cut = new Cut(one.tables);
+      const { pageCount } = one.counts;
+      one.resident = new Uint8Array(pageCount);
+      one.priority = new Float64Array(pageCount);
+    });
+  }
+
+  // The places of packed pages.
+  async #readPackedTables() {
+    const packed = this.primitives.flatMap(({ counts, places: [, coarse, fine] }) => {
+      coarse.pages = counts.coarsePageCount;
+      fine.pages = counts.pageCount - coarse.pages;
+      return [coarse, fine].filter(({ isPacked }) => isPacked);
+    });
+    const bytes = await readPlaces(
+      packed.map(({ source, begin, end, pages }) => {
+        return { source, begin, end: Math.min(end, begin + 4 + 8 * pages) };
+      }),
+    );
+    this.#forEach(({ places }) => {
+      for (const place of places) {
+        if (!place.isPacked) continue;
+        place.table = packedTable(bytes[packed.indexOf(place)], place.end - place.begin);
+        if (place.table.length !== place.pages)
+          throw new MalformedError('a packed view has another number of pages than its levels');
+      }
+    });
+    if (packed.length === 0) return;
+    this.unpackerModule = await this.#document.unpackerModule();
+    this.#unpacker = await createUnpacker(this.unpackerModule);
+  }
+
+  // Reads a part of the tables of each primitive: ranges(primitive) is [begin, end) in its view.
+  async #readParts(ranges) {
+    const places = this.primitives.map((one) => {
+      const [begin, end] = ranges(one);
+      const { source, begin: start } = one.places[0];
+      return { source, begin: start + begin, end: start + end };
+    });
+    const bytes = await readPlaces(places);
+    return new Map(this.primitives.map((one, i) => [one, bytes[i]]));
+  }
+
+  // Adds groups up to last(primitive).
+  async #readGroups(last) {
+    const groups = await this.#readParts((one) =>
+      one.tables.groupRange(one.tables.known, last(one)),
+    );
+    const counts = new Map();
+    this.#forEach((one) => counts.set(one, one.tables.runsOf(groups.get(one))));
+    const runs = await this.#readParts((one) => {
+      const first = one.tables.firstRun[one.tables.known];
+      return one.tables.runRange(first, first + counts.get(one));
+    });
+    this.#forEach((one) => {
+      if (groups.get(one).length > 0) one.tables.addGroups(groups.get(one), runs.get(one));
+    });
+  }
+
+  // Reads the groups that are not in the root pages. Throws MalformedError, SourceError.
+  async readOtherGroups() {
+    const before = new Map(this.primitives.map((one) => [one, one.tables.known]));
+    const refused = this.refused.length;
+    await this.#readGroups(({ tables }) => tables.groupCount);
+    if (this.refused.length > refused) throw new MalformedError('its levels are malformed');
+    for (const one of this.primitives) {
+      if (before.get(one) === one.tables.known) continue;
+      one.cut.grow(before.get(one));
+      one.levels = null;
+    }
+    this.#document.forgetHeads();
+  }
+
+  // The first page of each primitive says how all of its pages are stored, level 0 included.
+  async #readFirstPages() {
+    this.#forEach((one) => this.#makePages(one));
+    const share = FIRST_BYTES / this.primitives.length;
+    const place = (one) => {
+      const { pages, tables } = one;
+      const [{ source, begin }] = pages;
+      const roots = one.roots.length;
+      const comes = (p, { begin: start, length }) =>
+        tables.knowsPage(p) && // else its groups do not tell whether it is well formed
+        (start + length <= begin + share || (p < roots && start + length <= source.held));
+      let count = 1;
+      while (count < tables.coarsePageCount && comes(count, pages[count])) count++;
+      one.firstPages = count;
+      const last = pages[count - 1];
+      return { source, begin, end: last.begin + last.length };
+    };
+    const places = this.primitives.map(place);
+    const total = places.reduce((sum, { begin, end }) => sum + end - begin, 0);
+    if (4 * total > this.#maxBytes) throw tooSmall(this.#maxBytes, 'its first pages do not fit');
+    const headers = this.primitives.map(({ pages, tables }) => {
+      const { source, begin, length, packed } = pages[tables.coarsePageCount];
+      return { source, begin, end: begin + (packed ? 0 : Math.min(length, HEADER_BYTES)) };
+    });
+    const bytes = await readPlaces([...places, ...headers]);
+    const first = new Map(this.primitives.map((one, i) => [one, bytes[i]]));
+    const fine = new Map(this.primitives.map((one, i) => [one, bytes[places.length + i]]));
+    this.#forEach((one) => {
+      const { json } = this.#document;
+      const { attributes } = one.primitive;
+      const streams = one.primitive.extensions[EXTENSION].attributes;
+      storeFirst(one, first.get(one));
+      const [{ bytes: page, packed: size }] = one.pages;
+      const unpacked = size ? this.#unpacker.unpackPage({ bytes: page, size }).slice() : page;
+      one.streams = readStreams(unpacked);
+      const header = fine.get(one); // pages are checked again when they are decoded
+      if (header.length > 0 && !sameStreams(one.streams, readStreams(header)))
+        throw new MalformedError(`${LOD} has pages with other streams than level 0`);
+      one.attributes = Object.entries(attributes).map(([name, number]) => {
+        return { name, first: streams[name], accessor: plain(json.accessors[number]) };
+      });
+      one.formats = formatsOf(one.attributes, one.streams);
+      if (one.formats.every(({ name }) => name !== 'POSITION'))
+        throw new MalformedError('it has no positions');
+    });
+  }
+
+  #makePages(one) {
+    const { tables, places } = one;
+    for (let p = 0; p < tables.pageCount; p++) {
+      const isFine = p >= tables.coarsePageCount;
+      const { source, begin, table } = places[isFine ? 2 : 1];
+      const size = tables.pageLength[p];
+      const at = tables.pageBegin[p];
+      const plain = { begin: at, end: at + size, size, raw: true };
+      const place = table ? table[isFine ? p - tables.coarsePageCount : p] : plain;
+      if (place.size !== size)
+        throw new MalformedError('a packed page has another length than the tables say');
+      one.pages.push({
+        owner: one,
+        number: p,
+        source,
+        begin: begin + place.begin,
+        length: place.end - place.begin,
+        packed: place.raw ? 0 : size, // unpacked bytes
+        vertices: tables.pageVertices[p],
+        triangles: tables.pageTriangles[p],
+        state: NONE,
+        bytes: null,
+        used: 0, // frame in which it was needed last
+        wanted: 0, // pixels
+        tries: 0,
+        retryAt: 0,
+      });
+    }
+  }
+}
+
+function storeFirst({ pages }, bytes) {
+  for (let p = 0, at = 0; at < bytes.length; at += pages[p++].length)
+    Object.assign(pages[p], { state: STORED, bytes: bytes.slice(at, at + pages[p].length) });
+}
+
+// What formatsOf reads of an accessor.
+function plain(accessor) {
+  const { componentType, type, normalized } = accessor ?? {};
+  return { componentType, type, normalized };
+}
+
+function checkView({ byteStride, target, byteOffset = 0, extensions }) {
+  if (byteStride !== undefined || target !== undefined || byteOffset % 4 !== 0)
+    throw new MalformedError(
+      `${LOD} has a buffer view with a byteStride, a target or another offset than a multiple of 4`,
+    );
+  if (extensions?.EXT_meshopt_compression || extensions?.KHR_meshopt_compression)
+    throw new MalformedError(`${LOD} has a buffer view that is compressed`);
+}
