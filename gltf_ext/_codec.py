@@ -339,13 +339,6 @@ class Decoder(_View):
         local, streams = self.kept
         return local[:triangles].copy(), [stream[:vertices].copy() for stream in streams]
 
-    def decode_many(self, indices: UInt32s) -> int:
-        """Decodes the meshlets of these numbers (uint32[n]) without making arrays, for timing.
-        Returns the number of their triangles. Raises IndexError, ValueError."""
-        wanted, sizes = _array(indices, np.uint32, -1), np.empty((len(indices), 2), np.uint32)
-        _c.decode_meshlets(self, wanted.ctypes, len(wanted), sizes.ctypes, None, None)
-        return int(sizes[:, 0].sum())
-
 
 def read_header(blob: Bytes) -> Header:
     """Reads and checks header and tables; decodes nothing."""

@@ -110,11 +110,12 @@ def test_what_the_progress_function_raises_cancels():
 def test_calls_release_the_interpreter():
     """Python runs while another thread decodes, and is refused the same view."""
     decoder, numbers = _codec.Decoder(VECTOR.read_bytes()), np.zeros(200_000, np.uint32)
+    arguments = (decoder, numbers.ctypes, len(numbers), None, None, None)
 
     def decode_all():
         while True:
             with contextlib.suppress(ValueError):  # the other thread came first
-                return decoder.decode_many(numbers)
+                return _codec._c.decode_meshlets(*arguments)
 
     thread = threading.Thread(target=decode_all)
     thread.start()
