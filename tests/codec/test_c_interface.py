@@ -48,6 +48,8 @@ def test_program_of_the_manual(language, compiler, printed, tmp_path):
     if language == "cpp":
         count = _codec.Decoder(VECTOR.read_bytes()).triangle_count
         assert done.stdout.startswith(f"{count} of {count} triangles")
+        refused = subprocess.run([program], capture_output=True, text=True, timeout=60)
+        assert (refused.returncode, refused.stderr) == (2, "give the name of a file to read\n")
 
 
 # --- Python's side ---
