@@ -168,7 +168,7 @@ clean:  ## remove everything that make made here
 
 # Wine, qemu and the Pythons that they run. Without one, its tests are skipped.
 .venv/platforms: pyproject.toml tools/system_packages.py tools/other_pythons.py | .venv/installed
-	@$(PIP) "gltf-meshlet[platforms]" || { echo "make: cannot install lief"; exit 1; }
+	@$(PIP) "gltf-meshlet[platforms]" || { echo "make: cannot install lief and meshoptimizer"; exit 1; }
 	@$(BIN)/python tools/system_packages.py platforms
 	@$(BIN)/python -m tools.other_pythons
 	@touch $@
