@@ -108,8 +108,9 @@ web: .venv/web .venv/browser  ## build the npm package's decoder and the viewer'
 test-web: .venv/web .venv/browser  ## tests of the npm package, also in Chromium and Firefox
 	@$(PYTEST) tests/web $(PYTEST_ARGS)
 
+# Any process takes any test: one file has most of them.
 test-platforms: wheel .venv/platforms  ## tests of all wheels: Windows by wine, ARM64 by qemu, musl, each Python that can be had
-	@$(PYTEST) --platforms tests/platforms $(PYTEST_ARGS)
+	@$(PYTEST) --dist worksteal --platforms tests/platforms $(PYTEST_ARGS)
 
 clean:  ## remove everything that make made here
 	rm -rf .venv build dist web/decoder.wasm web/unpacker.wasm demo-output .mypy_cache .ruff_cache .pytest_cache .hypothesis *.egg-info
@@ -168,7 +169,7 @@ clean:  ## remove everything that make made here
 
 # Wine, qemu and the Pythons that they run. Without one, its tests are skipped.
 .venv/platforms: pyproject.toml tools/system_packages.py tools/other_pythons.py | .venv/installed
-	@$(PIP) "gltf-meshlet[platforms]" || { echo "make: cannot install lief"; exit 1; }
+	@$(PIP) "gltf-meshlet[platforms]" || { echo "make: cannot install lief and meshoptimizer"; exit 1; }
 	@$(BIN)/python tools/system_packages.py platforms
 	@$(BIN)/python -m tools.other_pythons
 	@touch $@

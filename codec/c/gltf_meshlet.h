@@ -242,7 +242,8 @@ typedef struct gltf_meshlet_options { /* 0 is the default of each */
   uint32_t separate_seams; /* 1: share nothing across seams; only to measure what sharing gains */
   uint64_t page_bytes; /* 0: one blob, or one for each group of the caller's meshlets; else blobs of
                           at most so many bytes, but of one meshlet (group) at least */
-  /* Called on the calling thread with a fraction from 0 to 1. Cancels unless it returns 0. */
+  /* Called on the calling thread with a fraction from 0 to 1. Cancels unless it returns 0. Must
+   * not throw. */
   int (*progress)(void* user, float fraction);
   void* user;
 } gltf_meshlet_options;

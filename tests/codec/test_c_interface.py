@@ -48,6 +48,8 @@ def test_program_of_the_manual(language, compiler, printed, tmp_path):
     if language == "cpp":
         count = _codec.Decoder(VECTOR.read_bytes()).triangle_count
         assert done.stdout.startswith(f"{count} of {count} triangles")
+        refused = subprocess.run([program], capture_output=True, text=True, timeout=60)
+        assert (refused.returncode, refused.stderr) == (2, "give the name of a file to read\n")
 
 
 # --- Python's side ---
@@ -110,11 +112,12 @@ def test_what_the_progress_function_raises_cancels():
 def test_calls_release_the_interpreter():
     """Python runs while another thread decodes, and is refused the same view."""
     decoder, numbers = _codec.Decoder(VECTOR.read_bytes()), np.zeros(200_000, np.uint32)
+    arguments = (decoder, numbers.ctypes, len(numbers), None, None, None)
 
     def decode_all():
         while True:
             with contextlib.suppress(ValueError):  # the other thread came first
-                return decoder.decode_many(numbers)
+                return _codec._c.decode_meshlets(*arguments)
 
     thread = threading.Thread(target=decode_all)
     thread.start()

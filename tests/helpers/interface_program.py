@@ -30,7 +30,7 @@ def run(command: Sequence[str | Path], files: Sequence[Path], folder: Path) -> b
     """
     (folder / "list").write_text("".join(f"{path}\n" for path in files))
     result = subprocess.run(
-        [*command, "list", "records"], cwd=folder, capture_output=True, text=True, timeout=600
+        [*command, "list", "records"], cwd=folder, capture_output=True, text=True, timeout=1800
     )
     assert result.returncode == 0, result.stderr
     return (folder / "records").read_bytes()
