@@ -69,8 +69,7 @@ void read_blob(const uint8_t* blob, Page& page) {
     page.place_references(m);
     for (uint32_t s = 0; s < page.stream_count(); s++) {
       Stream& stream = page.streams[s];
-      uint64_t fresh;
-      page.number_vertices(m, s, fresh);
+      page.number_vertices(m, s);
       stream.values.grow(4 * size_t(stream.vertices) - stream.values.size());
       for (uint32_t v = 0; v < m.vertices; v++)
         store(stream.values.data(), stream.id[m.vertex + v], load(d.vertex(s, v), 0));

@@ -91,6 +91,7 @@ struct Stream {
   Buffer<uint32_t> id;      // per local vertex of all meshlets: the vertex's number
   Buffer<uint32_t> values;  // four per vertex
   uint32_t vertices;
+  bool numbered_as_first;  // `id` is that of stream 0 and not filled here
 };
 
 struct Page {
@@ -98,7 +99,6 @@ struct Page {
   Buffer<MeshletRow> meshlets;
   Buffer<uint32_t> triangles;  // packed as in serial_decoder.glsl
   Buffer<uint32_t> traversed;  // likewise: those that introduce a vertex, in the blob's order
-  Buffer<uint64_t> around;     // per local vertex of all meshlets: the triangles
   Buffer<Reference> references;
   Buffer<uint8_t> border;          // local ids of the loops
   Buffer<uint32_t> border_corner;  // the corner opposite to the edge that begins there, or kNone
@@ -115,7 +115,6 @@ struct Page {
     meshlets.clear();
     triangles.clear();
     traversed.clear();
-    around.clear();
     references.clear();
     border.clear();
     border_corner.clear();
@@ -124,7 +123,11 @@ struct Page {
       s.id.clear();
       s.values.clear();
       s.vertices = 0;
+      s.numbered_as_first = false;
     }
+  }
+  const Buffer<uint32_t>& ids(uint32_t s) const {
+    return streams[streams[s].numbered_as_first ? 0 : s].id;
   }
   MeshletRow& begin_meshlet() {
     MeshletRow m = {};
@@ -156,9 +159,9 @@ struct Page {
 
   bool decode_connectivity(MeshletRow& m);
   bool place_references(MeshletRow& m);  // and lists the traversed triangles
-  // Numbers the vertices of stream s; sets `fresh` to the local vertices that have new numbers.
-  bool number_vertices(const MeshletRow& m, uint32_t s, uint64_t& fresh);
   void link_corners(const MeshletRow& m);
+  // Numbers the vertices of stream s. Any time later, but in the order of meshlets.
+  bool number_vertices(const MeshletRow& m, uint32_t s);
 
  private:
   uint32_t hop(uint32_t reference, uint32_t s) const;
@@ -179,13 +182,7 @@ inline bool Page::decode_connectivity(MeshletRow& m) {
   m.border_size = uint8_t(count_of(serial.boundary));
   uint8_t* place = border.grow(m.border_size);
   for (uint64_t x = serial.boundary; x; x &= x - 1) *place++ = uint8_t(lowest(x));
-  uint64_t* of = around.grow(m.vertices);
-  std::memset(of, 0, 8 * m.vertices);
-  uint32_t* triangle = triangles.grow(m.triangles);
-  for (uint32_t t = 0; t < m.triangles; t++) {
-    triangle[t] = serial.triangles[t];
-    for (uint32_t k = 0; k < 3; k++) of[local(triangle[t], k)] |= 1ull << t;
-  }
+  std::memcpy(triangles.grow(m.triangles), serial.triangles, 4u * m.triangles);
   return true;
 }
 
@@ -232,7 +229,7 @@ inline uint32_t Page::hop(uint32_t reference, uint32_t s) const {
   return meshlets[owner.meshlet].reference + owner.next;
 }
 
-inline bool Page::number_vertices(const MeshletRow& m, uint32_t s, uint64_t& fresh) {
+inline bool Page::number_vertices(const MeshletRow& m, uint32_t s) {
   Stream& stream = streams[s];
   uint32_t* id = stream.id.grow(m.vertices);
   uint64_t alias = 0, inside = 0;  // inside: aliases of vertices of this meshlet
@@ -266,8 +263,7 @@ inline bool Page::number_vertices(const MeshletRow& m, uint32_t s, uint64_t& fre
     for (uint32_t k = 1; k < r.length; k++)
       name(run_vertex(m, r, k), owner, run_vertex(owner, o, r.length - k));
   }
-  fresh = below(m.vertices) & ~alias;
-  for (uint64_t x = fresh; x; x &= x - 1) id[lowest(x)] = stream.vertices++;
+  for (uint64_t x = below(m.vertices) & ~alias; x; x &= x - 1) id[lowest(x)] = stream.vertices++;
   for (uint64_t x = inside; x; x &= x - 1) {
     const uint32_t v = lowest(x);
     uint32_t w = target[v];
