@@ -294,19 +294,16 @@ inline void BlobEmitter::emit_meshlet(uint32_t number, const Group& group) {
     if (group.flags & flag) w.put((flags & flag) != 0, 1);
   emit_symbols(w, m, group);
   if (m.stored_references) emit_references(w, number, flags, group);
-  bool owned = false;
-  for (uint32_t j = 0; j < m.references; j++)
-    owned = owned || page_->references[m.reference + j].kind == kOwned;
   values_.compute(*page_, m);
   for (uint32_t s = 0; s < streams; s++) {
     const StreamRow& row = page_->rows[s];
-    if (owned) chain_[s] = emit_code(w, values_.chains[s], row, true);
+    if (m.owned) chain_[s] = emit_code(w, values_.chains[s], row, true);
     interior_[s] = emit_code(w, values_.interior[s], row, false);
   }
   for (uint32_t s = 0; s < streams; s++) emit_anchors(w, s);
-  for (uint32_t s = 0; owned && s < streams; s++)
+  for (uint32_t s = 0; m.owned && s < streams; s++)
     emit_low(w, values_.chains[s], chain_[s], page_->rows[s].elements());
-  for (uint32_t s = 0; owned && s < streams; s++) emit_unary(w, values_.chains[s], chain_[s]);
+  for (uint32_t s = 0; m.owned && s < streams; s++) emit_unary(w, values_.chains[s], chain_[s]);
   for (uint32_t part = 0; part < 2; part++) {
     const uint32_t first = part, end = part ? streams : 1;
     for (uint32_t s = first; s < end; s++) emit_unary(w, values_.interior[s], interior_[s]);

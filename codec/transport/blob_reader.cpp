@@ -19,6 +19,7 @@ void take_references(const SerialDecoder& d, Page& page, MeshletRow& m) {
   const uint32_t number = page.meshlets.size() - 1;
   m.stored_references = uint8_t(h.references);
   m.references = uint8_t(h.references ? h.references : d.disk_count);
+  if (h.references) m.owned = h.owned_refs;
   for (uint32_t j = 0; j < m.references; j++) {
     Reference r = {0, kNone, number, kPrivate, 1, 0, 0, 0, 0, 0, 0, 0};
     if (h.references) {
@@ -37,9 +38,8 @@ void take_references(const SerialDecoder& d, Page& page, MeshletRow& m) {
   for (uint64_t foreign = h.foreign_refs; foreign; foreign &= foreign - 1) {
     const uint32_t j = lowest(foreign);
     Reference& r = page.references[m.reference + j];
-    uint32_t slot = r.slot, k = page.meshlets[d.reference_owner[j]].reference;
-    while (page.references[k].kind != kOwned || slot-- > 0) k++;
-    r.partner = k;
+    const MeshletRow& owner = page.meshlets[d.reference_owner[j]];
+    r.partner = owner.reference + nth(owner.owned, r.slot);
   }
 }
 

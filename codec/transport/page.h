@@ -16,6 +16,11 @@ inline uint32_t lowest(uint64_t mask) { return uint32_t(__builtin_ctzll(mask)); 
 inline uint32_t highest(uint64_t mask) { return 63u - uint32_t(__builtin_clzll(mask)); }
 inline uint32_t count_of(uint64_t mask) { return uint32_t(__builtin_popcountll(mask)); }
 inline uint64_t below(uint32_t n) { return n < 64 ? (1ull << n) - 1 : ~0ull; }
+// The n-th bit that is set, from 0 on; kNone if there are fewer.
+inline uint32_t nth(uint64_t mask, uint32_t n) {
+  for (; n > 0 && mask; n--) mask &= mask - 1;
+  return mask ? lowest(mask) : kNone;
+}
 
 // A growing array whose new elements are not initialised. Not std::vector: the linker would merge
 // the code of the builds (decode/build.h).
@@ -85,6 +90,7 @@ struct MeshletRow {
   uint8_t triangles, vertices, references, stored_references, border_size, traversed_size, steps;
   uint64_t symbols[5];  // bit t: triangle t has the Symbol
   uint64_t shared;      // bit s: all foreign references share stream s
+  uint64_t owned;       // bit j: reference j is an owned one
 };
 
 struct Stream {

@@ -244,6 +244,7 @@ bool PageCoder<Coder>::code_references(MeshletRow& m) {
     const uint8_t kind = what == kIsOwned ? kOwned : what == kIsPrivate ? kPrivate : kForeign;
     to.references.push({0, kNone, meshlet, kind, 1, 0, 0, 0, 0, 0, 0, 0});
     Reference& r = to.references[here];
+    m.owned |= uint64_t(kind == kOwned) << j;
     if (!last) r.loop_end = coder.flag(x.loop_end[kind], kEncodes && source(here).loop_end);
     if (what == kIsCandidate) r.partner = candidate;
     if (what == kIsForeign && !code_foreign(m, j, fresh, after_foreign)) return false;
@@ -286,35 +287,26 @@ bool PageCoder<Coder>::code_foreign(const MeshletRow& m, uint32_t j, bool fresh,
                                          x.delta_large, kEncodes ? meshlet - owner->meshlet : 0);
   if (delta > meshlet) return false;
   const MeshletRow& o = to.meshlets[meshlet - delta];
-  const uint32_t known = delta ? o.references : j;  // of its references
-  uint32_t open = 0, slot = 0;
+  uint64_t open = 0;  // its owned references that none points at
+  for (uint64_t owned = o.owned; owned; owned &= owned - 1)
+    open |= uint64_t(to.references[o.reference + lowest(owned)].partner == kNone) << lowest(owned);
+  uint32_t slot = 0;
   bool any = false;  // the slot counts all owned references
-  for (uint32_t k = 0; k < known; k++) {
-    const Reference& q = to.references[o.reference + k];
-    open += q.kind == kOwned && q.partner == kNone;
-  }
   if (kEncodes) {
     const uint32_t target = source(here).partner - o.reference;
-    any = target >= known || to.references[o.reference + target].partner != kNone;
-    for (uint32_t k = 0; k < target; k++) {
-      if (source(o.reference + k).kind != kOwned) continue;
-      slot += any || to.references[o.reference + k].partner == kNone;
-    }
+    any = !(open >> target & 1);
+    slot = count_of((any ? from->meshlets[owner->meshlet].owned : open) & below(target));
   }
   any = coder.flag(x.claimed, any);
-  if (any || open > 16)
+  if (any || count_of(open) > 16)
     slot = coder.bits(slot, 6);
-  else if (open > 1)
-    slot = coder.symbol(x.slot[open - 1], slot);
+  else if (count_of(open) > 1)
+    slot = coder.symbol(x.slot[count_of(open) - 1], slot);
   r.slot = uint8_t(slot);
   if (any && !delta) return true;  // see resolve_later_owners
-  for (uint32_t k = 0; k < known; k++) {
-    const Reference& q = to.references[o.reference + k];
-    if (q.kind != kOwned || !(any || q.partner == kNone) || slot-- > 0) continue;
-    r.partner = o.reference + k;
-    return true;
-  }
-  return false;
+  const uint32_t k = nth(any ? o.owned : open, slot);
+  if (k != kNone) r.partner = o.reference + k;
+  return k != kNone;
 }
 
 // Foreign references whose owner is another reference of the same meshlet, perhaps a later one.
@@ -325,18 +317,14 @@ bool PageCoder<Coder>::resolve_later_owners(const MeshletRow& m) {
     Reference& r = to.references[here];
     if (r.kind != kForeign) continue;
     if (r.partner == kNone) {
-      uint32_t slot = r.slot, k = m.reference;
-      for (;; k++) {
-        if (k >= m.reference + m.references) return false;
-        if (to.references[k].kind == kOwned && slot-- == 0) break;
-      }
-      r.partner = k;
-      r.length = to.references[k].length;
-      to.references[k].partner = here;
+      const uint32_t k = nth(m.owned, r.slot);
+      if (k == kNone) return false;
+      r.partner = m.reference + k;
+      r.length = to.references[r.partner].length;
+      to.references[r.partner].partner = here;
     }
-    r.slot = 0;
-    for (uint32_t k = to.meshlets[to.references[r.partner].meshlet].reference; k < r.partner; k++)
-      r.slot += to.references[k].kind == kOwned;
+    const MeshletRow& owner = to.meshlets[to.references[r.partner].meshlet];
+    r.slot = uint8_t(count_of(owner.owned & below(r.partner - owner.reference)));
   }
   return true;
 }
