@@ -40,7 +40,7 @@ class Buffer {
   // Appends elements and returns the first of them; never null.
   T* grow(size_t count) {
     if (size_ + count >= capacity_) {
-      capacity_ = 2 * (size_ + count);
+      capacity_ = 2 * size_ + count + 1;  // exact if it was empty: most grow once
       uint8_t* bytes = new uint8_t[capacity_ * sizeof(T)];
       if (size_) std::memcpy(bytes, bytes_, size_ * sizeof(T));
       delete[] bytes_;
