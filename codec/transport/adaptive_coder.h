@@ -90,8 +90,7 @@ struct Flag {
 inline uint32_t find_symbol(Cumulative c, uint32_t slot) {
 #if defined(__AVX2__)
   const __m256i above = _mm256_cmpgt_epi16(__m256i(c), _mm256_set1_epi16(int16_t(slot)));
-  const uint32_t bytes = uint32_t(_mm256_movemask_epi8(above));
-  return (bytes ? uint32_t(__builtin_ctz(bytes)) / 2 : kSymbols) - 1;
+  return _tzcnt_u32(uint32_t(_mm256_movemask_epi8(above))) / 2 - 1;
 #elif defined(__wasm_simd128__)
   v128_t half[2];
   std::memcpy(half, &c, sizeof half);

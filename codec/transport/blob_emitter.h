@@ -56,8 +56,8 @@ struct Code {
 
 class BlobEmitter {
  public:
-  // Appends the blob to `out`. Returns false if it would be longer than `limit` bytes.
-  bool emit(const Page& page, size_t limit, Buffer<uint8_t>& out);
+  // Writes the blob. Returns false if it does not have `size` bytes.
+  bool emit(const Page& page, uint8_t* out, size_t size);
 
  private:
   struct Group {
@@ -174,29 +174,23 @@ inline void BlobEmitter::emit_references(BitWriter& w, uint32_t number, uint32_t
 
 // Bits of the residuals under a code of chains or interiors; ~0 if it cannot hold them.
 inline uint64_t bits_of(const List& list, const Code& code) {
+  const uint32_t k = code.k;
   uint64_t quotients = 0;
   if (code.kind == Code::kRice) {
-    if (list.length > code.k + bit_length(MAX_QUOTIENT)) return ~0ull;
-    if (list.length > code.k)
-      for (uint32_t i = 0; i < list.count; i++) quotients += list.u[i] >> code.k;
-  } else if (list.length >= code.k) {
-    if (list.length < 24) {  // a float's exponent is its bit length, and these are exact
-      uint32_t total = 0;
-      for (uint32_t i = 0; i < list.count; i++) {
-        const float x = float(int32_t(list.u[i] + (1u << code.k)));
-        uint32_t bits;
-        std::memcpy(&bits, &x, 4);
-        total += (bits >> 23) - (127 + code.k);
-      }
-      quotients = 2ull * total;
-    } else {
-      for (uint32_t i = 0; i < list.count; i++) {
-        if (code.k == 0 && list.u[i] == ~0u) return ~0ull;
-        quotients += 2ull * code.quotient(list.u[i]);
-      }
+    if (list.length > k + bit_length(MAX_QUOTIENT)) return ~0ull;
+    if (list.length > k) quotients = list.sum_of([=](Eight u) { return u >> k; });
+  } else if (list.length >= 24) {
+    for (uint32_t i = 0; i < list.count; i++) {
+      if (k == 0 && list.u[i] == ~0u) return ~0ull;
+      quotients += 2ull * code.quotient(list.u[i]);
     }
+  } else if (list.length >= k) {  // a float's exponent is its bit length, and these are exact
+    quotients = 2ull * list.sum_of([=](Eight u) {
+      const EightFloats x = __builtin_convertvector(SignedEight(u + (1u << k)), EightFloats);
+      return (Eight(x) >> 23) - (127 + k);
+    });
   }
-  return list.count * uint64_t(code.k + 1) + quotients;
+  return list.count * uint64_t(k + 1) + quotients;
 }
 
 inline Code code_of(bool chain, uint32_t field, uint32_t base) {
@@ -300,19 +294,16 @@ inline void BlobEmitter::emit_meshlet(uint32_t number, const Group& group) {
     if (group.flags & flag) w.put((flags & flag) != 0, 1);
   emit_symbols(w, m, group);
   if (m.stored_references) emit_references(w, number, flags, group);
-  bool owned = false;
-  for (uint32_t j = 0; j < m.references; j++)
-    owned = owned || page_->references[m.reference + j].kind == kOwned;
   values_.compute(*page_, m);
   for (uint32_t s = 0; s < streams; s++) {
     const StreamRow& row = page_->rows[s];
-    if (owned) chain_[s] = emit_code(w, values_.chains[s], row, true);
+    if (m.owned) chain_[s] = emit_code(w, values_.chains[s], row, true);
     interior_[s] = emit_code(w, values_.interior[s], row, false);
   }
   for (uint32_t s = 0; s < streams; s++) emit_anchors(w, s);
-  for (uint32_t s = 0; owned && s < streams; s++)
+  for (uint32_t s = 0; m.owned && s < streams; s++)
     emit_low(w, values_.chains[s], chain_[s], page_->rows[s].elements());
-  for (uint32_t s = 0; owned && s < streams; s++) emit_unary(w, values_.chains[s], chain_[s]);
+  for (uint32_t s = 0; m.owned && s < streams; s++) emit_unary(w, values_.chains[s], chain_[s]);
   for (uint32_t part = 0; part < 2; part++) {
     const uint32_t first = part, end = part ? streams : 1;
     for (uint32_t s = first; s < end; s++) emit_unary(w, values_.interior[s], interior_[s]);
@@ -322,24 +313,24 @@ inline void BlobEmitter::emit_meshlet(uint32_t number, const Group& group) {
   end_ = w.align();
 }
 
-inline bool BlobEmitter::emit(const Page& page, size_t limit, Buffer<uint8_t>& out) {
+inline bool BlobEmitter::emit(const Page& page, uint8_t* out, size_t size) {
   page_ = &page;
   const uint32_t streams = page.stream_count(), meshlets = page.meshlets.size(),
                  groups = (meshlets + BLOB_GROUP_MESHLETS - 1) / BLOB_GROUP_MESHLETS;
-  const size_t begin = out.size();
-  const uint32_t tables =
-      BLOB_HEADER_BYTES + BLOB_STREAM_BYTES * streams + BLOB_GROUP_BYTES * groups;
-  if (tables > limit) return false;
+  const uint32_t group_table = BLOB_HEADER_BYTES + BLOB_STREAM_BYTES * streams,
+                 tables = group_table + BLOB_GROUP_BYTES * groups;
+  if (tables > size) return false;
   const uint32_t header[BLOB_HEADER_WORDS] = {
       BLOB_MAGIC, BLOB_VERSION | streams << 8, page.triangles.size(), 0, meshlets, 0, tables, 0};
-  std::memcpy(out.grow(tables), header, sizeof header);
-  std::memcpy(&out[begin + BLOB_HEADER_BYTES], page.rows.data(), BLOB_STREAM_BYTES * streams);
+  std::memcpy(out, header, sizeof header);
+  std::memcpy(out + BLOB_HEADER_BYTES, page.rows.data(), BLOB_STREAM_BYTES * streams);
+  size_t at = tables;
   uint32_t vertices = 0, widths = 0;
   for (uint32_t s = 0; s < streams; s++) widths += page.rows[s].elements();
   // The shortest code of a list takes at most 32 bits and a little for each number.
   data_.clear();
   data_.grow(BLOB_GROUP_MESHLETS * size_t(1024 + widths * (64 * 5 + 16)));
-  const auto put_word = [&](size_t at, uint32_t word) { std::memcpy(&out[begin + at], &word, 4); };
+  const auto put_word = [&](size_t place, uint32_t word) { std::memcpy(out + place, &word, 4); };
   for (uint32_t g = 0; g < groups; g++) {
     const uint32_t first = g * BLOB_GROUP_MESHLETS,
                    count = least(meshlets - first, BLOB_GROUP_MESHLETS);
@@ -363,8 +354,8 @@ inline bool BlobEmitter::emit(const Page& page, size_t limit, Buffer<uint8_t>& o
       if (lowest_entry >= -0xFFFF) break;
     }
     const uint32_t width = bit_length(uint32_t(highest_entry - lowest_entry));
-    const size_t row = BLOB_HEADER_BYTES + BLOB_STREAM_BYTES * streams + BLOB_GROUP_BYTES * g;
-    put_word(row, uint32_t(out.size() - begin));
+    const size_t row = group_table + BLOB_GROUP_BYTES * g;
+    put_word(row, uint32_t(at));
     put_word(row + 4, uint32_t(stride) | uint32_t(-lowest_entry) << 16);
     put_word(row + 8, width << GROUP_ENTRY_SHIFT | group.delta_width << GROUP_DELTA_SHIFT |
                           group.slot_width << GROUP_SLOT_SHIFT |
@@ -375,16 +366,16 @@ inline bool BlobEmitter::emit(const Page& page, size_t limit, Buffer<uint8_t>& o
     for (uint32_t i = 0; i < count; i++)
       w.put(uint32_t(int32_t(starts[i]) - stride * int32_t(i) - lowest_entry), width);
     const uint32_t entry_bytes = uint32_t(w.align() - entries);
-    if (out.size() - begin + entry_bytes + length + BLOB_PADDING_BYTES > limit) return false;
-    std::memcpy(out.grow(entry_bytes), entries, entry_bytes);
-    std::memcpy(out.grow(length), data_.data(), length);
+    if (entry_bytes + length + BLOB_PADDING_BYTES > size - at) return false;
+    std::memcpy(out + at, entries, entry_bytes);
+    std::memcpy(out + at + entry_bytes, data_.data(), length);
+    at += entry_bytes + length;
   }
-  const uint32_t unpadded = uint32_t(out.size() - begin),
-                 size = (unpadded + BLOB_PADDING_BYTES + 3) / 4 * 4;
-  std::memset(out.grow(size - unpadded), 0, size - unpadded);
+  if ((at + BLOB_PADDING_BYTES + 3) / 4 * 4 != size) return false;
+  std::memset(out + at, 0, size - at);
   put_word(4 * BLOB_WORD_VERTICES, vertices);
-  put_word(4 * BLOB_WORD_BYTES, size);
-  return size <= limit;
+  put_word(4 * BLOB_WORD_BYTES, uint32_t(size));
+  return true;
 }
 
 }  // namespace transport

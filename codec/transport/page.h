@@ -16,6 +16,11 @@ inline uint32_t lowest(uint64_t mask) { return uint32_t(__builtin_ctzll(mask)); 
 inline uint32_t highest(uint64_t mask) { return 63u - uint32_t(__builtin_clzll(mask)); }
 inline uint32_t count_of(uint64_t mask) { return uint32_t(__builtin_popcountll(mask)); }
 inline uint64_t below(uint32_t n) { return n < 64 ? (1ull << n) - 1 : ~0ull; }
+// The n-th bit that is set, from 0 on; kNone if there are fewer.
+inline uint32_t nth(uint64_t mask, uint32_t n) {
+  for (; n > 0 && mask; n--) mask &= mask - 1;
+  return mask ? lowest(mask) : kNone;
+}
 
 // A growing array whose new elements are not initialised. Not std::vector: the linker would merge
 // the code of the builds (decode/build.h).
@@ -35,7 +40,7 @@ class Buffer {
   // Appends elements and returns the first of them; never null.
   T* grow(size_t count) {
     if (size_ + count >= capacity_) {
-      capacity_ = 2 * (size_ + count);
+      capacity_ = 2 * size_ + count + 1;  // exact if it was empty: most grow once
       uint8_t* bytes = new uint8_t[capacity_ * sizeof(T)];
       if (size_) std::memcpy(bytes, bytes_, size_ * sizeof(T));
       delete[] bytes_;
@@ -85,12 +90,14 @@ struct MeshletRow {
   uint8_t triangles, vertices, references, stored_references, border_size, traversed_size, steps;
   uint64_t symbols[5];  // bit t: triangle t has the Symbol
   uint64_t shared;      // bit s: all foreign references share stream s
+  uint64_t owned;       // bit j: reference j is an owned one
 };
 
 struct Stream {
   Buffer<uint32_t> id;      // per local vertex of all meshlets: the vertex's number
   Buffer<uint32_t> values;  // four per vertex
   uint32_t vertices;
+  bool numbered_as_first;  // `id` is that of stream 0 and not filled here
 };
 
 struct Page {
@@ -98,7 +105,6 @@ struct Page {
   Buffer<MeshletRow> meshlets;
   Buffer<uint32_t> triangles;  // packed as in serial_decoder.glsl
   Buffer<uint32_t> traversed;  // likewise: those that introduce a vertex, in the blob's order
-  Buffer<uint64_t> around;     // per local vertex of all meshlets: the triangles
   Buffer<Reference> references;
   Buffer<uint8_t> border;          // local ids of the loops
   Buffer<uint32_t> border_corner;  // the corner opposite to the edge that begins there, or kNone
@@ -115,7 +121,6 @@ struct Page {
     meshlets.clear();
     triangles.clear();
     traversed.clear();
-    around.clear();
     references.clear();
     border.clear();
     border_corner.clear();
@@ -124,7 +129,11 @@ struct Page {
       s.id.clear();
       s.values.clear();
       s.vertices = 0;
+      s.numbered_as_first = false;
     }
+  }
+  const Buffer<uint32_t>& ids(uint32_t s) const {
+    return streams[streams[s].numbered_as_first ? 0 : s].id;
   }
   MeshletRow& begin_meshlet() {
     MeshletRow m = {};
@@ -156,9 +165,9 @@ struct Page {
 
   bool decode_connectivity(MeshletRow& m);
   bool place_references(MeshletRow& m);  // and lists the traversed triangles
-  // Numbers the vertices of stream s; sets `fresh` to the local vertices that have new numbers.
-  bool number_vertices(const MeshletRow& m, uint32_t s, uint64_t& fresh);
   void link_corners(const MeshletRow& m);
+  // Numbers the vertices of stream s. Any time later, but in the order of meshlets.
+  bool number_vertices(const MeshletRow& m, uint32_t s);
 
  private:
   uint32_t hop(uint32_t reference, uint32_t s) const;
@@ -179,13 +188,7 @@ inline bool Page::decode_connectivity(MeshletRow& m) {
   m.border_size = uint8_t(count_of(serial.boundary));
   uint8_t* place = border.grow(m.border_size);
   for (uint64_t x = serial.boundary; x; x &= x - 1) *place++ = uint8_t(lowest(x));
-  uint64_t* of = around.grow(m.vertices);
-  std::memset(of, 0, 8 * m.vertices);
-  uint32_t* triangle = triangles.grow(m.triangles);
-  for (uint32_t t = 0; t < m.triangles; t++) {
-    triangle[t] = serial.triangles[t];
-    for (uint32_t k = 0; k < 3; k++) of[local(triangle[t], k)] |= 1ull << t;
-  }
+  std::memcpy(triangles.grow(m.triangles), serial.triangles, 4u * m.triangles);
   return true;
 }
 
@@ -232,7 +235,7 @@ inline uint32_t Page::hop(uint32_t reference, uint32_t s) const {
   return meshlets[owner.meshlet].reference + owner.next;
 }
 
-inline bool Page::number_vertices(const MeshletRow& m, uint32_t s, uint64_t& fresh) {
+inline bool Page::number_vertices(const MeshletRow& m, uint32_t s) {
   Stream& stream = streams[s];
   uint32_t* id = stream.id.grow(m.vertices);
   uint64_t alias = 0, inside = 0;  // inside: aliases of vertices of this meshlet
@@ -266,8 +269,7 @@ inline bool Page::number_vertices(const MeshletRow& m, uint32_t s, uint64_t& fre
     for (uint32_t k = 1; k < r.length; k++)
       name(run_vertex(m, r, k), owner, run_vertex(owner, o, r.length - k));
   }
-  fresh = below(m.vertices) & ~alias;
-  for (uint64_t x = fresh; x; x &= x - 1) id[lowest(x)] = stream.vertices++;
+  for (uint64_t x = below(m.vertices) & ~alias; x; x &= x - 1) id[lowest(x)] = stream.vertices++;
   for (uint64_t x = inside; x; x &= x - 1) {
     const uint32_t v = lowest(x);
     uint32_t w = target[v];

@@ -80,7 +80,11 @@ class PageCoder {
   Buffer<Step> steps_;             // of stream 0
   Buffer<Step> other_steps_;       // of a meshlet in another stream
   Buffer<uint32_t> order_;         // vertices of the stream as they were coded
-  Buffer<uint32_t> normals_;
+
+  const uint32_t* corner_ids(uint32_t s) const {
+    return corner_id_[s > 0 && !to.streams[s].numbered_as_first].data();
+  }
+
   Vertex last_;  // value
   uint32_t last_match_;
   bool bad_;  // a number that the unpacker read is impossible
@@ -240,6 +244,7 @@ bool PageCoder<Coder>::code_references(MeshletRow& m) {
     const uint8_t kind = what == kIsOwned ? kOwned : what == kIsPrivate ? kPrivate : kForeign;
     to.references.push({0, kNone, meshlet, kind, 1, 0, 0, 0, 0, 0, 0, 0});
     Reference& r = to.references[here];
+    m.owned |= uint64_t(kind == kOwned) << j;
     if (!last) r.loop_end = coder.flag(x.loop_end[kind], kEncodes && source(here).loop_end);
     if (what == kIsCandidate) r.partner = candidate;
     if (what == kIsForeign && !code_foreign(m, j, fresh, after_foreign)) return false;
@@ -282,35 +287,26 @@ bool PageCoder<Coder>::code_foreign(const MeshletRow& m, uint32_t j, bool fresh,
                                          x.delta_large, kEncodes ? meshlet - owner->meshlet : 0);
   if (delta > meshlet) return false;
   const MeshletRow& o = to.meshlets[meshlet - delta];
-  const uint32_t known = delta ? o.references : j;  // of its references
-  uint32_t open = 0, slot = 0;
+  uint64_t open = 0;  // its owned references that none points at
+  for (uint64_t owned = o.owned; owned; owned &= owned - 1)
+    open |= uint64_t(to.references[o.reference + lowest(owned)].partner == kNone) << lowest(owned);
+  uint32_t slot = 0;
   bool any = false;  // the slot counts all owned references
-  for (uint32_t k = 0; k < known; k++) {
-    const Reference& q = to.references[o.reference + k];
-    open += q.kind == kOwned && q.partner == kNone;
-  }
   if (kEncodes) {
     const uint32_t target = source(here).partner - o.reference;
-    any = target >= known || to.references[o.reference + target].partner != kNone;
-    for (uint32_t k = 0; k < target; k++) {
-      if (source(o.reference + k).kind != kOwned) continue;
-      slot += any || to.references[o.reference + k].partner == kNone;
-    }
+    any = !(open >> target & 1);
+    slot = count_of((any ? from->meshlets[owner->meshlet].owned : open) & below(target));
   }
   any = coder.flag(x.claimed, any);
-  if (any || open > 16)
+  if (any || count_of(open) > 16)
     slot = coder.bits(slot, 6);
-  else if (open > 1)
-    slot = coder.symbol(x.slot[open - 1], slot);
+  else if (count_of(open) > 1)
+    slot = coder.symbol(x.slot[count_of(open) - 1], slot);
   r.slot = uint8_t(slot);
   if (any && !delta) return true;  // see resolve_later_owners
-  for (uint32_t k = 0; k < known; k++) {
-    const Reference& q = to.references[o.reference + k];
-    if (q.kind != kOwned || !(any || q.partner == kNone) || slot-- > 0) continue;
-    r.partner = o.reference + k;
-    return true;
-  }
-  return false;
+  const uint32_t k = nth(any ? o.owned : open, slot);
+  if (k != kNone) r.partner = o.reference + k;
+  return k != kNone;
 }
 
 // Foreign references whose owner is another reference of the same meshlet, perhaps a later one.
@@ -321,18 +317,14 @@ bool PageCoder<Coder>::resolve_later_owners(const MeshletRow& m) {
     Reference& r = to.references[here];
     if (r.kind != kForeign) continue;
     if (r.partner == kNone) {
-      uint32_t slot = r.slot, k = m.reference;
-      for (;; k++) {
-        if (k >= m.reference + m.references) return false;
-        if (to.references[k].kind == kOwned && slot-- == 0) break;
-      }
-      r.partner = k;
-      r.length = to.references[k].length;
-      to.references[k].partner = here;
+      const uint32_t k = nth(m.owned, r.slot);
+      if (k == kNone) return false;
+      r.partner = m.reference + k;
+      r.length = to.references[r.partner].length;
+      to.references[r.partner].partner = here;
     }
-    r.slot = 0;
-    for (uint32_t k = to.meshlets[to.references[r.partner].meshlet].reference; k < r.partner; k++)
-      r.slot += to.references[k].kind == kOwned;
+    const MeshletRow& owner = to.meshlets[to.references[r.partner].meshlet];
+    r.slot = uint8_t(count_of(owner.owned & below(r.partner - owner.reference)));
   }
   return true;
 }
@@ -560,9 +552,11 @@ uint32_t PageCoder<Coder>::code_match(uint32_t s, size_t local, uint32_t neighbo
 template <class Coder>
 void PageCoder<Coder>::plan_values(const MeshletRow& m, uint32_t s, uint32_t first,
                                    Buffer<Step>& steps) const {
-  const uint32_t *id = &to.streams[s].id[m.vertex], *triangle = &to.triangles[m.triangle],
-                 *opposite = to.opposite.data(), *corner = corner_id_[s > 0].data();
-  const uint64_t* fan = &to.around[m.vertex];
+  const uint32_t *id = &to.ids(s)[m.vertex], *triangle = &to.triangles[m.triangle],
+                 *opposite = to.opposite.data(), *corner = corner_ids(s);
+  uint64_t fan[MESHLET_VERTICES] = {};  // the triangles around a local vertex
+  for (uint32_t t = 0; t < m.triangles; t++)
+    for (uint32_t k = 0; k < 3; k++) fan[Page::local(triangle[t], k)] |= 1ull << t;
   const uint32_t begin = 4 * m.triangle, end = begin + 4 * m.triangles;
   uint64_t unknown = 0;       // local vertices without a value
   uint64_t lacking[4] = {};   // triangles by how many of them they have
@@ -666,8 +660,8 @@ uint32_t PageCoder<Coder>::code_values(MeshletRow& m, uint32_t s, uint32_t first
   }
   const uint32_t count = steps == &steps_ ? m.steps : steps->size();
   const uint32_t elements = row.elements(), mask = row.mask();
-  const uint32_t *id = &stream.id[m.vertex], *opposite = to.opposite.data(),
-                 *position = corner_id_[0].data(), *corner = corner_id_[s > 0].data(),
+  const uint32_t *id = &to.ids(s)[m.vertex], *opposite = to.opposite.data(),
+                 *position = corner_ids(0), *corner = corner_ids(s),
                  *positions = to.streams[0].values.data();
   uint32_t* values = stream.values.data();
   uint8_t* sizes = sizes_.data();
@@ -768,15 +762,14 @@ inline uint32_t angle_of(int32_t x, uint32_t y) {
 // The floor of the square root of x < 2^52.
 inline uint32_t root(uint64_t x) { return uint32_t(__builtin_sqrt(double(x))); }
 
-// For each vertex the sum of the vectors of all triangles around it.
+// For each vertex the sum of the vectors of all triangles around it, in the place of its value.
 template <class Coder>
 void PageCoder<Coder>::sum_normals(uint32_t s) {
   const uint32_t bits = to.rows[0].bits(), shift = bits > 12 ? bits - 12 : 0;
-  const uint32_t *positions = to.streams[0].values.data(), *position = corner_id_[0].data();
-  normals_.clear();
-  uint32_t* sums = normals_.grow(4 * size_t(to.streams[s].vertices));
+  const uint32_t *positions = to.streams[0].values.data(), *position = corner_ids(0),
+                 *corner = corner_ids(s);
+  uint32_t* sums = to.streams[s].values.data();
   std::memset(sums, 0, 16 * size_t(to.streams[s].vertices));
-  const uint32_t* corner = corner_id_[1].data();
   for (uint32_t c = 0; c < to.opposite.size(); c += 4) {
     const Vertex a = load(positions, position[c]) >> shift,
                  e = (load(positions, position[c + 1]) >> shift) - a,
@@ -803,13 +796,12 @@ void PageCoder<Coder>::sum_normals(uint32_t s) {
 // The octahedral square seen from its centre, turned inside out: points near the corners, which
 // are one direction, come together.
 inline void invert(int32_t& s, int32_t& t, int32_t centre) {
-  int32_t sign_s = s > 0 ? 1 : -1, sign_t = t > 0 ? 1 : -1;
-  if (s >= 0 && t >= 0) sign_s = sign_t = 1;
-  if (s <= 0 && t <= 0) sign_s = sign_t = -1;
-  const int32_t corner_s = sign_s * centre, corner_t = sign_t * centre;
-  const int32_t u = 2 * s - corner_s, v = 2 * t - corner_t;
-  s = ((sign_s == sign_t ? -v : v) + corner_s) / 2;
-  t = ((sign_s == sign_t ? -u : u) + corner_t) / 2;
+  const int32_t corner_s = s > 0 || (s == 0 && t > 0) ? centre : -centre;
+  const int32_t corner_t = t > 0 || (t == 0 && s > 0) ? centre : -centre;
+  const bool same = corner_s == corner_t;
+  const int32_t u = same ? -s : s, v = same ? -t : t;
+  s = corner_s + v;
+  t = corner_t + u;
 }
 inline int32_t wrapped(int32_t d, int32_t centre) {
   return d > centre ? d - 2 * centre - 1 : d < -centre ? d + 2 * centre + 1 : d;
@@ -828,7 +820,8 @@ void PageCoder<Coder>::code_normals(uint32_t s) {
   Buffer<Vertex> sources;
   if (kEncodes) {
     sources.grow(stream.vertices);
-    for (uint32_t i = 0; i < stream.id.size(); i++) sources[stream.id[i]] = source_value(s, i);
+    const Buffer<uint32_t>& ids = to.ids(s);
+    for (uint32_t i = 0; i < ids.size(); i++) sources[ids[i]] = source_value(s, i);
   }
   for (uint32_t i = 0; i < stream.vertices; i++) {
     const Vertex source = kEncodes ? sources[i] : Vertex{};
@@ -843,7 +836,7 @@ void PageCoder<Coder>::code_normals(uint32_t s) {
         continue;
       }
     }
-    const Vertex normal = load(normals_.data(), i), prediction = octahedral(normal, bits);
+    const Vertex normal = load(values, i), prediction = octahedral(normal, bits);
     int32_t p[2] = {int32_t(prediction[0]) - centre, int32_t(prediction[1]) - centre};
     const bool inside_out =
         magnitude(uint32_t(p[0])) + magnitude(uint32_t(p[1])) > uint32_t(centre);
@@ -898,6 +891,7 @@ void PageCoder<Coder>::begin_stream(uint32_t s) {
   last_match_ = 0;
   order_.clear();
   if constexpr (kEncodes) coder.forget();
+  if (stream.numbered_as_first) return;
   Buffer<uint32_t>& corners = corner_id_[s > 0];
   corners.clear();
   uint32_t* corner = corners.grow(to.opposite.size());
@@ -918,22 +912,32 @@ bool PageCoder<Coder>::code(const Page* source_page, uint32_t triangles, uint32_
   steps_.clear();
   bad_ = false;
   for (uint64_t& c : cost) c = 0;
+  uint64_t shared = ~0ull;  // streams that all references share
   code_settings();
   if (!code_rows()) return false;
   for (uint32_t i = 0; i < meshlets; i++) {
     MeshletRow& m = to.begin_meshlet();
     if (!code_connectivity(m) || to.triangles.size() > triangles) return false;
-    uint64_t fresh;
     const uint32_t first = to.streams[0].vertices;
-    for (uint32_t s = 0; s < to.stream_count(); s++)
-      if (!to.number_vertices(m, s, fresh)) return false;
+    if (!to.number_vertices(m, 0)) return false;
     to.link_corners(m);
-    const uint32_t* id = &to.streams[0].id[m.vertex];
+    shared &= m.shared;
     std::memset(valence_.grow(to.streams[0].vertices - first), 0, to.streams[0].vertices - first);
-    for (uint32_t v = 0; v < m.vertices; v++)
-      valence_[id[v]] = uint8_t(least(valence_[id[v]] + count_of(to.around[m.vertex + v]), 255));
+    const uint32_t* id = &to.streams[0].id[m.vertex];
+    for (uint32_t t = m.triangle; t < m.triangle + m.triangles; t++)
+      for (uint32_t k = 0; k < 3; k++) {
+        uint8_t& valence = valence_[id[Page::local(to.triangles[t], k)]];
+        valence += valence < 255;
+      }
   }
   if (to.triangles.size() != triangles) return false;
+  for (uint32_t s = 1; s < to.stream_count(); s++) {
+    Stream& stream = to.streams[s];
+    stream.numbered_as_first = shared >> s & 1;
+    stream.vertices = stream.numbered_as_first ? to.streams[0].vertices : 0;
+    for (uint32_t i = 0; i < meshlets && !stream.numbered_as_first; i++)
+      if (!to.number_vertices(to.meshlets[i], s)) return false;
+  }
   for (uint32_t s = 0; s < to.stream_count(); s++) {
     begin_stream(s);
     const bool normals = to.rows[s].predictor() == PREDICT_GEO;

@@ -29,10 +29,8 @@ class Unpacker : public PageUnpacker {
       return {"a packed page has impossible counts"};
     if (!coder_.code(nullptr, uint32_t(triangles), uint32_t(meshlets)) || !finished())
       return {"a packed page is damaged"};
-    resident_.clear();
-    if (!emitter_.emit(page_, page.bytes, resident_) || resident_.size() != page.bytes)
+    if (!emitter_.emit(page_, out, page.bytes))
       return {"a packed page does not have the length that its table says"};
-    std::memcpy(out, resident_.data(), page.bytes);
     return {};
   }
 
@@ -49,7 +47,7 @@ class Unpacker : public PageUnpacker {
   transport::Page page_;
   transport::PageCoder<transport::Decoder> coder_{page_};
   transport::BlobEmitter emitter_;
-  transport::Buffer<uint8_t> packed_, resident_;
+  transport::Buffer<uint8_t> packed_;
 };
 
 }  // namespace

@@ -6,13 +6,17 @@ namespace meshlet {
 inline namespace MESHLET_BUILD {
 namespace transport {
 
+using Eight = uint32_t __attribute__((vector_size(32)));
+using SignedEight = int32_t __attribute__((vector_size(32)));
+using EightFloats = float __attribute__((vector_size(32)));
+
 // Numbers of a list: per vertex its elements.
 struct List {
   static constexpr uint32_t kMost = STREAM_MAX_ELEMENTS * MESHLET_VERTICES;
 
   uint32_t count, length;  // numbers; the bit length of the largest
   uint32_t any[4];         // the bits in use, per element
-  uint32_t u[kMost + 4];   // a vertex of fewer elements is stored with four
+  uint32_t u[kMost + 8];   // then zeros, up to a multiple of eight
 
   void clear() {
     count = 0;
@@ -25,7 +29,21 @@ struct List {
   }
   void finish(uint32_t elements) {
     for (uint32_t e = elements; e < 4; e++) any[e] = 0;
+    std::memset(u + count, 0, sizeof(Eight));
     length = bit_length(any[0] | any[1] | any[2] | any[3]);
+  }
+  // The sum of function(numbers, eight at a time).
+  template <class Function>
+  uint32_t sum_of(Function function) const {
+    Eight sums = {};
+    for (uint32_t i = 0; i < count; i += 8) {
+      Eight numbers;
+      std::memcpy(&numbers, u + i, sizeof numbers);
+      sums += function(numbers);
+    }
+    uint32_t total = 0;
+    for (uint32_t i = 0; i < 8; i++) total += sums[i];
+    return total;
   }
 };
 
@@ -109,9 +127,9 @@ inline void ResidentValues::compute(const Page& page, const MeshletRow& m) {
   const Reference* references = &page.references[m.reference];
   for (uint32_t s = 0; s < page.stream_count(); s++) {
     const StreamRow& row = page.rows[s];
-    const Stream& stream = page.streams[s];
+    const uint32_t* id = &page.ids(s)[m.vertex];
     for (uint32_t v = 0; v < m.vertices; v++)
-      store(others_, v, load(stream.values.data(), stream.id[m.vertex + v]));
+      store(others_, v, load(page.streams[s].values.data(), id[v]));
     if (s == 0) std::memcpy(positions_, others_, 16 * m.vertices);
     const uint32_t elements = row.elements(), unused = 32 - row.bits();
     for (List* list : {&anchors[s], &chains[s], &interior[s]}) list->clear();

@@ -81,14 +81,13 @@ inline Vertex affine(Vertex x, Vertex y, Vertex z, Weights w) {
   return x + shifted(all_of(uint32_t(w.s)) * (y - x) + all_of(uint32_t(w.u)) * (z - x) + 128u, 8);
 }
 
-// p + floor((e - p + d / 2) / d) for d >= 2.
+// p + floor((e - p + d / 2) / d) for 2 <= d <= MESHLET_VERTICES; p and e have PREDICT_MAX_BITS.
 inline Vertex toward(Vertex p, Vertex e, uint32_t d) {
-  const Vertex n = e - p + d / 2;
-  for (uint32_t c = 0; c < 4; c++) {
-    const int32_t x = int32_t(n[c]), quotient = x / int32_t(d);
-    p[c] += uint32_t(quotient - (x % int32_t(d) < 0));
-  }
-  return p;
+  const Vertex n = e - p + d / 2, sign = shifted(n, 31), size = n ^ sign;
+  const uint64_t reciprocal = ~0u / d + 1;  // exact for numbers below 2^32 / d
+  Vertex quotient;
+  for (uint32_t c = 0; c < 4; c++) quotient[c] = uint32_t(size[c] * reciprocal >> 32);
+  return p + (quotient ^ sign);
 }
 
 // The octahedral integers of a direction, of `bits` bits.
