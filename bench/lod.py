@@ -38,6 +38,7 @@ from gltf_ext.compression.primitives import Primitive
 from gltf_ext.lod import Cut, LodPrimitive, cut_at_error, cut_at_level, error_of, open_lod
 from gltf_ext.lod.cuts import held_bytes
 from gltf_ext.lod.samples import nearest_places, sample_surface
+from gltf_ext.lod.tables import GROUP, Tables
 
 PACKAGES = ("gltf-meshlet", "numpy", "meshoptimizer")
 NAMES = (
@@ -132,12 +133,28 @@ def _key(primitive: LodPrimitive | Compressed) -> str:
 
 
 def needs(primitive: LodPrimitive | Compressed, error: float) -> dict[str, int]:
-    """Triangles of a primitive at an error in its units, and the bytes that a reader holds: pages,
-    coarser ones, too, and the tables."""
+    """Triangles of a primitive at an error in its units, the bytes that a reader holds, pages,
+    coarser ones, too, and the tables, and how many of them are tables that it could do without."""
     if not isinstance(primitive, LodPrimitive):
-        return {"triangles": primitive.triangle_count, "bytes": len(primitive.blob)}
-    cut = cut_at_error(primitive.tables, error)
-    return {"triangles": _drawn(primitive, cut), "bytes": held_bytes(primitive.tables, cut)}
+        size = len(primitive.blob)
+        return {"triangles": primitive.triangle_count, "bytes": size, "spare_bytes": 0}
+    tables = primitive.tables
+    cut = cut_at_error(tables, error)
+    return {
+        "triangles": _drawn(primitive, cut),
+        "bytes": held_bytes(tables, cut),
+        "spare_bytes": spare_bytes(tables, cut),
+    }
+
+
+def spare_bytes(tables: Tables, cut: Cut) -> int:
+    """Groups and runs behind the last group that is active or that the runs of an active one name:
+    a reader that stops there finds the same cut."""
+    is_seen = cut.active.copy()
+    is_seen[tables.run_group[cut.active[tables.run_owner]]] = True
+    known = int(np.flatnonzero(is_seen)[-1]) + 1
+    runs = len(tables.run_group) - int(tables.run_begin[known])
+    return GROUP.itemsize * (len(is_seen) - known) + 4 * runs
 
 
 def levels(primitive: LodPrimitive) -> list[dict]:
@@ -353,6 +370,14 @@ def mean_over(rows: list[dict], values: str, others: str) -> str:
 
 
 def sweep_table(result: dict) -> str:
+    def without_spare(model: dict) -> str:
+        rows = [
+            {**row, "bytes": row["bytes"] - row["spare_bytes"]}
+            for row in model["rows"]
+            if "spare_bytes" in row
+        ]
+        return mean_over(rows, "bytes", "chain_bytes") if rows else ""
+
     def at_one_pixel(rows: list[dict]) -> dict:
         return min(rows, key=lambda row: abs(row["pixels"] - 1.0))
 
@@ -362,6 +387,7 @@ def sweep_table(result: dict) -> str:
             m["rows"], "triangles", "chain_triangles"
         ),
         "bytes, times the chain's": lambda m: mean_over(m["rows"], "bytes", "chain_bytes"),
+        "without groups that the cut does not need": without_spare,
         "triangles at one pixel": lambda m: f"{at_one_pixel(m['rows'])['triangles']:,}",
         "of the chain": lambda m: f"{at_one_pixel(m['rows'])['chain_triangles']:,}",
         "bytes at one pixel": lambda m: _megabytes(at_one_pixel(m["rows"])["bytes"]),
@@ -465,7 +491,9 @@ def report(result: dict) -> str:
         f"Geometric means over {len(THRESHOLDS)} errors from {THRESHOLDS[0]:g} to "
         f"{THRESHOLDS[-1]:g} pixels where the longest side of the scene has {PIXELS} pixels: at "
         "one error it matters where the steps of either fall. Bytes are those of all pages that "
-        "a reader holds, with coarser ones and the tables.\n\n"
+        "a reader holds, with coarser ones and the tables. Groups are stored from coarse to fine: "
+        "a reader needs no more of them than those that are active and their next finer ones. "
+        "MeshletStream begins so, but reads all of them soon after.\n\n"
         f"{sweep_table(result)}\n"
         "![Triangles drawn and bytes held over the error in pixels, beside a discrete chain]"
         "(lod_pixels.png)\n\n"
