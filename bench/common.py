@@ -129,16 +129,20 @@ def progress(text: str) -> None:
     print(f"{time.perf_counter() - _START:6.0f} s  {text}", file=sys.stderr, flush=True)
 
 
+# The package that is installed comes before that of the checkout: another Python may have another.
 _CALL = """
 import importlib, json, sys
+sys.path.append(sys.path.pop(0))
+import gltf_ext
+sys.path.insert(0, sys.path.pop())
 module, function, arguments = sys.argv[1:]
 print(json.dumps(getattr(importlib.import_module(module), function)(*json.loads(arguments))))
 """
 
 
-def call_in_process(module: str, function: str, *arguments):
+def call_in_process(module: str, function: str, *arguments, python: str = sys.executable):
     """Calls a function in a Python process of its own; arguments and the result must fit JSON."""
-    command = [sys.executable, "-c", _CALL, module, function, json.dumps(arguments)]
+    command = [python, "-c", _CALL, module, function, json.dumps(arguments)]
     done = subprocess.run(command, stdout=subprocess.PIPE, text=True, cwd=ROOT)
     if done.returncode:
         raise SystemExit(f"bench: {module}.{function} failed in a process of its own")

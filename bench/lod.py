@@ -1,30 +1,34 @@
 """Levels of detail: size, errors, what one pixel needs, and the time and memory to build them.
 
 Writes docs/lod_results.md. Time is processor time of all threads, each model in a process of its
-own. A displaced dragon is that of bench/large_model.py.
+own. A displaced dragon is that of bench/large_model.py. --before compares with the builder of an
+earlier commit:
+
+    git worktree add ../before COMMIT && make -C ../before .venv/installed
+    ../before/.venv/bin/pip install meshoptimizer==0.2.30a0
+    python -m bench lod --before COMMIT ../before/.venv/bin/python
 """
 
 from __future__ import annotations
 
 import argparse
-import resource
 import statistics
 import tempfile
-import time
-from collections.abc import Callable, Iterator
+from collections import Counter
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-import gltf_ext
-from bench import lod_mitsuba, lod_peers
+from bench import lod_build, lod_mitsuba, lod_peers
 from bench.common import (
     call_in_process,
     markdown_table,
-    memory_of_process,
     origin_line,
     progress,
+    read_result,
     table,
 )
 from bench.large_model import write_displaced
@@ -34,6 +38,7 @@ from gltf_ext.compression.primitives import Primitive
 from gltf_ext.lod import Cut, LodPrimitive, cut_at_error, cut_at_level, error_of, open_lod
 from gltf_ext.lod.cuts import held_bytes
 from gltf_ext.lod.samples import nearest_places, sample_surface
+from gltf_ext.lod.tables import GROUP, Tables
 
 PACKAGES = ("gltf-meshlet", "numpy", "meshoptimizer")
 NAMES = (
@@ -50,6 +55,8 @@ DOCUMENT = "lod_results"
 DISPLACED = "dragon"
 CUTS = (2, 4)  # of each edge
 PIXELS = 1000  # of the longest side on the screen
+ACCOUNT_OF = f"{DISPLACED} x4, displaced"
+ACCOUNT_AT = (1, 2, 4, 8)  # pixels
 THRESHOLDS = 0.5 * 16.0 ** (np.arange(25) / 24)  # pixels
 SAMPLES = 50_000  # of a level
 GROUPS, GROUP_SAMPLES = 20, 5_000  # of a level
@@ -61,57 +68,18 @@ PUBLISHED = {
     "Nexus": ("2.4 to 3.6", "Ponchio, Cignoni: Multiresolution and fast decompression, 2016"),
 }
 
-# Measured once, beside a chain whose errors were known to 6 %.
-ACCOUNT = """## Where the rest goes
-
-Dragon x4, displaced, measured once (2026-11-23, after the tables above: errors at points spread by
-area). It draws 1.83 times the chain's triangles and loads 4.93 times its bytes; 2.05 and 5.48 with
-the builder of the tables above.
-
-Triangles, times those of the chain and of a chain with the cut's own measured error; the allowed
-error over that one; kB of clusters that are drawn, of coarser ones, of others in the loaded pages,
-of tables, and of the chain:
-
-| pixels | triangles | at its error | slack | drawn | coarser | others | tables | chain |
-| ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |
-| 1 | 1.36 | 1.23 | 1.21 | 363 | 344 | 30 | 40 | 259 |
-| 2 | 1.09 | 1.20 | 1.28 | 84 | 84 | 0 | 40 | 68 |
-| 4 | 2.26 | 1.49 | 1.57 | 47 | 45 | 0 | 40 | 19 |
-| 7 | 2.49 | 2.49 | 1.29 | 28 | 26 | 15 | 40 | 10 |
-
-* Locked borders and single groups cost 1.2 to 1.5 times the triangles of a chain of the same
-  measured error. Groups of 160 meshlets instead of 96 were better here, but worse on sponza_like.
-* The measured error is 0.64 to 0.83 of the allowed one, since each group keeps it and since levels
-  are steps. On this model a fifth less error costs 1.6 times the triangles. The chain loses 1.3 to
-  1.8 times to its own steps of two.
-* Coarser clusters are as many bytes as the drawn ones, since levels shrink by 2.25. Larger steps
-  load fewer of them, and draw more triangles. The chain loads none, but serves one error only.
-* From two pixels on, tables are a fifth to a third of the bytes. A reader of only the groups that
-  it needs, which the format allows, would load 4.21 times the chain's bytes instead of 4.93, and
-  3.97 without any tables. MeshletStream begins with the first groups, but reads the rest soon
-  after, so bytes here contain all of the tables.
-
-At most 4.0 times the bytes is out of reach on displaced models: at four pixels and more the chain
-is a file of 10 to 20 kB, and our tables alone are larger.
+REASONS = """* Borders of groups are locked, and each group keeps the error for itself: a cut draws
+  more triangles than a chain of the same measured error, and measures less than it states.
+* Coarser clusters are about as many bytes as the drawn ones. Larger steps between levels load
+  fewer of them, and draw more triangles. The chain loads none, but serves one error only.
+* From two pixels on, tables are a large part of the bytes.
+* Tried on this model: groups of 128 meshlets (`--lod-group`) have tables of 31 kB, but cuts draw
+  1.09 times the triangles. All bytes are 0.97 times, without groups that the cut does not need
+  1.04 times.
 """
 
 
 # --- in a process of its own ---
-
-
-def build(input: str, output: str, options: dict) -> dict:
-    """Compresses a model. Returns processor time, wall time, peak memory and the report."""
-    started = time.perf_counter()
-    report = gltf_ext.compress(input, output, **options)
-    usage = resource.getrusage(resource.RUSAGE_SELF)
-    return {
-        "cpu_seconds": usage.ru_utime + usage.ru_stime,
-        "seconds": time.perf_counter() - started,
-        "peak_bytes": memory_of_process("VmHWM"),
-        "bytes": report["output_bytes"],
-        "triangles": report["totals"]["triangles"],
-        "levels": report.get("lod", []),
-    }
 
 
 def describe(path: str) -> dict:
@@ -140,30 +108,26 @@ def _drawn(primitive: LodPrimitive, cut) -> int:
     return int(primitive.cluster_triangles[cut.drawn].sum())
 
 
-def sweep(path: str, chains: dict) -> list[dict]:
-    """Triangles and bytes of the cut and of the chains at each of THRESHOLDS, for the whole scene.
+def sweep(files: dict[str, str], chains: dict) -> list[dict]:
+    """What cuts of the files and the chains need at each of THRESHOLDS, for the whole scene.
 
-    Bytes are those of the pages that a reader holds, with coarser ones and the tables. Each
-    primitive counts once, at the largest scale at which the scene shows it.
+    files: by the begin of the names of their figures. Each primitive counts once, at the largest
+    scale at which the scene shows it.
     """
-    rows = []
-    primitives = [(p, chains["chains"].get(_key(p))) for p in open_lod(path)]
-    pixel = chains["longest_side"] / PIXELS
-    for pixels in THRESHOLDS:
-        row = {"pixels": float(pixels), "triangles": 0, "bytes": 0}
-        row |= {"chain_triangles": 0, "chain_bytes": 0}
-        for primitive, chain in primitives:
-            if chain is None:
-                continue  # not in the scene
-            error = float(pixels) * pixel / chain["scale"]
-            triangles, size = needs(primitive, error)
+    rows = [Counter({"pixels": float(pixels)}) for pixels in THRESHOLDS]
+    scenes = {
+        name: {_key(primitive): primitive for primitive in open_lod(path)}
+        for name, path in files.items()
+    }
+    for key, chain in chains["chains"].items():
+        for row in rows:
+            error = row["pixels"] * chains["longest_side"] / PIXELS / chain["scale"]
             level = lod_peers.within(chain["levels"], error)
-            row["triangles"] += triangles
-            row["bytes"] += size
-            row["chain_triangles"] += level["triangles"]
-            row["chain_bytes"] += level["bytes"]
-        rows.append(row)
-    return rows
+            found = {name: needs(scene[key], error) for name, scene in scenes.items()}
+            found["chain_"] = {value: level[value] for value in ("triangles", "bytes")}
+            for name, values in found.items():
+                row.update({f"{name}{value}": size for value, size in values.items()})
+    return [dict(row) for row in rows]
 
 
 def _key(primitive: LodPrimitive | Compressed) -> str:
@@ -171,13 +135,29 @@ def _key(primitive: LodPrimitive | Compressed) -> str:
     return f"{compressed.mesh} {compressed.primitive}"
 
 
-def needs(primitive: LodPrimitive | Compressed, error: float) -> tuple[int, int]:
-    """(triangles, bytes) of a primitive at an error in its units."""
+def needs(primitive: LodPrimitive | Compressed, error: float) -> dict[str, int]:
+    """Triangles of a primitive at an error in its units, the bytes that a reader holds, pages,
+    coarser ones, too, and the tables, and how many of them are tables that it could do without."""
     if not isinstance(primitive, LodPrimitive):
-        return primitive.triangle_count, len(primitive.blob)
+        size = len(primitive.blob)
+        return {"triangles": primitive.triangle_count, "bytes": size, "spare_bytes": 0}
     tables = primitive.tables
     cut = cut_at_error(tables, error)
-    return _drawn(primitive, cut), held_bytes(tables, cut)
+    return {
+        "triangles": _drawn(primitive, cut),
+        "bytes": held_bytes(tables, cut),
+        "spare_bytes": spare_bytes(tables, cut),
+    }
+
+
+def spare_bytes(tables: Tables, cut: Cut) -> int:
+    """Groups and runs behind the last group that is active or that the runs of an active one name:
+    a reader that stops there finds the same cut."""
+    is_seen = cut.active.copy()
+    is_seen[tables.run_group[cut.active[tables.run_owner]]] = True
+    known = int(np.flatnonzero(is_seen)[-1]) + 1
+    runs = len(tables.run_group) - int(tables.run_begin[known])
+    return GROUP.itemsize * (len(is_seen) - known) + 4 * runs
 
 
 def levels(primitive: LodPrimitive) -> list[dict]:
@@ -245,31 +225,92 @@ def some_replacements(primitive: LodPrimitive, cut: Cut) -> list[tuple[int, Prim
 # --- the question ---
 
 
+def add_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--jobs", type=int, default=1, metavar="N", help="models at a time (default: %(default)s)"
+    )
+    parser.add_argument(
+        "--before",
+        nargs=2,
+        metavar=("COMMIT", "PYTHON"),
+        help="also measure the builder of an earlier commit, which this Python has installed",
+    )
+    parser.add_argument(
+        "--no-mitsuba",
+        action="store_true",
+        help="keep the last result's table of Mitsuba, with its date",
+    )
+
+
+def check(options: argparse.Namespace) -> None:
+    """Ends the program if --before names a Python with the package of this commit."""
+    if options.before:
+        found = call_in_process("bench.lod_build", "package", python=options.before[1])
+        if found == lod_build.package():
+            raise SystemExit(f"bench lod: {options.before[1]} has no other gltf_ext than this one")
+
+
 def measure(options: argparse.Namespace) -> dict:
     """All models beside discrete chains; the dragons also in Mitsuba."""
-    models, sweeps, pictures = {}, {}, {}
-    with tempfile.TemporaryDirectory() as temporary:
-        folder = Path(temporary)
-        for name, source in sources(folder):
-            progress(name)
-            output = str(folder / f"{source.stem}.lod.glb")
-            plain = call_in_process("bench.lod", "build", str(source), output, {})
-            lod = call_in_process("bench.lod", "build", str(source), output, {"lod": True})
-            models[name] = {"plain": plain, "lod": lod, **describe(output)}
-            chains = call_in_process("bench.lod_peers", "measure", str(source))
-            sweeps[name] = sweep(output, chains)
-            if name.startswith(DISPLACED):
-                pictures[name] = {"rows": lod_mitsuba.measure(output)}
-    return {"models": models, "sweeps": sweeps, "mitsuba": pictures}
+    commit, python = options.before or (None, None)
+    cuts = dict.fromkeys(NAMES, 1)
+    cuts |= {f"{DISPLACED} x{n * n}, displaced": n for n in CUTS}
+    with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(options.jobs) as pool:
+        # The largest ones, which come last, begin first.
+        tasks = {
+            name: pool.submit(call_in_process, "bench.lod", "of_model", name, n, folder, python)
+            for name, n in reversed(cuts.items())
+        }
+        found = {name: tasks[name].result() for name in cuts}
+        sweeps = {name: model.pop("sweep") for name, model in found.items()}
+        mitsuba = kept_mitsuba() if options.no_mitsuba else measured_mitsuba(folder, list(cuts))
+    return {"before": commit, "models": found, "sweeps": sweeps, **mitsuba}
 
 
-def sources(folder: Path) -> Iterator[tuple[str, Path]]:
-    """(name, file) of the real models and of displaced dragons."""
-    for name in NAMES:
-        yield name, real_model(name)
-    for n in CUTS:
-        made = write_displaced(real_model(DISPLACED), n, folder / f"{DISPLACED}_{n}.glb")
-        yield f"{DISPLACED} x{n * n}, displaced", made
+def measured_mitsuba(folder: str, names: list[str]) -> dict:
+    dragons = [name for name in names if name.startswith(DISPLACED)]
+    return {
+        "mitsuba": {n: {"rows": lod_mitsuba.measure(str(with_levels(folder, n)))} for n in dragons}
+    }
+
+
+def kept_mitsuba() -> dict:
+    """The last result's, with its origin."""
+    last = read_result("lod")
+    if last is None:
+        return {"mitsuba": {}}
+    origin = last.get("mitsuba_origin") or {
+        key: last[key] for key in ("script", "date", "commit", "machine")
+    }
+    return {"mitsuba": last["mitsuba"], "mitsuba_origin": origin}
+
+
+def with_levels(folder: str, name: str) -> Path:
+    return Path(folder, f"{name}.lod.glb")
+
+
+def of_model(name: str, n: int, folder: str, before: str | None) -> dict:
+    """A model with and without levels, its cuts beside the chain's and the earlier builder's.
+
+    n: into how many parts each edge is cut. before: the Python that has the earlier builder.
+    """
+    progress(name)
+    source = real_model(name.partition(" ")[0])
+    if n > 1:
+        source = write_displaced(source, n, Path(folder, f"{name}.glb"))
+    output, files = str(with_levels(folder, name)), {}
+
+    def built(output: str, options: dict, **process: str) -> dict:
+        names = "bench.lod_build", "build"
+        return call_in_process(*names, str(source), output, options, **process)
+
+    model = {"plain": built(output, {}), "lod": built(output, {"lod": True})}
+    files[""] = output
+    if before:
+        files["before_"] = str(Path(folder, f"{name}.before.glb"))
+        model["before"] = built(files["before_"], {"lod": True}, python=before)
+    chains = call_in_process("bench.lod_peers", "measure", str(source))
+    return {**model, **describe(output), "sweep": sweep(files, chains)}
 
 
 def size_table(result: dict) -> str:
@@ -322,18 +363,34 @@ def _megabytes(count: int) -> str:
     return f"{count / 1e6:.2f} MB" if count else ""
 
 
+def over(rows: list[dict], values: str, others: str) -> list[float]:
+    """Ratios of two figures at each threshold."""
+    return [row[values] / row[others] for row in rows]
+
+
+def mean_over(rows: list[dict], values: str, others: str) -> str:
+    return f"{statistics.geometric_mean(over(rows, values, others)):.2f}"
+
+
 def sweep_table(result: dict) -> str:
-    def mean(rows: list[dict], values: str) -> str:
-        ratios = [row[values] / row[f"chain_{values}"] for row in rows]
-        return f"{statistics.geometric_mean(ratios):.2f}"
+    def without_spare(model: dict) -> str:
+        rows = [
+            {**row, "bytes": row["bytes"] - row["spare_bytes"]}
+            for row in model["rows"]
+            if "spare_bytes" in row
+        ]
+        return mean_over(rows, "bytes", "chain_bytes") if rows else ""
 
     def at_one_pixel(rows: list[dict]) -> dict:
         return min(rows, key=lambda row: abs(row["pixels"] - 1.0))
 
     columns: dict[str, Callable[[dict], str]] = {
         "model": lambda model: model["name"],
-        "triangles, times the chain's": lambda model: mean(model["rows"], "triangles"),
-        "bytes, times the chain's": lambda model: mean(model["rows"], "bytes"),
+        "triangles, times the chain's": lambda m: mean_over(
+            m["rows"], "triangles", "chain_triangles"
+        ),
+        "bytes, times the chain's": lambda m: mean_over(m["rows"], "bytes", "chain_bytes"),
+        "without groups that the cut does not need": without_spare,
         "triangles at one pixel": lambda m: f"{at_one_pixel(m['rows'])['triangles']:,}",
         "of the chain": lambda m: f"{at_one_pixel(m['rows'])['chain_triangles']:,}",
         "bytes at one pixel": lambda m: _megabytes(at_one_pixel(m["rows"])["bytes"]),
@@ -341,6 +398,63 @@ def sweep_table(result: dict) -> str:
     }
     models = [{"name": name, "rows": rows} for name, rows in result["sweeps"].items()]
     return table(models, columns)
+
+
+def before_section(result: dict) -> str:
+    """The earlier builder's figures; nothing if it was not measured."""
+    if not result.get("before"):
+        return ""
+    columns: dict[str, Callable[[dict], str]] = {"model": lambda model: model["name"]}
+
+    def add_comparison(values: str) -> None:
+        before, chain = f"before_{values}", f"chain_{values}"
+        columns[f"{values}, times the chain's, before"] = lambda m: mean_over(
+            m["rows"], before, chain
+        )
+        columns[f"{values}, now"] = lambda m: mean_over(m["rows"], values, chain)
+        columns[f"{values}, now over before, worst error"] = lambda m: (
+            f"{max(over(m['rows'], values, before)):.2f}"
+        )
+
+    def add_cost(heading: str, value: str) -> None:
+        columns[heading] = lambda m: f"{m['lod'][value] / m['before'][value]:.2f}"
+
+    add_comparison("triangles")
+    add_comparison("bytes")
+    add_cost("file, now over before", "bytes")
+    add_cost("processor time", "cpu_seconds")
+    add_cost("peak memory", "peak_bytes")
+    models = [
+        {"name": name, "rows": result["sweeps"][name], **model}
+        for name, model in result["models"].items()
+    ]
+    return (
+        f"## Beside the builder of commit {result['before']}\n\n"
+        "Measured in the same run, with the same models and chains. Worst error: the one of the "
+        f"{len(THRESHOLDS)} where the ratio is largest.\n\n"
+        f"{table(models, columns)}\n"
+    )
+
+
+def account(result: dict) -> str:
+    """What the bytes of a displaced model are, and why they are more than the chain's."""
+    tables = result["models"][ACCOUNT_OF]["table_bytes"]
+    sweep = result["sweeps"][ACCOUNT_OF]
+    rows = [min(sweep, key=lambda row: abs(row["pixels"] - pixels)) for pixels in ACCOUNT_AT]
+    columns: dict[str, Callable[[dict], str]] = {
+        "pixels": lambda row: f"{row['pixels']:g}",
+        "triangles, times the chain's": lambda r: f"{r['triangles'] / r['chain_triangles']:.2f}",
+        "pages, kB": lambda row: f"{(row['bytes'] - tables) / 1e3:.0f}",
+        "tables, kB": lambda row: f"{tables / 1e3:.0f}",
+        "chain, kB": lambda row: f"{row['chain_bytes'] / 1e3:.0f}",
+    }
+    return f"## Where the rest goes\n\n{ACCOUNT_OF}:\n\n{table(rows, columns)}\n{REASONS}\n"
+
+
+def mitsuba_origin(result: dict) -> str:
+    """Where the table of Mitsuba is from, if not from the page's run."""
+    origin = result.get("mitsuba_origin")
+    return f"{origin_line(origin)}\n" if origin else ""
 
 
 def mitsuba_table(result: dict) -> str:
@@ -380,12 +494,16 @@ def report(result: dict) -> str:
         f"Geometric means over {len(THRESHOLDS)} errors from {THRESHOLDS[0]:g} to "
         f"{THRESHOLDS[-1]:g} pixels where the longest side of the scene has {PIXELS} pixels: at "
         "one error it matters where the steps of either fall. Bytes are those of all pages that "
-        "a reader holds, with coarser ones and the tables.\n\n"
+        "a reader holds, with coarser ones and the tables. Groups are stored from coarse to fine: "
+        "a reader needs no more of them than those that are active and their next finer ones. "
+        "MeshletStream begins so, but reads all of them soon after.\n\n"
         f"{sweep_table(result)}\n"
         "![Triangles drawn and bytes held over the error in pixels, beside a discrete chain]"
         "(lod_pixels.png)\n\n"
-        f"{ACCOUNT}\n"
+        f"{before_section(result)}"
+        f"{account(result)}"
         "## Mitsuba\n\n"
+        f"{mitsuba_origin(result)}"
         f"{lod_mitsuba.SIZE} x {lod_mitsuba.SIZE} pixels, {lod_mitsuba.SPP} samples per pixel, "
         f"`path` of depth {lod_mitsuba.INTEGRATOR['max_depth']}, {lod_mitsuba.VARIANT}, the "
         "model whole in the picture, cache 25 %. Shape: compressed in memory, decoded where rays "

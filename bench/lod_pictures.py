@@ -72,8 +72,11 @@ def draw_needs(rows: list[dict], path: Path) -> None:
     ):
         for name, column, style in (
             ("levels of detail", values, "o-"),
+            ("those of the earlier builder", f"before_{values}", "^:"),
             ("discrete chain, whole models", f"chain_{values}", "s--"),
         ):
+            if column not in rows[0]:
+                continue  # measured without --before
             ax.loglog(pixels, [row[column] / unit for row in rows], style, markersize=3, label=name)
         ax.axvline(1.0, color="gray", linewidth=0.8, linestyle=":")
         ax.set_title(f"dragon: {title}")

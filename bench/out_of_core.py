@@ -19,7 +19,8 @@ import numpy as np
 import gltf_ext
 from bench.common import call_in_process, origin_line, progress, table
 from bench.large_model import write_displaced
-from bench.lod import build, distances_to, levels, percentile
+from bench.lod import distances_to, levels, percentile
+from bench.lod_build import build
 from bench.models import real_model
 from gltf_ext.lod import LodPrimitive, open_lod
 from gltf_ext.lod.coverage import check_coverage
@@ -73,7 +74,7 @@ def measure(options: argparse.Namespace) -> dict:
                 )
             else:
                 model["levels"] = call_in_process("bench.out_of_core", "checked", output)
-                model["whole"] = call_in_process("bench.lod", "build", source, output, whole)
+                model["whole"] = call_in_process("bench.lod_build", "build", source, output, whole)
             models.append(model)
     return {"models": models}
 
@@ -87,7 +88,7 @@ def checked(path: str) -> list[dict]:
 
 
 def watched(source: str, output: str, options: dict) -> dict:
-    """As bench.lod's `build`, with the most bytes of work files and the machine's mean load."""
+    """As `build`, with the most bytes of work files and the machine's mean load."""
     most, loads, ended = 0, [], threading.Event()
 
     def watch() -> None:

@@ -9,6 +9,7 @@ example into spec/EXT_meshlet_lod.md.
 
 from __future__ import annotations
 
+import base64
 import json
 import struct
 from collections.abc import Callable
@@ -22,7 +23,7 @@ from gltf_ext import _codec
 from spec import make_vectors, reference_lod
 from spec.blob_writer import AFFINE, COPY, GEO, GRID, MEAN, OCT, PARALLELOGRAM
 from spec.make_vectors import FLOAT, UNSIGNED_SHORT, Attribute, pack_glb
-from spec.reference_lod import EDGEBREAKER, LOD
+from spec.reference_lod import EDGEBREAKER, LOD, TRANSPORT
 
 FOLDER = Path(__file__).parent / "lod_vectors"
 DOCUMENT = Path(__file__).parent / "EXT_meshlet_lod.md"
@@ -35,6 +36,8 @@ NAN, INFINITE = float("nan"), float("inf")
 Triangles = list[tuple[int, int, int]]
 Cut = dict[str, Any]
 Change = Callable[[dict[str, Any]], None]
+# Changes a document and its binary chunk; returns another chunk.
+Move = Callable[[dict[str, Any], bytes], bytes]
 
 
 # --- blobs ---
@@ -94,7 +97,8 @@ POSITION = Attribute("POSITION", "VEC3", FLOAT, 0)
 
 @dataclass
 class File:
-    """A file with one primitive. pages: (blob, its groups)."""
+    """A file with one primitive. pages: (blob, its groups). Buffer views: tables, coarse pages,
+    level 0."""
 
     pages: list[tuple[bytes, list[Group]]]
     coarse_pages: int
@@ -103,6 +107,7 @@ class File:
     description: str = ""
     cuts: list[Cut] = field(default_factory=list)
     change: Change | None = None
+    move: Move | None = None
 
     def tables(self) -> bytes:
         pages, groups, first_group = [], [], 0
@@ -174,7 +179,8 @@ class File:
         }
         if self.change is not None:
             self.change(document)
-        return pack_glb(document, b"".join(parts))
+        binary = b"".join(parts)
+        return pack_glb(document, self.move(document, binary) if self.move else binary)
 
 
 def primitives_of(document: dict[str, Any]) -> list[dict[str, Any]]:
@@ -510,6 +516,49 @@ def unknown_version_file() -> File:
     )
 
 
+def bytes_of(view: dict[str, Any], binary: bytes) -> bytes:
+    return binary[view["byteOffset"] : view["byteOffset"] + view["byteLength"]]
+
+
+def buffers_file() -> File:
+    def move(document: dict[str, Any], binary: bytes) -> bytes:
+        views = document["bufferViews"]
+        for number in (1, 2):
+            data = bytes(8 * number) + bytes_of(views[number], binary)
+            uri = "data:application/octet-stream;base64," + base64.b64encode(data).decode()
+            document["buffers"].append({"uri": uri, "byteLength": len(data)})
+            views[number].update(buffer=number, byteOffset=8 * number)
+        document["buffers"][0]["byteLength"] = views[0]["byteLength"]
+        return bytes_of(views[0], binary)
+
+    return replace(
+        levels_file(),
+        move=move,
+        description="tables, coarse pages and level 0 in a buffer each",
+    )
+
+
+def packed(document: dict[str, Any], binary: bytes) -> bytes:
+    """Both views of pages in the transport form."""
+    views = document["bufferViews"]
+    parts = [bytes_of(views[0], binary)]
+    for view in views[1:]:
+        data = _codec.pack(bytes_of(view, binary), 1)
+        view["extensions"] = {TRANSPORT: {"byteLength": view["byteLength"]}}
+        view.update(byteOffset=sum(map(len, parts)), byteLength=len(data))
+        parts += [data, bytes(-len(data) % 4)]
+    for names in ("extensionsUsed", "extensionsRequired"):
+        document[names].append(TRANSPORT)
+    document["buffers"][0]["byteLength"] = sum(map(len, parts))
+    return b"".join(parts)
+
+
+def packed_file() -> File:
+    return replace(
+        sheet_file(), move=packed, description="coarse pages and level 0 in the transport form"
+    )
+
+
 VALID: dict[str, Callable[[], File]] = {
     "strip": strip_file,
     "levels": levels_file,
@@ -519,6 +568,8 @@ VALID: dict[str, Callable[[], File]] = {
     "touching_spheres": touching_file,
     "shared_views": shared_file,
     "unknown_version": unknown_version_file,
+    "several_buffers": buffers_file,
+    "packed": packed_file,
 }
 
 
@@ -768,6 +819,7 @@ def malformed_pages() -> dict[str, bytes]:
     no_magic[0] ^= 1
     return {
         "page_lengths": with_tables(file, lengths_moved),
+        "packed_page_lengths": with_tables(replace(file, move=packed), lengths_moved),
         "page_triangles": with_tables(file, moved(PAGE_BYTES + 8, 1)),
         "page_vertices": with_tables(file, moved(PAGE_BYTES + 12, 1)),
         "page_meshlets": with_page(file, 0, blob(split, plain)).glb(),

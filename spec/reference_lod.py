@@ -2,7 +2,7 @@
 
 Written from spec/EXT_meshlet_lod.md alone; read it beside that text. It checks `gltf_ext.lod` and
 shares no code with it. Programs should use `gltf_ext.lod` instead. Pages are decoded by the
-reference decoder of EXT_meshlet_edgebreaker.
+reference decoder of EXT_meshlet_edgebreaker, and unpacked by that of EXT_meshlet_transport.
 
 `read_file` reads the tables of a .glb and `problems` validates all of it. Malformed data raise
 ValueError with one sentence that names the error.
@@ -10,6 +10,7 @@ ValueError with one sentence that names the error.
 
 from __future__ import annotations
 
+import base64
 import json
 import math
 import struct
@@ -17,9 +18,10 @@ from collections import Counter
 from dataclasses import dataclass, field
 from typing import Any
 
-from spec import reference_decoder
+from spec import reference_decoder, reference_transport
 
 LOD, EDGEBREAKER = "EXT_meshlet_lod", "EXT_meshlet_edgebreaker"
+TRANSPORT = "EXT_meshlet_transport"
 VERSION = 1
 PAGE = struct.Struct("<4I")
 GROUP = struct.Struct("<5f2IH2B")
@@ -294,23 +296,27 @@ def read_primitive(
     for name, least in LEAST_COUNTS.items():
         count = extension.get(name)
         _require(_is_integer(count) and count >= least, f"{name} is missing or less than {least}")
-    tables = read(_view(document, buffer, extension), *(extension[n] for n in LEAST_COUNTS))
+    _, data = _view(document, buffer, extension)
+    tables = read(data, *(extension[n] for n in LEAST_COUNTS))
     roots = extension.get("rootPageCount", tables.root_pages)
     _require(roots == tables.root_pages, "rootPageCount is another one than that of the groups")
-    coarse = _view(document, buffer, extension.get("pages"))
-    level_0 = _view(document, buffer, extensions[EDGEBREAKER])
     split = tables.coarse_pages
-    blobs = _pages_of_view(coarse, tables.pages[:split])
-    blobs += _pages_of_view(level_0, tables.pages[split:])
-    return Primitive(tables, blobs, level_0)
+    coarse = _view(document, buffer, extension.get("pages"))
+    fine = _view(document, buffer, extensions[EDGEBREAKER])
+    blobs = _pages_of_view(*coarse, tables.pages[:split])
+    blobs += _pages_of_view(*fine, tables.pages[split:])
+    return Primitive(tables, blobs, b"".join(blobs[split:]))
 
 
 def _is_integer(value: Any) -> bool:
     return isinstance(value, int) and not isinstance(value, bool)
 
 
-def _view(document: dict[str, Any], buffer: bytes, holder: Any) -> bytes:
-    """The bytes of the buffer view that an object names."""
+def _view(document: dict[str, Any], buffer: bytes, holder: Any) -> tuple[dict[str, Any], bytes]:
+    """(the buffer view that an object names, its bytes in the file).
+
+    buffer: the binary chunk; other buffers are data URIs.
+    """
     index: Any = holder.get("bufferView") if isinstance(holder, dict) else None
     views = document["bufferViews"]
     _require(_is_integer(index) and 0 <= index < len(views), "a bufferView is missing")
@@ -326,11 +332,20 @@ def _view(document: dict[str, Any], buffer: bytes, holder: Any) -> bytes:
         not any(name.endswith("_meshopt_compression") for name in names),
         "a buffer view is compressed",
     )
-    return buffer[offset : offset + view["byteLength"]]
+    uri = document["buffers"][view["buffer"]].get("uri")
+    content = buffer if uri is None else base64.b64decode(uri.partition("base64,")[2])
+    return view, content[offset : offset + view["byteLength"]]
 
 
-def _pages_of_view(data: bytes, pages: list[Page]) -> list[bytes]:
+def _pages_of_view(view: dict[str, Any], data: bytes, pages: list[Page]) -> list[bytes]:
     """The blobs of a view: each begins at the sum of the lengths before it."""
+    if TRANSPORT in view.get("extensions", {}):
+        sizes = [resident for _, resident in reference_transport.page_table(data)]
+        _require(
+            sizes == [page.byte_length for page in pages],
+            "the pages of a packed view have other lengths than the tables say",
+        )
+        data = reference_transport.unpack_view(data)
     blobs, begin = [], 0
     for page in pages:
         blobs.append(data[begin : begin + page.byte_length])

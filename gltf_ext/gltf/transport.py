@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 
+import numpy as np
+
 from gltf_ext import _codec
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.document import DAMAGED, Document, NewBytes, item, new_bytes
@@ -26,12 +28,21 @@ def unpack_views(document: Document) -> bool:
             if not isinstance(extension, dict) or extension.get("byteLength") != size:
                 raise ValueError(f"its {TRANSPORT} object does not say that it has {size} bytes")
             resident = _codec.unpack(data)
+            if [length for _, length in _codec.split(resident)] != _page_lengths(data):
+                raise ValueError("the pages of the packed view are not its blobs")
         except ValueError as error:
             raise MeshletError(f"bufferView {index}: {error}", DAMAGED) from None
         view.new_bytes = NewBytes(memoryview(resident), False)
         view.byteLength = size
     document.forget_extension(TRANSPORT)
     return bool(packed)
+
+
+def _page_lengths(packed: bytes) -> list[int]:
+    """The resident bytes of each page of a packed view that has been unpacked."""
+    count = int.from_bytes(packed[:4], "little") >> 8
+    lengths: list[int] = np.frombuffer(packed, "<u4", 2 * count, 4)[::2].tolist()
+    return lengths
 
 
 def pack_views(document: Document, views: set[int], threads: int = 0) -> None:

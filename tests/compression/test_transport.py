@@ -1,9 +1,12 @@
 """compress --transport, transcode: packed files read like others and come back byte for byte."""
 
+import struct
+
 import numpy as np
 import pytest
 
 import gltf_ext
+from gltf_ext import _codec
 from gltf_ext.gltf.transport import TRANSPORT
 from gltf_meshlet import cli
 from spec.make_lod_vectors import FOLDER as LOD_VECTORS
@@ -114,6 +117,38 @@ def test_levels_in_no_buffer_view_are_refused(tmp_path, view):
     with pytest.raises(gltf_ext.MeshletError, match=r"bufferView .* does not exist"):
         gltf_ext.transcode(damaged, tmp_path / "out.glb")
     assert not (tmp_path / "out.glb").exists()
+
+
+@pytest.mark.parametrize("by", [0, 4])
+def test_pages_that_are_not_blobs_are_refused(tmp_path, by):
+    """Raw pages, of which the first one ends `by` bytes late: all bytes of the view are those of
+    its blobs, but a reader of single pages would not find them."""
+    properties, (source, blobs) = glb_json(LOD_VECTORS / "lod_levels.glb"), level_0_of_the_vector()
+    first, second = (len(blob) for blob in blobs)
+    table = struct.pack("<5I", 1 | 2 << 8, first + by, 0, second - by, 0)
+    view = properties["bufferViews"][2]
+    view["extensions"] = {TRANSPORT: {"byteLength": first + second}}
+    view["byteLength"] += len(table)
+    properties["buffers"][0]["byteLength"] += len(table)
+    for names in ("extensionsUsed", "extensionsRequired"):
+        properties[names].append(TRANSPORT)
+    path = tmp_path / "raw.glb"
+    begin = view["byteOffset"]
+    path.write_bytes(glb_bytes(properties, source[:begin] + table + source[begin:]))
+    if by == 0:
+        assert gltf_ext.validate(path) == []
+    else:
+        assert len(gltf_ext.validate(path)) == 1
+        with pytest.raises(gltf_ext.MeshletError, match="are not its blobs"):
+            gltf_ext.load(path)
+
+
+def level_0_of_the_vector():
+    """(the binary chunk of lod_levels.glb, the blobs of its last view, which are level 0)."""
+    data = (LOD_VECTORS / "lod_levels.glb").read_bytes()
+    source = data[data.index(b"BIN\0") + 4 :]
+    view = source[glb_json(LOD_VECTORS / "lod_levels.glb")["bufferViews"][2]["byteOffset"] :]
+    return source, [view[begin : begin + size] for begin, size in _codec.split(view)]
 
 
 def test_transport_needs_the_whole_model_in_memory(files):

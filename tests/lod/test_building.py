@@ -342,6 +342,25 @@ def test_seams_inside_a_cell_stay(tmp_path):
     assert len(rows) > positions
 
 
+@pytest.mark.parametrize("is_flat_shaded, step", [(False, 5.0), (True, 6.25)])
+def test_many_seams_take_a_larger_first_step(is_flat_shaded, step, tmp_path):
+    points, triangles = wavy_sheet(60)
+    corners = triangles.reshape(-1)
+    builder = Builder()
+    if is_flat_shaded:
+        normals = np.cross(*np.diff(points[triangles], axis=1).transpose(1, 0, 2))
+        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+        normals = np.repeat(normals, 3, axis=0).astype(np.float32)
+        numbers = np.arange(len(corners), dtype=np.uint32).reshape(-1, 3)
+        builder.mesh({"POSITION": points[corners], "NORMAL": normals}, numbers)
+    else:
+        builder.mesh({"POSITION": points}, triangles)
+    path = builder.write(tmp_path / "in.glb")
+    report = gltf_ext.compress(path, tmp_path / "out.glb", lod=True)
+    first, second, *_ = report["lod"][0]["triangles"]
+    assert first / second == pytest.approx(step, rel=0.06)
+
+
 def test_edges_that_a_morph_target_stretches_join_nothing(tmp_path):
     """Vertices that lie in one cell at rest keep apart."""
     points, triangles = wavy_sheet(40)

@@ -15,10 +15,12 @@ from gltf_ext.gltf.container import read_document
 from gltf_ext.lod import View, cut_at_error, cut_at_level, cut_for_view, open_lod
 from gltf_ext.lod.coverage import check_coverage
 from gltf_ext.lod.cuts import cut_of
+from gltf_meshlet import cli
 from spec import make_lod_vectors, reference_lod
 from spec.make_lod_vectors import FOLDER, VALID
 from tests.helpers.environment import ROOT
 from tests.helpers.lod import Certifier
+from tests.helpers.vulkan_scenes import require_vulkan
 
 SCHEMA = ROOT / "spec" / "schema" / "mesh.primitive.EXT_meshlet_lod.schema.json"
 MALFORMED = json.loads((FOLDER / "malformed.json").read_text())
@@ -45,6 +47,17 @@ def test_files_of_the_draft_still_read():
     data = (FOLDER / "lod_strip.glb").read_bytes()
     digest = "ef94cccc32ea2ceae89b81d4dce49bc2ac9588671d3c2566535c6a727a8c62c4"
     assert hashlib.sha256(data).hexdigest() == digest
+
+
+def test_frozen_vectors_stay():
+    """All valid ones and what readers find in them; the transport form is still a draft."""
+    digest = hashlib.sha256()
+    for path in sorted(FOLDER.glob("lod_*")):
+        if path.stem != "lod_packed":
+            digest.update(path.read_bytes())
+    assert digest.hexdigest() == (
+        "1f27d34d0aa11c3e98ff9aa179d347b2bf693720c3b7ef9534f50e03b00719e2"
+    )
 
 
 def cut_of_vector(tables, cut):
@@ -104,6 +117,21 @@ def assert_found(primitive, expected):
         assert len(primitive.mesh(found).indices) == cut["triangles"]
         if "surface" in cut:
             assert surface(primitive, found) == cut["surface"]
+
+
+@pytest.mark.parametrize("name, plain", [("several_buffers", "levels"), ("packed", "sheet")])
+def test_the_gpu_reads_buffers_and_packed_pages_alike(name, plain, tmp_path):
+    require_vulkan()
+    options = ["--backend", "vulkan", "--pool", "1M", "--width", "32", "--height", "32"]
+
+    def picture(vector, pixels):
+        output = tmp_path / f"{vector}.png"
+        source = str(FOLDER / f"lod_{vector}.glb")
+        assert cli.main(["render", source, "-o", str(output), "--lod-error", pixels, *options]) == 0
+        return output.read_bytes()
+
+    for pixels in ("1e-6", "1000"):
+        assert picture(name, pixels) == picture(plain, pixels)
 
 
 @pytest.mark.parametrize("name", VALID)
