@@ -261,7 +261,7 @@ std::vector<std::vector<uint32_t>> Generator::sets_to_join(const MeshletList& li
       });
   const std::vector<uint32_t> set_of =
       join_meshlets(measure_loads(list), contacts, curve_order, uint32_t(options_.max_triangles),
-                    uint32_t(options_.max_vertices));
+                    uint32_t(options_.max_vertices), options_.max_spread);
 
   const uint32_t count = *std::max_element(set_of.begin(), set_of.end()) + 1;
   std::vector<std::pair<uint32_t, uint32_t>> edges;

@@ -23,7 +23,8 @@ struct GenerationOptions {
   // Equation (1), above 1. Smaller: flatter meshlets; larger: more compact ones.
   float lambda = 1.4f;
   Effort effort = Effort::kNormal;
-  int threads = 0;  // 0: one per processor; does not change the result
+  int32_t max_spread = 20;  // bits, see join_meshlets; measured by the sizes of files
+  int threads = 0;          // 0: one per processor; does not change the result
   // Called on the calling thread with a fraction that never decreases.
   std::function<void(float)> progress;
   // Mean share of max_triangles in a region; sets the number of initial centres. Another value, or

@@ -10,9 +10,8 @@ namespace {
 constexpr size_t kWindow = 32;
 
 // A meshlet stores about one vertex in this many relative to its first, with the bits that its box
-// needs. Joining pays if these bits grow by at most kMaxSpread.
+// needs. Sets are joined if these bits grow by at most max_spread.
 constexpr int32_t kVerticesPerAnchor = 16;
-constexpr int32_t kMaxSpread = 20;
 
 int32_t bit_width(int32_t value) {
   int32_t bits = 0;
@@ -44,10 +43,12 @@ int32_t spread(const Load& a, const Load& b) {
 
 class Packer {
  public:
-  Packer(const std::vector<Load>& loads, uint32_t max_triangles, uint32_t max_vertices)
+  Packer(const std::vector<Load>& loads, uint32_t max_triangles, uint32_t max_vertices,
+         int32_t max_spread)
       : loads_(loads),
         max_triangles_(max_triangles),
         max_vertices_(max_vertices),
+        max_spread_(max_spread),
         parent_(loads.size()) {
     for (uint32_t i = 0; i < parent_.size(); i++) parent_[i] = i;
   }
@@ -78,6 +79,7 @@ class Packer {
 
   std::vector<Load> loads_;
   const uint32_t max_triangles_, max_vertices_;
+  const int32_t max_spread_;
   std::vector<uint32_t> parent_;
 };
 
@@ -109,7 +111,7 @@ void Packer::pack_window(std::vector<uint32_t>& sets) {
   for (const uint32_t set : sets) {
     size_t best = bins.size();
     for (const size_t i : open) {
-      if (!fits(bins[i], set) || spread(loads_[bins[i]], loads_[set]) > kMaxSpread) continue;
+      if (!fits(bins[i], set) || spread(loads_[bins[i]], loads_[set]) > max_spread_) continue;
       if (best == bins.size() || fill(bins[i]) > fill(bins[best])) best = i;
     }
     if (best == bins.size()) {
@@ -150,8 +152,8 @@ std::vector<uint32_t> Packer::number_sets() {
 
 std::vector<uint32_t> join_meshlets(const std::vector<Load>& loads, std::vector<Contact> contacts,
                                     const Array<uint32_t>& curve_order, uint32_t max_triangles,
-                                    uint32_t max_vertices) {
-  Packer packer(loads, max_triangles, max_vertices);
+                                    uint32_t max_vertices, int32_t max_spread) {
+  Packer packer(loads, max_triangles, max_vertices, max_spread);
   packer.join_contacts(contacts);
   packer.join_along(curve_order);
   return packer.number_sets();

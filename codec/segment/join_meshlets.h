@@ -22,10 +22,10 @@ struct Contact {
 
 // Joins meshlets into sets within the limits. First along contacts, heaviest first. Then without
 // contact, meshlets that are close on a space-filling curve (curve_order: a permutation of the
-// meshlets), as long as values stored relative to one of their vertices do not grow much. Returns
-// the set of each meshlet, numbered from 0 by smallest member.
+// meshlets), as long as values stored relative to one of their vertices do not grow by more than
+// max_spread bits. Returns the set of each meshlet, numbered from 0 by smallest member.
 std::vector<uint32_t> join_meshlets(const std::vector<Load>& loads, std::vector<Contact> contacts,
                                     const Array<uint32_t>& curve_order, uint32_t max_triangles,
-                                    uint32_t max_vertices);
+                                    uint32_t max_vertices, int32_t max_spread);
 
 }  // namespace meshlet

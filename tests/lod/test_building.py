@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import gltf_ext
+from gltf_ext import _codec
 from gltf_ext.gltf.container import read_document
 from gltf_ext.lod import LodPrimitive, cut_at_level, open_lod
 from gltf_ext.lod.tables import EXTENSION
@@ -375,6 +376,18 @@ def test_edges_that_a_morph_target_stretches_join_nothing(tmp_path):
         rows, positions = vertices_of_level_1(path, tmp_path / "out.glb", position_bits=5)
         counts.append(len(rows) - positions)
     assert counts[0] == 0 < counts[1]
+
+
+def test_small_pieces_of_a_group_share_clusters():
+    random, count = np.random.default_rng(1), 40
+    places = 0.1 * random.random((2 * count, 1, 3)) + 0.004 * random.random((2 * count, 3, 3))
+    corners = np.arange(6 * count, dtype=np.uint32)
+    begin = np.array([0, count, 2 * count], np.uint32)
+    _, _, meshlet_begin, group_begin = _codec.generate_in_groups(
+        corners.reshape(-1, 3), begin, corners, places.astype(np.float32).reshape(-1, 3)
+    )
+    assert len(meshlet_begin) - 1 == group_begin[-1]
+    assert (np.diff(group_begin) <= count / 2).all()  # one each if boxes may hardly grow
 
 
 def test_an_error_limit_keeps_triangles(sheet, with_levels, tmp_path):
