@@ -15,11 +15,10 @@ from gltf_ext.out_of_core import encoding, opening, sources
 from gltf_meshlet import cli
 from tests.helpers import environment
 from tests.helpers.gltf_builder import Builder
-from tests.helpers.large import peak_of, sheet
+from tests.helpers.large import peak_of, sheet, use_small_chunks
 from tests.helpers.lod import Certifier, random_views
 
 SIZE = 128  # quads along a side of the sheet
-CHUNK = 5000  # triangles, so that the sheet has seven chunks
 
 
 @pytest.fixture(scope="module")
@@ -32,9 +31,8 @@ def tube(tmp_path_factory):
 
 @pytest.fixture
 def small_chunks(monkeypatch):
-    """Chunks of CHUNK triangles, however much memory there may be."""
-    for module in (sources, encoding, opening):
-        monkeypatch.setattr(module, "chunk_size", lambda options: CHUNK)
+    """The sheet has nine chunks."""
+    use_small_chunks(monkeypatch)
 
 
 def compress(source, output, **options):
@@ -96,7 +94,7 @@ def test_triangles_that_cannot_be_simplified(tmp_path, small_chunks, monkeypatch
     corners = np.random.default_rng(0).normal(size=(6000, 1, 3)) * 50
     points = (corners + np.random.default_rng(1).normal(size=(6000, 3, 3))).astype(np.float32)
     builder = Builder()
-    for count in (6000, 4500, 4000):
+    for count in (6000, 3000, 3000, 3000):
         builder.mesh({"POSITION": points[:count].reshape(-1, 3)}, None)
     path = builder.write(tmp_path / "in.glb")
     monkeypatch.setattr("gltf_ext.lod.reduction.STUCK", 0.0)
