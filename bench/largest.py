@@ -54,10 +54,10 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def measure(options: argparse.Namespace) -> dict:
     """A row for each run. Each model is made as it is needed, and deleted."""
     count = len(gltf_ext.load(real_model(MODEL))[0].indices)
-    sizes = {math.ceil(math.sqrt(millions * 1e6 / count)): [0] for millions in options.millions}
-    models = {**({SIDES: options.threads} if options.threads else {}), **sizes}
+    models = [(math.ceil(math.sqrt(size * 1e6 / count)), [0]) for size in options.millions]
+    models += [(SIDES, options.threads)] if options.threads else []
     rows = []
-    for n, runs in models.items():
+    for n, runs in models:
         with tempfile.TemporaryDirectory(dir=options.work_dir) as folder:
             source, output = str(Path(folder, "in.gltf")), str(Path(folder, "out.glb"))
             made = call_in_process("bench.largest", "make", n, source)
