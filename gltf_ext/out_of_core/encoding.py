@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import shutil
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -25,7 +26,9 @@ from gltf_ext.work_files import WorkFile, give_back_memory
 UNEVEN = 1.5  # chunks that exceed the aimed size by more do not fit
 # Shares of the progress: triangles read, and sorted into chunks; the rest is for encoding.
 READ, SORTED = 0.1, 0.2
-OUTPUT_BYTES = 8  # of a triangle in the work files, at most, with all levels
+# In the work files, at most: bytes of a triangle's results with all levels; triangles of two levels
+# in a row over those of level 0, whose chunks are gone by then (gltf_ext.lod.builder.SHRINK each).
+OUTPUT_BYTES, LEVELS_SHARE = 8, 1.5
 
 
 @dataclass
@@ -87,7 +90,8 @@ def encode_large(
 def _check_space(source: LargePrimitive, form: RecordFormat, options: Options) -> None:
     """Raises MeshletError when the work files do not fit their disk."""
     folder = str(options.work_dir)
-    corner_bytes = form.fine.itemsize + options.lod * form.coarse.itemsize
+    of_levels = math.ceil(LEVELS_SHARE * form.coarse.itemsize) if options.lod else 0
+    corner_bytes = max(form.fine.itemsize, of_levels)
     needed = (3 * corner_bytes + OUTPUT_BYTES) * source.triangle_count
     free = shutil.disk_usage(folder).free
     if free < needed:

@@ -3,6 +3,7 @@
 import os
 import resource
 import subprocess
+import weakref
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from gltf_ext import MeshletError
 from gltf_ext.lod import LodPrimitive, View, cut_for_view, open_lod
 from gltf_ext.lod.coverage import check_coverage
 from gltf_ext.out_of_core import encoding, opening, sources
+from gltf_ext.work_files import WorkFile
 from gltf_meshlet import cli
 from tests.helpers import environment
 from tests.helpers.gltf_builder import Builder
@@ -307,6 +309,35 @@ def test_a_disk_that_is_too_small_is_noticed_first(tube, tmp_path, small_chunks,
         encoding.shutil, "disk_usage", lambda folder: type("Usage", (), {"free": 1000})
     )
     assert usage.f_bavail and "1,000 are free" in message(tmp_path, tube, max_memory="1G")
+
+
+@pytest.mark.parametrize("lod", [False, True], ids=["level 0", "levels"])
+def test_work_files_stay_below_the_space_that_is_checked(
+    tube, tmp_path, small_chunks, monkeypatch, lod
+):
+    if lod:
+        environment.need_package("meshoptimizer")
+    monkeypatch.setattr(sources.blocks, "__defaults__", (500,))  # small, as this model is
+    files, most = weakref.WeakSet(), 0
+    opened, written = WorkFile.__init__, WorkFile.write
+
+    def opening(file, folder=""):
+        opened(file, folder)
+        files.add(file)
+
+    def writing(file, data, place):
+        nonlocal most
+        written(file, data, place)
+        most = max(most, sum(f.size for f in set(files) if not f._file.closed))
+
+    monkeypatch.setattr(WorkFile, "__init__", opening)
+    monkeypatch.setattr(WorkFile, "write", writing)
+    compress(tube, tmp_path / "out.glb", lod=lod)
+    free = type("Usage", (), {"free": most - 1})
+    monkeypatch.setattr(encoding.shutil, "disk_usage", lambda folder: free)
+    text = message(tmp_path, tube, max_memory="1G", lod=lod)
+    needed = int(text.split("need ")[1].split(" bytes")[0].replace(",", ""))
+    assert most <= needed <= 2 * most
 
 
 def test_a_disk_that_fills(tube, tmp_path, small_chunks, monkeypatch, capsys):
