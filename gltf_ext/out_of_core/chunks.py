@@ -112,20 +112,6 @@ def are_among(keys: np.ndarray, positions: np.ndarray) -> np.ndarray:
     return result
 
 
-@dataclass
-class Sorted:
-    """Triangles in the order of their chunks.
-
-    Attributes:
-        corners: fine[T, 3]; counts: int64: number of triangles of each chunk.
-        shared: uint64: keys of positions that several chunks may have.
-    """
-
-    corners: np.ndarray
-    counts: np.ndarray
-    shared: np.ndarray
-
-
 class Corners:
     """Triangles in work files, by chunk.
 
@@ -140,22 +126,22 @@ class Corners:
         self._files = [WorkFile(folder) for _ in range(cells.count)]
         self._keys: list[np.ndarray] = []
 
-    def sorted(self, corners: np.ndarray) -> Sorted:
-        """Triangles, fine[T, 3], by their chunks."""
+    def sorted(self, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """(triangles, fine[T, 3], in the order of their chunks, int64: number of those of each,
+        uint64: keys of positions that several chunks may have)."""
         positions = corners["0"].astype(np.int32)
         chunk = self.cells.of(positions.sum(axis=1) // 3)
         order = np.argsort(chunk, kind="stable")
         counts = np.bincount(chunk, minlength=self.cells.count)
-        return Sorted(corners[order], counts, self.cells.keys_outside(chunk, positions))
+        return corners[order], counts, self.cells.keys_outside(chunk, positions)
 
-    def add(self, found: Sorted) -> None:
-        """Writes triangles to the files of their chunks. Raises OSError."""
-        ends = np.cumsum(found.counts)
-        for number in np.flatnonzero(found.counts):
-            rows = found.corners[ends[number] - found.counts[number] : ends[number]]
-            self._files[number].append(rows)
-        self.counts += found.counts
-        self._keys.append(found.shared)
+    def add(self, corners: np.ndarray, counts: np.ndarray, keys: np.ndarray) -> None:
+        """Writes what `sorted` gives to the files of the chunks. Raises OSError."""
+        ends = np.cumsum(counts)
+        for number in np.flatnonzero(counts):
+            self._files[number].append(corners[ends[number] - counts[number] : ends[number]])
+        self.counts += counts
+        self._keys.append(keys)
 
     @cached_property
     def shared(self) -> np.ndarray:

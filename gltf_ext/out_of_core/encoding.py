@@ -15,15 +15,22 @@ from gltf_ext.compression.options import DEFAULT_PAGE_BYTES, Options
 from gltf_ext.compression.streams import Plan
 from gltf_ext.errors import MeshletError
 from gltf_ext.lod.document import Levels
-from gltf_ext.out_of_core.chunks import SAMPLES, Cells, Corners, Sorted, are_among, leaves
+from gltf_ext.out_of_core.chunks import SAMPLES, Cells, Corners, are_among, leaves
 from gltf_ext.out_of_core.records import RecordFormat
-from gltf_ext.out_of_core.sources import LargePrimitive, Rows, blocks, chunk_size, share_of_chunk
+from gltf_ext.out_of_core.sources import (
+    UNEVEN,
+    LargePrimitive,
+    Rows,
+    blocks,
+    chunk_size,
+    fitting,
+    share_of_chunk,
+)
 from gltf_ext.out_of_core.totals import Totals
 from gltf_ext.progress import Advance
 from gltf_ext.scheduler import Runner
 from gltf_ext.work_files import WorkFile, give_back_memory
 
-UNEVEN = 1.5  # chunks that exceed the aimed size by more do not fit
 # Shares of the progress: triangles read, and sorted into chunks; the rest is for encoding.
 READ, SORTED = 0.1, 0.2
 # In the work files, at most: bytes of a triangle's results with all levels; triangles of two levels
@@ -123,17 +130,17 @@ def sorted_corners(
     cells = Cells.over(np.concatenate(sample), leaves(whole, limit, 0), 0)
     result = Corners(cells, form, folder)
 
-    def sorted_rows(first: int, last: int) -> Sorted:
-        return result.sorted(_rows(soup, form, first, last))
-
     # From the end: the file shrinks as those of the chunks grow.
     parts = list(blocks(whole))[::-1]
-    for (first, _), found in zip(parts, source.in_order(sorted_rows, parts)):
-        result.add(found)
+    for (first, _), found in zip(
+        parts,
+        source.in_order(lambda *part: result.sorted(_rows(soup, form, *part)), parts),
+    ):
+        result.add(*found)
         soup.cut(first * size)
         progress(SORTED + (READ - SORTED) * first / whole)
     soup.close()
-    if result.counts.max() > UNEVEN * limit:
+    if result.counts.max() > UNEVEN * fitting(options):
         raise MeshletError(
             f"{source.where} has {result.counts.max():,} triangles in one place of the grid",
             "use more position bits or more memory",
@@ -229,7 +236,7 @@ def _level_0(
     tasks = (
         (form, options, corners.take(chunk), corners.shared) for chunk in range(corners.cells.count)
     )
-    share = share_of_chunk(options, int(corners.counts.sum()))
+    share = share_of_chunk(options, int(corners.counts.sum()), int(corners.counts.max()))
     for number, (view, found) in enumerate(runner.map(_encoded, tasks, *share), start=1):
         output.append(view)
         totals.add(found)

@@ -275,19 +275,20 @@ class LevelsWriter:
         whole = int(corners.counts.sum())
         done = 0
 
-        def run(level: int, triangles: int, count: int, chunks: Iterator[Chunk]) -> Pool:
+        def run(level: int, count: int, chunks: Iterator[Chunk], share: tuple[int, int]) -> Pool:
             """Builds all chunks of a level; returns what waits for the next one."""
             nonlocal done
             pool, first_group = Pool(self._form, self._options), self._group_count
             tasks = ((self._form, self._options, chunk) for chunk in chunks)
-            at_once, memory = share_of_chunk(self._options, triangles)
+            at_once, memory = share
             for built in self._runner.map(build_chunk, tasks, min(at_once, count), memory):
                 self._add(built, level, first_group, pool)
                 done += built.count
                 progress(min(done / whole / ALL_LEVELS, 1.0))
             return pool
 
-        pool = run(0, whole, corners.cells.count, _chunks_of(corners))
+        share = share_of_chunk(self._options, whole, int(corners.counts.max()))
+        pool = run(0, corners.cells.count, _chunks_of(corners), share)
         level, before = 0, whole
         if pool.triangles > SHRINK * whole:
             pool.close()
@@ -300,7 +301,8 @@ class LevelsWriter:
             must_end = count > 1 and pool.triangles > SHRINK * before
             before = pool.triangles
             chunks = pool.chunks(count, level, self._group_count, must_end)
-            following = run(level, pool.triangles, count, chunks)
+            share = share_of_chunk(self._options, pool.triangles)
+            following = run(level, count, chunks, share)
             pool.close()
             pool = following
         pool.close()

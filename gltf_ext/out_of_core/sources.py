@@ -31,6 +31,7 @@ SMALLEST_CHUNK = 1 << 16  # triangles; smaller ones are mostly borders
 # Several chunks fit memory, so that threads have one each; larger ones give no smaller files.
 LARGE_CHUNK, AT_ONCE = 1 << 20, 16
 MOST_CHUNKS = 512  # each has an open file
+UNEVEN = 1.5
 
 
 @dataclass
@@ -316,9 +317,14 @@ def chunk_size(options: Options, triangles: int) -> int:
     return max(most // AT_ONCE, min(most, LARGE_CHUNK), triangles // MOST_CHUNKS)
 
 
-def share_of_chunk(options: Options, triangles: int) -> tuple[int, int]:
-    """(number of chunks that fit memory at a time, bytes that one takes with a process)."""
+def share_of_chunk(options: Options, triangles: int, largest: int = 0) -> tuple[int, int]:
+    """(number of chunks that fit memory at a time, bytes that one takes with a process).
+
+    largest: triangles of the largest one; up to UNEVEN times the size that chunks aim at is usual.
+    """
     most, size = fitting(options), chunk_size(options, triangles)
+    if largest > UNEVEN * size:
+        size = min(largest, most)
     return most // size, BASE_BYTES + (options.memory - BASE_BYTES) * size // most
 
 

@@ -129,6 +129,28 @@ def test_attributes_and_small_primitives(tmp_path, small_chunks):
     assert gltf_ext.validate(tmp_path / "out.glb") == []
 
 
+@pytest.mark.parametrize("threads", [1, 3])
+def test_a_chunk_that_cannot_be_cut(tmp_path, small_chunks, threads):
+    """7000 triangles around one point, where a chunk has 4000."""
+    points, _, triangles = sheet()
+    a, b = np.random.default_rng(0).uniform(-1, 1, (2, 7000, 3)).astype(np.float32)
+    around = np.stack([a, b, -a - b], axis=1).reshape(-1, 3)
+    builder = Builder()
+    builder.mesh({"POSITION": np.concatenate([points[triangles.reshape(-1)], around])}, None)
+    path = builder.write(tmp_path / "in.glb")
+    compress(path, tmp_path / "out.glb", position_bits=6, threads=threads)
+    assert gltf_ext.verify(path, tmp_path / "out.glb")["ok"]
+
+
+def test_more_in_one_place_than_fits(tmp_path, small_chunks):
+    corners = np.random.default_rng(0).uniform(-1, 1, (20_000, 3, 3)).astype(np.float32)
+    corners[:, 2] = -corners[:, 0] - corners[:, 1]
+    builder = Builder()
+    builder.mesh({"POSITION": corners.reshape(-1, 3)}, None)
+    path = builder.write(tmp_path / "in.glb")
+    assert "in one place of the grid" in message(tmp_path, path, max_memory="1G", position_bits=4)
+
+
 def test_triangles_without_indices(tmp_path, small_chunks):
     points, _, triangles = sheet(64)
     builder = Builder()
