@@ -18,7 +18,7 @@ from gltf_meshlet.demo.model import write_glb
 
 PACKAGES = ("gltf-meshlet", "numpy", "distributed")
 DOCUMENT, BLOCK = "scale", "batch"
-FILES, TRIANGLES = 16, 60_000  # of each: a million triangles together
+FILES, TRIANGLES = 64, 60_000  # of each: four million triangles together, for up to 16 workers
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import struct
 from collections.abc import Iterator
 from pathlib import Path
@@ -12,9 +13,11 @@ import numpy as np
 
 import gltf_ext
 from bench.generated import vertex_normals
+from gltf_ext.scheduler import in_order
 
 NOISE = 0.0004  # of the longest side, over n: about a third of an edge of the pieces of the dragon
-BLOCK = 8192  # triangles of the model at a time
+BLOCK = 1 << 18  # pieces that a thread makes at a time
+THREADS = os.cpu_count() or 1
 
 
 def write_displaced(source: Path, n: int, output: Path, noise: float = NOISE) -> Path:
@@ -27,25 +30,57 @@ def write_displaced(source: Path, n: int, output: Path, noise: float = NOISE) ->
     base = gltf_ext.load(source)[0]
     points = base.attributes["POSITION"].astype(np.float64)
     pieces = _Pieces(base.indices.astype(np.int64), len(points), n)
-    heights = np.random.default_rng(1)
     positions = np.empty((pieces.vertex_count, 3), np.float32)
-    normals = np.zeros_like(positions)
     smooth = vertex_normals(points, pieces.triangles)
     scale = noise * float(np.ptp(points, axis=0).max()) / n
-    for rows, starts, weights in pieces.vertices():
+
+    def place(rows: slice, starts: np.ndarray, weights: np.ndarray, heights: np.ndarray) -> None:
         at = np.einsum("vk,vkc->vc", weights, points[starts])
         along = np.einsum("vk,vkc->vc", weights, smooth[starts])
-        positions[rows] = at + along * heights.normal(size=(len(at), 1)) * scale
-    for triangles in pieces.blocks():
-        a, b, c = positions[triangles].transpose(1, 0, 2)
-        faces = np.cross(b - a, c - a)
-        for axis in range(3):
-            np.add.at(normals[:, axis], triangles.reshape(-1), np.repeat(faces[:, axis], 3))
-    for rows in np.array_split(np.arange(len(normals)), 64):
-        length = np.linalg.norm(normals[rows], axis=1, keepdims=True)
-        normals[rows] /= np.where(length > 0, length, 1)
-    _write(output, positions, normals, pieces)
+        positions[rows] = at + along * heights * scale
+
+    # One row of random numbers, whatever the number of threads.
+    random = np.random.default_rng(1)
+    tasks = ((*part, random.normal(size=(len(part[1]), 1))) for part in pieces.vertices())
+    for _ in in_order(place, tasks, THREADS):
+        pass
+    _write(output, positions, _normals(positions, pieces), pieces)
     return output
+
+
+def _normals(positions: np.ndarray, pieces: _Pieces) -> np.ndarray:
+    """Unit normals, float32[V, 3]: sums of the normals of the triangles around each vertex."""
+    normals = np.zeros_like(positions)
+
+    pattern, is_inner = pieces.pattern, pieces.inner
+    at_borders = np.nonzero(~is_inner[pattern])
+    around = [np.nonzero(pattern == place)[0] for place in np.flatnonzero(is_inner)]
+
+    def add(first: int) -> tuple[np.ndarray, np.ndarray]:
+        """Sums up for vertices inside of a triangle of the model, which no other block has. Returns
+        those on its borders, and what adds to them."""
+        triangles = pieces.of(first)
+        a, b, c = positions[triangles].transpose(2, 0, 1, 3)
+        faces = np.cross(b - a, c - a)
+        for place, places_around in enumerate(around):
+            rows = pieces.first_inner + first * len(around) + place
+            sums = normals[rows :: len(around)][: len(faces)]
+            for number in places_around:
+                sums += faces[:, number]
+        numbers = triangles[:, at_borders[0], at_borders[1]]
+        return numbers.reshape(-1), faces[:, at_borders[0]].reshape(-1, 3)
+
+    def scale(first: int) -> None:
+        rows = normals[first : first + BLOCK]
+        length = np.linalg.norm(rows, axis=1, keepdims=True)
+        rows /= np.where(length > 0, length, 1)
+
+    for numbers, values in in_order(add, pieces.firsts(), THREADS):
+        for axis in range(3):
+            np.add.at(normals[:, axis], numbers, values[:, axis])
+    for _ in in_order(scale, ((first,) for first in range(0, len(normals), BLOCK)), THREADS):
+        pass
+    return normals
 
 
 class _Pieces:
@@ -65,6 +100,19 @@ class _Pieces:
         self.vertices_before = vertices
         self.vertex_count = self.first_inner + len(triangles) * int(self.inner.sum())
         self.triangle_count = len(triangles) * n * n
+        number = self.number = {tuple(place): k for k, place in enumerate(self.grid.tolist())}
+        self.pattern = np.array(
+            [
+                [number[p] for p in corners]
+                for i in range(n)
+                for j in range(n - i)
+                for corners in (
+                    [(i, j), (i + 1, j), (i, j + 1)],
+                    [(i + 1, j), (i + 1, j + 1), (i, j + 1)],
+                )
+                if sum(corners[1]) <= n
+            ]
+        )
 
     def vertices(self) -> Iterator[tuple[slice, np.ndarray, np.ndarray]]:
         """(numbers, the model's vertices around each [V, k], their weights [V, k])."""
@@ -76,38 +124,32 @@ class _Pieces:
         )
         share = np.arange(1, n) / n
         pair = np.stack([1 - share, share], axis=1)
-        for first in range(0, len(self.edges) if n > 1 else 0, BLOCK):
-            ends = np.repeat(self.edges[first : first + BLOCK], n - 1, axis=0)
+        step = _rows(n - 1)
+        for first in range(0, len(self.edges) if n > 1 else 0, step):
+            ends = np.repeat(self.edges[first : first + step], n - 1, axis=0)
             at = self.vertices_before + first * (n - 1)
             yield slice(at, at + len(ends)), ends, np.tile(pair, (len(ends) // (n - 1), 1))
         i, j = self.grid[self.inner].T
         weights = np.stack([n - i - j, i, j], axis=1) / n
-        for first in range(0, len(self.triangles) if len(weights) else 0, BLOCK):
-            corners = np.repeat(self.triangles[first : first + BLOCK], len(weights), axis=0)
+        step = _rows(len(weights))
+        for first in range(0, len(self.triangles) if len(weights) else 0, step):
+            corners = np.repeat(self.triangles[first : first + step], len(weights), axis=0)
             at = self.first_inner + first * len(weights)
             tiled = np.tile(weights, (len(corners) // len(weights), 1))
             yield slice(at, at + len(corners)), corners, tiled
 
-    def blocks(self) -> Iterator[np.ndarray]:
-        """int64[T, 3]: the pieces of some triangles at a time."""
-        n, number = self.n, {tuple(place): k for k, place in enumerate(self.grid.tolist())}
-        pattern = [
-            [number[p] for p in corners]
-            for i in range(n)
-            for j in range(n - i)
-            for corners in (
-                [(i, j), (i + 1, j), (i, j + 1)],
-                [(i + 1, j), (i + 1, j + 1), (i, j + 1)],
-            )
-            if sum(corners[1]) <= n
-        ]
-        for first in range(0, len(self.triangles), BLOCK):
-            grid = self._grid_of(slice(first, first + BLOCK), number)
-            yield grid[:, pattern].reshape(-1, 3)
+    def firsts(self) -> Iterator[tuple[int]]:
+        """The first triangle of each block."""
+        return ((first,) for first in range(0, len(self.triangles), _rows(self.n**2)))
 
-    def _grid_of(self, rows: slice, number: dict[tuple[int, int], int]) -> np.ndarray:
+    def of(self, first: int) -> np.ndarray:
+        """int64[F, n * n, 3]: the pieces of a block's triangles."""
+        grid = self._grid_of(slice(first, first + _rows(self.n**2)))
+        return grid[:, self.pattern]
+
+    def _grid_of(self, rows: slice) -> np.ndarray:
         """int64[F, (n + 1)(n + 2) / 2]: the vertices on the grid of each triangle."""
-        n, triangles = self.n, self.triangles[rows]
+        n, number, triangles = self.n, self.number, self.triangles[rows]
         result = np.empty((len(triangles), len(self.grid)), np.int64)
         places = ([(0, 0), (n, 0), (0, n)], [(1, 0), (-1, 1), (0, -1)])
         for side, ((i, j), (along_i, along_j)) in enumerate(zip(*places)):
@@ -121,6 +163,11 @@ class _Pieces:
         faces = rows.start + np.arange(len(triangles))[:, None]
         result[:, self.inner] = self.first_inner + faces * inner + np.arange(inner)
         return result
+
+
+def _rows(each: int) -> int:
+    """The number of triangles or edges of a block, of which each has so many pieces."""
+    return max(BLOCK // max(each, 1), 1)
 
 
 def _write(path: Path, positions: np.ndarray, normals: np.ndarray, pieces: _Pieces) -> None:
@@ -161,5 +208,9 @@ def _write(path: Path, positions: np.ndarray, normals: np.ndarray, pieces: _Piec
         file.write(head)
         file.write(positions.data)
         file.write(normals.data)
-        for triangles in pieces.blocks():
-            file.write(triangles.astype("<u4").tobytes())
+
+        def bytes_of(first: int) -> bytes:
+            return pieces.of(first).astype("<u4").tobytes()
+
+        for data in in_order(bytes_of, pieces.firsts(), THREADS):
+            file.write(data)

@@ -49,7 +49,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--memory", default=MEMORY, metavar="BYTES", help=f"--max-memory (default {MEMORY})"
     )
     parser.add_argument(
-        "--work-dir", help="folder for models and work files: 92 bytes for each triangle"
+        "--work-dir", help="folder for models and work files: 72 bytes for each triangle"
     )
 
 

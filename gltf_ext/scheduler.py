@@ -1,4 +1,5 @@
-"""Tasks on the workers of Dask distributed: files of a batch, chunks of a large model."""
+"""Tasks on threads or on the workers of Dask distributed: files of a batch, chunks of a large
+model."""
 
 from __future__ import annotations
 
@@ -8,6 +9,7 @@ import os
 import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from gltf_ext.errors import MeshletError
@@ -52,33 +54,52 @@ def connected(address: str) -> Iterator[Client]:
         yield client
 
 
-class Here:
-    """Runs functions in this process.
+def in_order(
+    function: Callable[..., Any], tasks: Iterable[tuple[Any, ...]], threads: int
+) -> Iterator[Any]:
+    """Results in the order of the tasks, which are taken while one of the threads is free. Raises
+    what a task raises."""
+    from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait  # slow to load
 
-    Attributes:
-        threads: that each may use.
-    """
+    flight: deque[Any] = deque()
+    with ThreadPoolExecutor(threads) as pool:
+        for task in tasks:
+            flight.append(pool.submit(function, *task))
+            while len(running := [f for f in flight if not f.done()]) >= threads:
+                wait(running, return_when=FIRST_COMPLETED)
+            while flight and flight[0].done():
+                yield flight.popleft().result()
+        while flight:
+            yield flight.popleft().result()
+
+
+class Here:
+    """Runs functions on threads of this process."""
 
     def __init__(self, threads: int) -> None:
-        self.threads = threads
+        self._threads = threads
 
     def map(
-        self, function: Callable[..., Any], tasks: Iterable[tuple[Any, ...]], memory: int
+        self,
+        function: Callable[..., Any],
+        tasks: Iterable[tuple[Any, ...]],
+        at_once: int,
+        memory: int,
     ) -> Iterator[Any]:
-        """As Workers.map."""
-        return (function(*task) for task in tasks)
+        """As Workers.map, at most `at_once` tasks at a time, which share the threads."""
+        lanes = min(at_once, self._threads)
+        return in_order(partial(function, -(-self._threads // lanes)), tasks, lanes)
 
 
 class Workers:
     """Runs functions on the workers of a scheduler.
 
     Attributes:
-        threads: that each may use.
         again: what errors say to do when scheduler or workers are lost.
     """
 
     def __init__(self, client: Client, threads: int = 1, again: str = RUN_AGAIN) -> None:
-        self.threads, self.again = threads, again
+        self._threads, self.again = threads, again
         self._client = client
         self._last_seen = time.monotonic()
 
@@ -151,15 +172,23 @@ class Workers:
             raise MeshletError(problem, self.again)
 
     def map(
-        self, function: Callable[..., Any], tasks: Iterable[tuple[Any, ...]], memory: int
+        self,
+        function: Callable[..., Any],
+        tasks: Iterable[tuple[Any, ...]],
+        at_once: int,
+        memory: int,
     ) -> Iterator[Any]:
-        """Results in the order of the tasks, which are taken while threads are free. A task whose
-        worker dies runs on another. Raises MeshletError, also for what a task raises."""
+        """Results of function(threads, *task) in the order of the tasks, which are taken while
+        workers are free. A task whose worker dies runs on another. Raises MeshletError, also for
+        what a task raises.
+
+        at_once: of no matter here. memory: bytes that a task takes.
+        """
         flight: deque[Future] = deque()
         for task in tasks:
             while len(flight) > self.free()[0]:
                 yield self._result(flight.popleft())
-            flight.append(self.submit(function, *task, memory=memory))
+            flight.append(self.submit(function, self._threads, *task, memory=memory))
         while flight:
             yield self._result(flight.popleft())
 

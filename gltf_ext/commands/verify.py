@@ -284,13 +284,20 @@ def _compare_large(
     comparison.run(advance)
     findings.add_triangles(compressed, comparison.missing, comparison.extra, comparison.collapsed)
     form = format_of(source, compressed)
-    errors = {name: Errors() for name in widths}
-    for vertices in source.used_vertices() if not comparison.missing else ():
+
+    def errors_of(vertices: dict[str, np.ndarray]) -> dict[str, Errors]:
         decoded = form.decoded(form.quantised(vertices), tuple(vertices))
-        for name, values in vertices.items():
-            streams = form.streams_of(name)
-            matches = np.arange(len(values))
-            errors[name].join(_errors(name, values, decoded[name], matches, streams))
+        return {
+            name: _errors(
+                name, values, decoded[name], np.arange(len(values)), form.streams_of(name)
+            )
+            for name, values in vertices.items()
+        }
+
+    errors = {name: Errors() for name in widths}
+    for found in source.of_used_vertices(errors_of) if not comparison.missing else ():
+        for name, more in found.items():
+            errors[name].join(more)
     for name, found in errors.items():
         findings.add_value_errors(source.mesh, compressed, name, found)
 

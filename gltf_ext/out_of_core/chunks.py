@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -58,6 +60,29 @@ class Cells:
         self._fill(points, np.arange(len(points)), result)
         return result
 
+    def keys_outside(self, chunk: np.ndarray, corners: np.ndarray) -> np.ndarray:
+        """uint64: hashes of positions that triangles of several chunks may have: those of corners
+        outside of the cell of their triangle's chunk.
+
+        chunk: int32[T]; corners: int[T, 3, 3]: positions.
+        """
+        low, high = (bound[chunk][:, None] for bound in self._boxes)
+        is_outside = ((corners < low) | (corners >= high)).any(axis=2)
+        return np.unique(hashes(corners[is_outside]))
+
+    @cached_property
+    def _boxes(self) -> np.ndarray:
+        """int64[2, leaves, 3]: points of a leaf are from the first value on, before the second."""
+        boxes = np.empty((2, self.count, 3), np.int64)
+        boxes[0], boxes[1] = np.iinfo(np.int64).min, np.iinfo(np.int64).max
+        for child, bound, nearer in ((self.low, 1, np.minimum), (self.high, 0, np.maximum)):
+            if child is not None:
+                rows = slice(child.first - self.first, child.first - self.first + child.count)
+                boxes[:, rows] = child._boxes
+                column = boxes[bound, rows, self.axis]
+                column[:] = nearer(column, self.split)
+        return boxes
+
     def _fill(self, points: np.ndarray, rows: np.ndarray, result: np.ndarray) -> None:
         if self.low is None or self.high is None:
             result[rows] = self.first
@@ -73,30 +98,13 @@ def leaves(triangles: int, limit: int, level: int) -> int:
     return 3 if count == 2 and level % 2 else count
 
 
-class SharedPositions:
-    """Positions that triangles of several chunks may have: those of corners outside of the cell
-    of their triangle's chunk."""
-
-    def __init__(self) -> None:
-        self._found = [np.empty(0, np.uint64)]
-
-    def add(self, cells: Cells, chunk: np.ndarray, corners: np.ndarray) -> None:
-        """chunk: int32[T]; corners: int[T, 3, 3]: positions."""
-        points = corners.reshape(-1, 3)
-        is_outside = cells.of(points) != np.repeat(chunk, 3)
-        if is_outside.any():
-            self._found.append(np.unique(hashes(points[is_outside])))
-
-    @property
-    def keys(self) -> np.ndarray:
-        """uint64: their hashes, in ascending order."""
-        if len(self._found) > 1:
-            self._found = [np.unique(np.concatenate(self._found))]
-        return self._found[0]
+def union(keys: Iterable[np.ndarray]) -> np.ndarray:
+    """uint64: the different keys, in ascending order."""
+    return np.unique(np.concatenate([np.empty(0, np.uint64), *keys]))
 
 
 def are_among(keys: np.ndarray, positions: np.ndarray) -> np.ndarray:
-    """bool[N]: whether several chunks may have a position, int[N, 3]. keys: of SharedPositions."""
+    """bool[N]: whether several chunks may have a position, int[N, 3]. keys: in ascending order."""
     if not len(keys):
         return np.zeros(len(positions), bool)
     own = hashes(positions)
@@ -109,27 +117,36 @@ class Corners:
 
     Attributes:
         cells: the chunks; counts: int64: number of triangles of each.
-        shared: positions that several chunks have.
     """
 
     def __init__(self, cells: Cells, form: RecordFormat, folder: str) -> None:
-        self.cells, self.shared = cells, SharedPositions()
+        self.cells = cells
         self.counts = np.zeros(cells.count, np.int64)
         self._form = form
         self._files = [WorkFile(folder) for _ in range(cells.count)]
+        self._keys: list[np.ndarray] = []
 
-    def add(self, corners: np.ndarray) -> None:
-        """Sorts triangles, fine[T, 3], into the files of their chunks."""
+    def sorted(self, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """(triangles, fine[T, 3], in the order of their chunks, int64: number of those of each,
+        uint64: keys of positions that several chunks may have)."""
         positions = corners["0"].astype(np.int32)
         chunk = self.cells.of(positions.sum(axis=1) // 3)
-        if self.cells.count > 1:
-            self.shared.add(self.cells, chunk, positions)
         order = np.argsort(chunk, kind="stable")
         counts = np.bincount(chunk, minlength=self.cells.count)
-        for number, rows in enumerate(np.split(order, np.cumsum(counts)[:-1])):
-            if len(rows):
-                self._files[number].append(corners[rows])
+        return corners[order], counts, self.cells.keys_outside(chunk, positions)
+
+    def add(self, corners: np.ndarray, counts: np.ndarray, keys: np.ndarray) -> None:
+        """Writes what `sorted` gives to the files of the chunks. Raises OSError."""
+        ends = np.cumsum(counts)
+        for number in np.flatnonzero(counts):
+            self._files[number].append(corners[ends[number] - counts[number] : ends[number]])
         self.counts += counts
+        self._keys.append(keys)
+
+    @cached_property
+    def shared(self) -> np.ndarray:
+        """uint64: keys of positions that several chunks may have, once all triangles are added."""
+        return union(self._keys)
 
     def take(self, chunk: int) -> np.ndarray:
         """fine[T, 3]: the triangles of a chunk, whose file is given back."""

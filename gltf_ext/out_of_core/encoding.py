@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import shutil
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -16,16 +17,25 @@ from gltf_ext.errors import MeshletError
 from gltf_ext.lod.document import Levels
 from gltf_ext.out_of_core.chunks import SAMPLES, Cells, Corners, are_among, leaves
 from gltf_ext.out_of_core.records import RecordFormat
-from gltf_ext.out_of_core.sources import LargePrimitive, blocks, chunk_size
+from gltf_ext.out_of_core.sources import (
+    UNEVEN,
+    LargePrimitive,
+    Rows,
+    blocks,
+    chunk_size,
+    fitting,
+    share_of_chunk,
+)
 from gltf_ext.out_of_core.totals import Totals
 from gltf_ext.progress import Advance
 from gltf_ext.scheduler import Runner
 from gltf_ext.work_files import WorkFile, give_back_memory
 
-UNEVEN = 1.5  # chunks that exceed the aimed size by more do not fit
 # Shares of the progress: triangles read, and sorted into chunks; the rest is for encoding.
 READ, SORTED = 0.1, 0.2
-OUTPUT_BYTES = 8  # of a triangle in the work files, at most, with all levels
+# In the work files, at most: bytes of a triangle's results with all levels; triangles of two levels
+# in a row over those of level 0, whose chunks are gone by then (gltf_ext.lod.builder.SHRINK each).
+OUTPUT_BYTES, LEVELS_SHARE = 8, 1.5
 
 
 @dataclass
@@ -56,9 +66,8 @@ def encode_large(
 ) -> Encoded:
     """Encodes a primitive in chunks, which are the runner's tasks. Raises MeshletError, OSError."""
     progress = advance or (lambda share: None)
-    limit = chunk_size(options)
     _check_space(source, form, options)
-    corners = sorted_corners(source, form, options, limit, progress)
+    corners = sorted_corners(source, form, options, progress)
 
     def rest(share: float) -> None:
         progress(SORTED + (1 - SORTED) * share)
@@ -67,7 +76,7 @@ def encode_large(
     if options.lod:
         from gltf_ext.out_of_core.levels import LevelsWriter  # slow to load
 
-        writer = LevelsWriter(form, options, limit, runner)
+        writer = LevelsWriter(form, options, runner)
         view, levels = writer.write(corners, rest)
         totals = writer.totals
     else:
@@ -88,7 +97,8 @@ def encode_large(
 def _check_space(source: LargePrimitive, form: RecordFormat, options: Options) -> None:
     """Raises MeshletError when the work files do not fit their disk."""
     folder = str(options.work_dir)
-    corner_bytes = form.fine.itemsize + options.lod * form.coarse.itemsize
+    of_levels = math.ceil(LEVELS_SHARE * form.coarse.itemsize) if options.lod else 0
+    corner_bytes = max(form.fine.itemsize, of_levels)
     needed = (3 * corner_bytes + OUTPUT_BYTES) * source.triangle_count
     free = shutil.disk_usage(folder).free
     if free < needed:
@@ -104,10 +114,10 @@ def _check_space(source: LargePrimitive, form: RecordFormat, options: Options) -
 
 
 def sorted_corners(
-    source: LargePrimitive, form: RecordFormat, options: Options, limit: int, progress: Advance
+    source: LargePrimitive, form: RecordFormat, options: Options, progress: Advance
 ) -> Corners:
-    """The triangles as records of their corners, in chunks of at most about `limit`."""
-    folder = str(options.work_dir)
+    """The triangles as records of their corners, in chunks."""
+    folder, limit = str(options.work_dir), chunk_size(options, source.triangle_count)
     size, whole = 3 * form.fine.itemsize, source.triangle_count
     soup, sample = WorkFile(folder), []
     stride = max(whole // SAMPLES, 1)
@@ -119,13 +129,18 @@ def sorted_corners(
         progress(READ * share * last / whole)
     cells = Cells.over(np.concatenate(sample), leaves(whole, limit, 0), 0)
     result = Corners(cells, form, folder)
+
     # From the end: the file shrinks as those of the chunks grow.
-    for first, last in reversed(list(blocks(whole))):
-        result.add(_rows(soup, form, first, last))
+    parts = list(blocks(whole))[::-1]
+    for (first, _), found in zip(
+        parts,
+        source.in_order(lambda *part: result.sorted(_rows(soup, form, *part)), parts),
+    ):
+        result.add(*found)
         soup.cut(first * size)
         progress(SORTED + (READ - SORTED) * first / whole)
     soup.close()
-    if result.counts.max() > UNEVEN * limit:
+    if result.counts.max() > UNEVEN * fitting(options):
         raise MeshletError(
             f"{source.where} has {result.counts.max():,} triangles in one place of the grid",
             "use more position bits or more memory",
@@ -151,25 +166,58 @@ def gathered(
             else [(0, 0)]
         )
     ]
+    parts = list(blocks(source.triangle_count))
     for done, (names, numbers, low, high) in enumerate(passes):
-        table = np.empty(high - low, form.part(names))
-        for first, last in blocks(high - low):
-            table[first:last] = form.quantised(source.vertices(names, low + first, low + last))
-        for first, last in blocks(source.triangle_count):
-            if numbers is None:
-                low = 3 * first
-                table = form.quantised(source.vertices(names, low, 3 * last))
-            rows = source.corners(names, numbers, first, last) - low
-            if len(passes) == 1:
-                corners = table[rows]
-            else:
-                is_here = (rows >= 0) & (rows < len(table))
-                corners = np.zeros(rows.shape, form.fine)
-                if done:
-                    corners = _rows(soup, form, first, last)
-                for field in table.dtype.names or ():
-                    corners[field][is_here] = table[field][rows[is_here]]
+        table = _Table(source, form, names, numbers, low, high, len(passes) == 1)
+        tasks = ((soup if done else None, *part) for part in parts)
+        for (first, last), corners in zip(parts, source.in_order(table.corners, tasks)):
             yield first, last, corners, (done + 1) / len(passes)
+
+
+class _Table:
+    """Records of some vertices."""
+
+    def __init__(
+        self,
+        source: LargePrimitive,
+        form: RecordFormat,
+        names: tuple[str, ...],
+        numbers: Rows | None,
+        low: int,
+        high: int,
+        is_all: bool,
+    ) -> None:
+        """names, numbers: one of source.indices; low, high: of the vertices; is_all: whether these
+        are all of the primitive."""
+        self._source, self._form, self._names, self._numbers = source, form, names, numbers
+        self._low, self._is_all = low, is_all
+        self._records = np.empty(high - low, form.part(names))
+        for _ in source.in_order(self._read, blocks(high - low)):
+            pass
+
+    def _read(self, first: int, last: int) -> None:
+        self._records[first:last] = self._quantised(self._low + first, self._low + last)
+
+    def _quantised(self, first: int, last: int) -> np.ndarray:
+        return self._form.quantised(self._source.vertices(self._names, first, last))
+
+    def corners(self, before: WorkFile | None, first: int, last: int) -> np.ndarray:
+        """fine[last - first, 3]: the corners of triangles as far as they are here, others as
+        before."""
+        low, records = self._low, self._records
+        if self._numbers is None:
+            low = 3 * first
+            records = self._quantised(low, 3 * last)
+        rows = self._source.corners(self._names, self._numbers, first, last) - low
+        if self._is_all:
+            all_corners: np.ndarray = records[rows]
+            return all_corners
+        is_here = (rows >= 0) & (rows < len(records))
+        form = self._form
+        corners = _rows(before, form, first, last) if before else np.zeros(rows.shape, form.fine)
+        for field in records.dtype.names or ():
+            corners[field][is_here] = records[field][rows[is_here]]
+        return corners
 
 
 def _rows(soup: WorkFile, form: RecordFormat, first: int, last: int) -> np.ndarray:
@@ -186,10 +234,10 @@ def _level_0(
     """Encodes each chunk by itself."""
     output, totals = WorkFile(str(options.work_dir)), Totals()
     tasks = (
-        (form, options, runner.threads, corners.take(chunk), corners.shared.keys)
-        for chunk in range(corners.cells.count)
+        (form, options, corners.take(chunk), corners.shared) for chunk in range(corners.cells.count)
     )
-    for number, (view, found) in enumerate(runner.map(_encoded, tasks, options.memory), start=1):
+    share = share_of_chunk(options, int(corners.counts.sum()), int(corners.counts.max()))
+    for number, (view, found) in enumerate(runner.map(_encoded, tasks, *share), start=1):
         output.append(view)
         totals.add(found)
         progress(corners.counts[:number].sum() / corners.counts.sum())
@@ -197,7 +245,7 @@ def _level_0(
 
 
 def _encoded(
-    form: RecordFormat, options: Options, threads: int, corners: np.ndarray, shared: np.ndarray
+    threads: int, form: RecordFormat, options: Options, corners: np.ndarray, shared: np.ndarray
 ) -> tuple[bytes, Totals]:
     """The pages of a chunk. corners: fine[T, 3]; shared: keys of positions that others have."""
     vertices = form.vertices_of(corners)

@@ -17,13 +17,13 @@ from gltf_ext.lod.document import Levels
 from gltf_ext.lod.surface import Surface
 from gltf_ext.lod.tables import MAX_GROUPS
 from gltf_ext.lod.writing import SMALLEST_GROUP, Pages, paged, surface_of, tables_of
-from gltf_ext.out_of_core.chunks import Cells, Corners, SharedPositions, are_among, leaves
+from gltf_ext.out_of_core.chunks import Cells, Corners, are_among, leaves, union
 from gltf_ext.out_of_core.records import RecordFormat
-from gltf_ext.out_of_core.sources import blocks
+from gltf_ext.out_of_core.sources import blocks, chunk_size, reading, share_of_chunk
 from gltf_ext.out_of_core.totals import Totals
 from gltf_ext.progress import Advance
 from gltf_ext.ranges import begins, members
-from gltf_ext.scheduler import Runner
+from gltf_ext.scheduler import Runner, in_order
 from gltf_ext.work_files import WorkFile, give_back_memory
 
 NO_CLUSTERS = Clusters(np.empty((0, 3), np.uint32), np.zeros(1, np.int64), np.zeros(1, np.int64))
@@ -72,7 +72,7 @@ class Chunk:
     Attributes:
         first_group: number of the first group that it makes.
         corners: of its triangles; given: its clusters, None in level 0.
-        shared: keys of positions that other chunks may have too.
+        shared: keys of positions that other chunks may have too, in ascending order.
         is_last: whether it is the only one of its level: then all further levels are built.
         must_end: whether there are to be no further levels.
     """
@@ -107,7 +107,7 @@ class Built:
     waiting: Waiting | None = None
 
 
-def build_chunk(form: RecordFormat, options: Options, threads: int, chunk: Chunk) -> Built:
+def build_chunk(threads: int, form: RecordFormat, options: Options, chunk: Chunk) -> Built:
     """Builds and encodes the groups of a chunk. Raises MeshletError."""
     vertices = form.vertices_of(chunk.corners)
     is_shared = are_among(chunk.shared, vertices.records["0"])
@@ -193,8 +193,9 @@ class Pool:
         triangles: number of all.
     """
 
-    def __init__(self, form: RecordFormat, folder: str) -> None:
-        self._form, self._file = form, WorkFile(folder)
+    def __init__(self, form: RecordFormat, options: Options) -> None:
+        self._form, self._file = form, WorkFile(str(options.work_dir))
+        self._threads = reading(options)[1]
         self._added: list[tuple[np.ndarray, ...]] = []
         self.triangles = 0
 
@@ -215,7 +216,7 @@ class Pool:
         points = np.rint(values[2]).astype(np.int32)  # centres
         cells = Cells.over(points, count, level)
         chunk = cells.of(points)
-        shared = self._shared(cells, np.repeat(chunk, np.diff(triangle_begin))).keys
+        shared = self._shared(cells, np.repeat(chunk, np.diff(triangle_begin)))
         for number in range(count):
             chosen = np.flatnonzero(chunk == number)
             if not len(chosen):
@@ -225,13 +226,14 @@ class Pool:
             given = Waiting(corners, in_disks, in_cluster[chosen], *(v[chosen] for v in values))
             yield Chunk(level, first_group, corners, given, shared, count == 1, must_end)
 
-    def _shared(self, cells: Cells, chunk: np.ndarray) -> SharedPositions:
-        """chunk: of each triangle."""
-        shared = SharedPositions()
-        if cells.count > 1:
-            for first, last in blocks(self.triangles):
-                shared.add(cells, chunk[first:last], self._rows(first, last)["0"])
-        return shared
+    def _shared(self, cells: Cells, chunk: np.ndarray) -> np.ndarray:
+        """uint64: keys of the positions that several chunks may have. chunk: of each triangle."""
+
+        def keys(first: int, last: int) -> np.ndarray:
+            return cells.keys_outside(chunk[first:last], self._rows(first, last)["0"])
+
+        parts = blocks(self.triangles) if cells.count > 1 else ()
+        return union(in_order(keys, parts, self._threads))
 
     def _corners(self, triangle_begin: np.ndarray, chosen: np.ndarray) -> np.ndarray:
         """coarse[T, 3]: the triangles of clusters, in ascending order of their numbers."""
@@ -251,11 +253,11 @@ class LevelsWriter:
         totals: of level 0.
     """
 
-    def __init__(self, form: RecordFormat, options: Options, limit: int, runner: Runner) -> None:
-        """limit: triangles that fit memory at a time. Raises MeshletError without meshoptimizer."""
+    def __init__(self, form: RecordFormat, options: Options, runner: Runner) -> None:
+        """Raises MeshletError without meshoptimizer."""
         simplifier.require_simplifier()
         self.totals = Totals()
-        self._form, self._options, self._limit, self._runner = form, options, limit, runner
+        self._form, self._options, self._runner = form, options, runner
         self._folder = str(options.work_dir)
         self._hierarchies: list[Hierarchy] = []  # without clusters
         self._group_count = 0
@@ -273,28 +275,34 @@ class LevelsWriter:
         whole = int(corners.counts.sum())
         done = 0
 
-        def run(level: int, chunks: Iterator[Chunk]) -> Pool:
+        def run(level: int, count: int, chunks: Iterator[Chunk], share: tuple[int, int]) -> Pool:
             """Builds all chunks of a level; returns what waits for the next one."""
             nonlocal done
-            pool, first_group = Pool(self._form, self._folder), self._group_count
-            tasks = ((self._form, self._options, self._runner.threads, chunk) for chunk in chunks)
-            for built in self._runner.map(build_chunk, tasks, self._options.memory):
+            pool, first_group = Pool(self._form, self._options), self._group_count
+            tasks = ((self._form, self._options, chunk) for chunk in chunks)
+            at_once, memory = share
+            for built in self._runner.map(build_chunk, tasks, min(at_once, count), memory):
                 self._add(built, level, first_group, pool)
                 done += built.count
                 progress(min(done / whole / ALL_LEVELS, 1.0))
             return pool
 
-        pool, level, before = run(0, _chunks_of(corners)), 0, whole
+        share = share_of_chunk(self._options, whole, int(corners.counts.max()))
+        pool = run(0, corners.cells.count, _chunks_of(corners), share)
+        level, before = 0, whole
         if pool.triangles > SHRINK * whole:
             pool.close()
             return self._files[0].mapped(), None
         while pool.triangles:
             level += 1
-            count = leaves(pool.triangles, self._limit, level)
+            size = chunk_size(self._options, pool.triangles)
+            count = leaves(pool.triangles, size, level)
             # Chunks alone never end; if they do not shrink, all do.
             must_end = count > 1 and pool.triangles > SHRINK * before
             before = pool.triangles
-            following = run(level, pool.chunks(count, level, self._group_count, must_end))
+            chunks = pool.chunks(count, level, self._group_count, must_end)
+            share = share_of_chunk(self._options, pool.triangles)
+            following = run(level, count, chunks, share)
             pool.close()
             pool = following
         pool.close()
@@ -354,4 +362,4 @@ def _chunks_of(corners: Corners) -> Iterator[Chunk]:
     count = corners.cells.count
     for number in range(count):
         rows = corners.take(number)
-        yield Chunk(0, 0, rows, None, corners.shared.keys, count == 1)
+        yield Chunk(0, 0, rows, None, corners.shared, count == 1)

@@ -23,9 +23,9 @@ from gltf_ext.out_of_core.sources import (
     LargePrimitive,
     Rows,
     check_unchanged,
-    chunk_size,
+    fitting,
     large_primitives,
-    room,
+    reading,
     stamp_of,
 )
 from gltf_ext.progress import progress_bar, shared_progress
@@ -42,7 +42,7 @@ Larges = dict[tuple[int, int], LargePrimitive]  # by mesh and primitive
 
 def open_large(path: Path, options: Options) -> tuple[Document, Larges]:
     """The document, and its primitives that do not fit memory. Raises MeshletError, OSError."""
-    chunk_size(options)  # check
+    fitting(options)  # check
     suffix = path.suffix.lower()
     if suffix not in MESH_SUFFIXES:
         document = open_model(path)
@@ -72,7 +72,7 @@ def open_large(path: Path, options: Options) -> tuple[Document, Larges]:
         raise MeshletError("holds no triangles", "there is nothing to compress")
     document = to_document([mesh.sketch() for mesh in meshes])
     document.base, document.import_warnings = path.parent, tuple(warnings)
-    large = {(m, 0): mesh.primitive(m, room(options)) for m, mesh in enumerate(meshes)}
+    large = {(m, 0): mesh.primitive(m, options) for m, mesh in enumerate(meshes)}
     return document, _checked(large, path, options)
 
 
@@ -145,9 +145,9 @@ class _Spooled:
         first = {name: array.rows(0, 1) for name, array in self.attributes.items()}
         return Mesh(self.name, np.zeros((1, 3), np.uint32), first, self.material)
 
-    def primitive(self, mesh: int, memory: int) -> LargePrimitive:
+    def primitive(self, mesh: int, options: Options) -> LargePrimitive:
         attributes: dict[str, Rows] = dict(self.attributes)
-        return LargePrimitive(mesh, 0, attributes, list(self.indices), memory)
+        return LargePrimitive(mesh, 0, attributes, list(self.indices), *reading(options))
 
 
 Result = tuple[list[_Spooled], list[str]]  # meshes, warnings

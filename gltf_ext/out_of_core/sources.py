@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 import pygltflib
@@ -20,12 +20,18 @@ from gltf_ext.gltf.container import CHUNK_HEADER, GLB_HEADER
 from gltf_ext.gltf.document import DAMAGED, Document, item
 from gltf_ext.gltf.draco import DRACO
 from gltf_ext.progress import Advance
+from gltf_ext.scheduler import in_order
 
 BLOCK = 1 << 17  # rows that are read at a time
 # Bytes of memory for each triangle of a chunk, without and with levels of detail, and for all else.
 CHUNK_BYTES, LOD_BYTES, BASE_BYTES = 220, 440, 80 << 20
-VERTEX_SHARE = 0.3  # of the memory, for vertices while triangles are read
+VERTEX_SHARE = 0.6  # of the memory but BASE_BYTES, for vertices while triangles are read
+BLOCK_BYTES = 64 << 20  # of memory, for each block but one that is read and sorted at a time
 SMALLEST_CHUNK = 1 << 16  # triangles; smaller ones are mostly borders
+# Several chunks fit memory, so that threads have one each; larger ones give no smaller files.
+LARGE_CHUNK, AT_ONCE = 1 << 20, 16
+MOST_CHUNKS = 512  # each has an open file
+UNEVEN = 1.5
 
 
 @dataclass
@@ -82,6 +88,7 @@ class LargePrimitive:
         indices: the attributes that have the same numbers at corners, and these numbers; None for
             0, 1, 2 ...
         room: bytes of memory that vertices may take at a time.
+        threads: number of blocks that are read at a time.
         bounds: name -> [2, components]: smallest and largest values at corners, once read.
     """
 
@@ -90,6 +97,7 @@ class LargePrimitive:
     attributes: dict[str, Rows]
     indices: list[tuple[tuple[str, ...], Rows | None]]
     room: int
+    threads: int
     bounds: dict[str, np.ndarray] = field(default_factory=dict)
 
     @property
@@ -99,39 +107,71 @@ class LargePrimitive:
 
     def read_bounds(self, advance: Advance | None) -> None:
         """Sets `bounds`. Reads everything. Raises MeshletError for NaN and infinity, OSError."""
-        for vertices in self.used_vertices(advance):
-            for name, values in vertices.items():
-                rows = [*self.bounds.get(name, ()), *self._bounds(name, values)]
-                self.bounds[name] = np.stack(bounds(np.array(rows)))
+        for found in self.of_used_vertices(self._bounds, advance):
+            for name, rows in found.items():
+                rows = np.concatenate([self.bounds.get(name, rows), rows])
+                self.bounds[name] = np.stack(bounds(rows))
 
-    def used_vertices(self, advance: Advance | None = None) -> Iterator[dict[str, np.ndarray]]:
-        """Attributes that have numbers in common, [n, components], for some vertices of triangles
-        at a time. Raises MeshletError, OSError."""
+    def of_used_vertices(
+        self,
+        function: Callable[[dict[str, np.ndarray]], Any],
+        advance: Advance | None = None,
+    ) -> Iterator[Any]:
+        """What a function returns, on threads, for some vertices of triangles at a time: attributes
+        that have numbers in common, [n, components]. Raises MeshletError, OSError."""
         whole = sum(self.attributes[names[0]].count for names, _ in self.indices)
         done = 0
         for names, numbers in self.indices:
             for low, high in blocks(self.attributes[names[0]].count, self.room):
                 is_used = self._are_used(names, numbers, low, high)
-                for first, last in blocks(high - low):
-                    here = is_used[first:last]
-                    if here.any():
-                        values = self.vertices(names, low + first, low + last)
-                        yield {name: rows[here] for name, rows in values.items()}
+                parts = list(blocks(high - low))
+                tasks = ((function, names, low, is_used, *part) for part in parts)
+                for (first, last), found in zip(parts, self.in_order(self._of_used, tasks)):
+                    if found is not None:
+                        yield found
                     done += last - first
                     if advance:
                         advance(done / whole)
+
+    def _of_used(
+        self,
+        function: Callable[[dict[str, np.ndarray]], Any],
+        names: tuple[str, ...],
+        low: int,
+        is_used: np.ndarray,
+        first: int,
+        last: int,
+    ) -> Any:
+        here = is_used[first:last]
+        if not here.any():
+            return None
+        values = self.vertices(names, low + first, low + last)
+        return function({name: rows[here] for name, rows in values.items()})
+
+    def in_order(
+        self, function: Callable[..., Any], tasks: Iterable[tuple[Any, ...]]
+    ) -> Iterator[Any]:
+        """What a function returns for tasks, such as blocks, several of which run at a time."""
+        return in_order(function, tasks, self.threads)
 
     def _are_used(
         self, names: tuple[str, ...], numbers: Rows | None, low: int, high: int
     ) -> np.ndarray:
         """bool[high - low]: whether triangles have these rows of the attributes."""
         is_used = np.full(high - low, numbers is None)
-        for first, last in blocks(self.triangle_count if numbers else 0):
+
+        def mark(first: int, last: int) -> None:
             rows = self.corners(names, numbers, first, last).reshape(-1)
             is_used[rows[(rows >= low) & (rows < high)] - low] = True
+
+        for _ in self.in_order(mark, blocks(self.triangle_count if numbers else 0)):
+            pass
         return is_used
 
-    def _bounds(self, name: str, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _bounds(self, vertices: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+        return {name: self._bounds_of(name, values) for name, values in vertices.items()}
+
+    def _bounds_of(self, name: str, values: np.ndarray) -> np.ndarray:
         is_lossless = name.startswith("_")
         if values.dtype.kind == "f" and not is_lossless and not np.isfinite(values).all():
             raise MeshletError(
@@ -141,7 +181,7 @@ class LargePrimitive:
         is_weight = name.startswith("WEIGHTS_") and values.dtype.kind == "f"
         if is_weight and (low.min() < 0.0 or high.max() > 1.0):
             raise MeshletError(f"{name} of {self.where} is not in [0, 1]", "repair the model")
-        return low, high
+        return np.stack([low, high])
 
     @property
     def box(self) -> Box | None:
@@ -200,7 +240,7 @@ def large_primitives(
 
     path: the document's file. Raises MeshletError for one that has to be read as a whole.
     """
-    limit = chunk_size(options)
+    limit = fitting(options)
     sizes = sorted(
         (_triangles(document, primitive), m, p) for m, p, primitive in triangle_primitives(document)
     )
@@ -251,7 +291,9 @@ def _large_primitive(
         indices = files.array(primitive.indices, f"indices of {where}")
         if indices.form[0].kind != "u" or indices.form[1] != 1:
             raise MeshletError(f"indices of {where} are not unsigned integers", DAMAGED)
-    return LargePrimitive(mesh, index, attributes, [(tuple(attributes), indices)], room(options))
+    return LargePrimitive(
+        mesh, index, attributes, [(tuple(attributes), indices)], *reading(options)
+    )
 
 
 def _too_large(problem: str) -> MeshletError:
@@ -262,13 +304,32 @@ def _too_large(problem: str) -> MeshletError:
     )
 
 
-def room(options: Options) -> int:
-    """The bytes of memory that vertices may take at a time."""
-    return int(VERTEX_SHARE * options.memory)
+def reading(options: Options) -> tuple[int, int]:
+    """(bytes of memory that vertices may take at a time, number of blocks at a time)."""
+    free = options.memory - BASE_BYTES
+    room = int(VERTEX_SHARE * free)
+    return room, min(options.threads or os.cpu_count() or 1, 1 + (free - room) // BLOCK_BYTES)
 
 
-def chunk_size(options: Options) -> int:
-    """The number of triangles of a chunk. Raises MeshletError for too little memory."""
+def chunk_size(options: Options, triangles: int) -> int:
+    """The number of triangles of a chunk, of so many in all."""
+    most = fitting(options)
+    return max(most // AT_ONCE, min(most, LARGE_CHUNK), triangles // MOST_CHUNKS)
+
+
+def share_of_chunk(options: Options, triangles: int, largest: int = 0) -> tuple[int, int]:
+    """(number of chunks that fit memory at a time, bytes that one takes with a process).
+
+    largest: triangles of the largest one; up to UNEVEN times the size that chunks aim at is usual.
+    """
+    most, size = fitting(options), chunk_size(options, triangles)
+    if largest > UNEVEN * size:
+        size = min(largest, most)
+    return most // size, BASE_BYTES + (options.memory - BASE_BYTES) * size // most
+
+
+def fitting(options: Options) -> int:
+    """The number of triangles that fit memory. Raises MeshletError for too few."""
     each = LOD_BYTES if options.lod else CHUNK_BYTES
     count = (options.memory - BASE_BYTES) // each
     if count < SMALLEST_CHUNK:

@@ -4,20 +4,18 @@ import pytest
 
 import gltf_ext
 from gltf_ext import MeshletError, scheduler
-from gltf_ext.out_of_core import encoding, opening, sources
 from tests.helpers import environment
 from tests.helpers.cluster import free_port
 from tests.helpers.gltf_builder import Builder
-from tests.helpers.large import sheet
+from tests.helpers.large import sheet, use_small_chunks
 
 pytest.importorskip("distributed")
 
 
 @pytest.fixture
 def tube(tmp_path, monkeypatch):
-    """A model that is read in seven chunks."""
-    for module in (sources, encoding, opening):
-        monkeypatch.setattr(module, "chunk_size", lambda options: 5000)
+    """A model that is read in nine chunks."""
+    use_small_chunks(monkeypatch)
     points, normals, triangles = sheet()
     builder = Builder()
     builder.mesh({"POSITION": points, "NORMAL": normals}, triangles)

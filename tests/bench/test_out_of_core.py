@@ -1,24 +1,34 @@
 """The measurement of models larger than memory: its model, its tables."""
 
+import argparse
+import shutil
+
 import numpy as np
 import pytest
 
 import gltf_ext
-from bench import out_of_core
+from bench import largest, models, out_of_core
 from bench.large_model import write_displaced
+from tests.helpers import environment
 from tests.helpers.gltf_builder import Builder
 
 TETRAHEDRON = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], np.float32)
 SIDES = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]], np.uint32)
 
 
-@pytest.mark.parametrize("n", [1, 2, 3, 5])
-@pytest.mark.parametrize("suffix", [".glb", ".gltf"])
-def test_the_model_is_closed(tmp_path, n, suffix):
+@pytest.fixture
+def small(tmp_path):
+    """A model of four triangles."""
     builder = Builder()
     builder.mesh({"POSITION": TETRAHEDRON}, SIDES)
     gltf_ext.compress(builder.write(tmp_path / "in.glb"), tmp_path / "small.glb")
-    large = write_displaced(tmp_path / "small.glb", n, tmp_path / f"large{suffix}")
+    return tmp_path / "small.glb"
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 5])
+@pytest.mark.parametrize("suffix", [".glb", ".gltf"])
+def test_the_model_is_closed(small, tmp_path, n, suffix):
+    large = write_displaced(small, n, tmp_path / f"large{suffix}")
     gltf_ext.compress(large, tmp_path / "out.glb", position_bits=20)
     (mesh,) = gltf_ext.load(tmp_path / "out.glb")
     assert len(mesh.indices) == 4 * n * n
@@ -39,3 +49,25 @@ def test_the_tables_have_a_row_for_each_run():
     origin["script"] = "bench.out_of_core"
     text = out_of_core.block({"models": [small, large], **origin})
     assert text.count("\n| 4 |") == 3 and "\n| 5,000,000 | 2G |" in text and "1.000" in text
+
+
+def test_the_same_model_on_any_number_of_threads(small, tmp_path, monkeypatch):
+    environment.need_package("meshoptimizer")
+    shutil.copy(small, tmp_path / "dragon.glb")
+    monkeypatch.setenv("GLTF_MESHLET_MODELS", str(tmp_path))
+    monkeypatch.setattr(models, "MODELS", tmp_path)
+    options = argparse.Namespace(
+        millions=[100e-6], threads=[1, 2], memory="1G", work_dir=str(tmp_path)
+    )
+    result = largest.measure(options)
+    assert [row["triangles"] for row in result["rows"]] == [100, 144, 144]
+    assert sorted(path.name for path in tmp_path.iterdir()) == [
+        "dragon.glb",
+        "in.glb",
+        "small.glb",
+    ]
+    origin = {"machine": {"cpu": "x", "cores": 3}, "commit": "", "date": "2026-01-01"}
+    text = largest.block({**result, **origin, "script": "bench.largest"})
+    assert "\n| 144 | 2 |" in text and "\n| 100 | 3 |" in text and "bytes are the same" in text
+    result["rows"][1]["digest"] = "another"
+    assert "THE BYTES DIFFER" in largest.block({**result, **origin, "script": "bench.largest"})

@@ -18,13 +18,13 @@ def is_open(port):
         return sock.connect_ex(("127.0.0.1", port)) == 0
 
 
-def eventually(condition, patience=PATIENCE, process=None):
-    """process: it must be running until then."""
+def eventually(condition, patience=PATIENCE, process=None, every=0.05):
+    """process: it must be running until then. every: seconds."""
     deadline = time.monotonic() + patience
     while not (result := condition()):
         assert time.monotonic() < deadline
         assert process is None or process.poll() is None, process.communicate()
-        time.sleep(0.05)
+        time.sleep(every)
     return result
 
 

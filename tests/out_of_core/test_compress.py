@@ -3,6 +3,7 @@
 import os
 import resource
 import subprocess
+import weakref
 
 import numpy as np
 import pytest
@@ -12,14 +13,14 @@ from gltf_ext import MeshletError
 from gltf_ext.lod import LodPrimitive, View, cut_for_view, open_lod
 from gltf_ext.lod.coverage import check_coverage
 from gltf_ext.out_of_core import encoding, opening, sources
+from gltf_ext.work_files import WorkFile
 from gltf_meshlet import cli
 from tests.helpers import environment
 from tests.helpers.gltf_builder import Builder
-from tests.helpers.large import peak_of, sheet
+from tests.helpers.large import peak_of, sheet, use_small_chunks
 from tests.helpers.lod import Certifier, random_views
 
 SIZE = 128  # quads along a side of the sheet
-CHUNK = 5000  # triangles, so that the sheet has seven chunks
 
 
 @pytest.fixture(scope="module")
@@ -32,9 +33,8 @@ def tube(tmp_path_factory):
 
 @pytest.fixture
 def small_chunks(monkeypatch):
-    """Chunks of CHUNK triangles, however much memory there may be."""
-    for module in (sources, encoding, opening):
-        monkeypatch.setattr(module, "chunk_size", lambda options: CHUNK)
+    """The sheet has nine chunks."""
+    use_small_chunks(monkeypatch)
 
 
 def compress(source, output, **options):
@@ -96,7 +96,7 @@ def test_triangles_that_cannot_be_simplified(tmp_path, small_chunks, monkeypatch
     corners = np.random.default_rng(0).normal(size=(6000, 1, 3)) * 50
     points = (corners + np.random.default_rng(1).normal(size=(6000, 3, 3))).astype(np.float32)
     builder = Builder()
-    for count in (6000, 4500, 4000):
+    for count in (6000, 3000, 3000, 3000):
         builder.mesh({"POSITION": points[:count].reshape(-1, 3)}, None)
     path = builder.write(tmp_path / "in.glb")
     monkeypatch.setattr("gltf_ext.lod.reduction.STUCK", 0.0)
@@ -127,6 +127,28 @@ def test_attributes_and_small_primitives(tmp_path, small_chunks):
     compress(path, tmp_path / "out.glb")
     assert gltf_ext.verify(path, tmp_path / "out.glb")["ok"]
     assert gltf_ext.validate(tmp_path / "out.glb") == []
+
+
+@pytest.mark.parametrize("threads", [1, 3])
+def test_a_chunk_that_cannot_be_cut(tmp_path, small_chunks, threads):
+    """7000 triangles around one point, where a chunk has 4000."""
+    points, _, triangles = sheet()
+    a, b = np.random.default_rng(0).uniform(-1, 1, (2, 7000, 3)).astype(np.float32)
+    around = np.stack([a, b, -a - b], axis=1).reshape(-1, 3)
+    builder = Builder()
+    builder.mesh({"POSITION": np.concatenate([points[triangles.reshape(-1)], around])}, None)
+    path = builder.write(tmp_path / "in.glb")
+    compress(path, tmp_path / "out.glb", position_bits=6, threads=threads)
+    assert gltf_ext.verify(path, tmp_path / "out.glb")["ok"]
+
+
+def test_more_in_one_place_than_fits(tmp_path, small_chunks):
+    corners = np.random.default_rng(0).uniform(-1, 1, (20_000, 3, 3)).astype(np.float32)
+    corners[:, 2] = -corners[:, 0] - corners[:, 1]
+    builder = Builder()
+    builder.mesh({"POSITION": corners.reshape(-1, 3)}, None)
+    path = builder.write(tmp_path / "in.glb")
+    assert "in one place of the grid" in message(tmp_path, path, max_memory="1G", position_bits=4)
 
 
 def test_triangles_without_indices(tmp_path, small_chunks):
@@ -309,6 +331,35 @@ def test_a_disk_that_is_too_small_is_noticed_first(tube, tmp_path, small_chunks,
         encoding.shutil, "disk_usage", lambda folder: type("Usage", (), {"free": 1000})
     )
     assert usage.f_bavail and "1,000 are free" in message(tmp_path, tube, max_memory="1G")
+
+
+@pytest.mark.parametrize("lod", [False, True], ids=["level 0", "levels"])
+def test_work_files_stay_below_the_space_that_is_checked(
+    tube, tmp_path, small_chunks, monkeypatch, lod
+):
+    if lod:
+        environment.need_package("meshoptimizer")
+    monkeypatch.setattr(sources.blocks, "__defaults__", (500,))  # small, as this model is
+    files, most = weakref.WeakSet(), 0
+    opened, written = WorkFile.__init__, WorkFile.write
+
+    def opening(file, folder=""):
+        opened(file, folder)
+        files.add(file)
+
+    def writing(file, data, place):
+        nonlocal most
+        written(file, data, place)
+        most = max(most, sum(f.size for f in set(files) if not f._file.closed))
+
+    monkeypatch.setattr(WorkFile, "__init__", opening)
+    monkeypatch.setattr(WorkFile, "write", writing)
+    compress(tube, tmp_path / "out.glb", lod=lod)
+    free = type("Usage", (), {"free": most - 1})
+    monkeypatch.setattr(encoding.shutil, "disk_usage", lambda folder: free)
+    text = message(tmp_path, tube, max_memory="1G", lod=lod)
+    needed = int(text.split("need ")[1].split(" bytes")[0].replace(",", ""))
+    assert most <= needed <= 2 * most
 
 
 def test_a_disk_that_fills(tube, tmp_path, small_chunks, monkeypatch, capsys):

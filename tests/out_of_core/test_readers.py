@@ -10,10 +10,10 @@ import pytest
 import gltf_ext
 from gltf_ext import work_files
 from gltf_ext.compression import extension
-from gltf_ext.out_of_core import encoding, opening, sources
+from gltf_ext.out_of_core import sources
 from tests.helpers import environment
 from tests.helpers.gltf_builder import Builder
-from tests.helpers.large import peak_of, sheet
+from tests.helpers.large import peak_of, sheet, use_small_chunks
 
 
 def write(path, size):
@@ -43,9 +43,8 @@ def test_many_parts_are_as_one(tmp_path, monkeypatch):
 
 @pytest.fixture
 def small_chunks(monkeypatch):
-    """Primitives of more than 5000 triangles are read in parts."""
-    for module in (sources, encoding, opening):
-        monkeypatch.setattr(module, "chunk_size", lambda options: 5000)
+    """Primitives of more than 8000 triangles are read in parts."""
+    use_small_chunks(monkeypatch)
     monkeypatch.setattr(extension, "PART_BYTES", 4096)
     monkeypatch.setattr(work_files, "BUCKET_BYTES", 10_000)
 
