@@ -57,8 +57,8 @@ def connected(address: str) -> Iterator[Client]:
 def in_order(
     function: Callable[..., Any], tasks: Iterable[tuple[Any, ...]], threads: int
 ) -> Iterator[Any]:
-    """Results in the order of the tasks, which are taken while one of the threads is free. Raises
-    what a task raises."""
+    """Results in the order of the tasks, which are taken while one of the threads is free and few
+    results wait for an earlier one. Raises what a task raises."""
     from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait  # slow to load
 
     flight: deque[Any] = deque()
@@ -67,6 +67,8 @@ def in_order(
             flight.append(pool.submit(function, *task))
             while len(running := [f for f in flight if not f.done()]) >= threads:
                 wait(running, return_when=FIRST_COMPLETED)
+            if len(flight) > 2 * threads:
+                wait([flight[0]])
             while flight and flight[0].done():
                 yield flight.popleft().result()
         while flight:

@@ -164,8 +164,10 @@ class Source:
             if name in ("POSITION", "NORMAL", texcoord):
                 role = "TEXCOORD" if name == texcoord else name
                 own[role] = _attribute(name, stream, form, 0, form.components)
-            if name not in OWN_PLACE and not name.startswith(UNUSED):
-                others.update(_as_mesh_attributes(name, stream, form))
+            for new, (skipped, count) in mesh_attributes(name, form.components).items():
+                # The native shape has room for no others.
+                if len(new.encode(errors="replace")) <= MAX_NAME and count <= MAX_COMPONENTS:
+                    others[new] = _attribute(new, stream, form, skipped, count)
         self._attributes = (own["POSITION"], own.get("NORMAL"), own.get("TEXCOORD"), others)
 
     @cached_property
@@ -218,20 +220,17 @@ def _attribute(
     )
 
 
-def _as_mesh_attributes(name: str, stream: int, form: ValueFormat) -> dict[str, Attribute]:
-    """The attribute under Mitsuba's names; empty if the native shape has no room for it.
+def mesh_attributes(name: str, components: int) -> dict[str, tuple[int, int]]:
+    """The names that Mitsuba knows an attribute of glTF by: (first, number) of its components.
 
     COLOR_0 becomes vertex_color and vertex_alpha, COLOR_1 vertex_color_1, _TEMPERATURE
-    vertex_temperature.
+    vertex_temperature. Empty for those with a place of their own, and those of skins.
     """
+    if name in OWN_PLACE or name.startswith(UNUSED):
+        return {}
     plain = name.lower().lstrip("_")
     plain = plain[:-2] if plain.endswith("_0") else plain
-    ranges = {f"vertex_{plain}": (0, form.components)}
-    if name.startswith("COLOR_") and form.components == 4:
+    if name.startswith("COLOR_") and components == 4:
         alpha = plain.replace("color", "alpha")
-        ranges = {f"vertex_{plain}": (0, 3), f"vertex_{alpha}": (3, 1)}
-    return {
-        new: _attribute(new, stream, form, skipped, components)
-        for new, (skipped, components) in ranges.items()
-        if len(new.encode(errors="replace")) <= MAX_NAME and components <= MAX_COMPONENTS
-    }
+        return {f"vertex_{plain}": (0, 3), f"vertex_{alpha}": (3, 1)}
+    return {f"vertex_{plain}": (0, components)}

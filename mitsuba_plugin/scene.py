@@ -249,9 +249,12 @@ class _Builder:
         name = f"{placed.mesh}_{placed.primitive}"
         triangles = source.indices[:, [0, 2, 1]] if is_mirrored(matrix) else source.indices
         result = ordinary_mesh(name, triangles, positions, normals, texcoords, properties)
-        if "COLOR_0" in attributes:
-            colors: Any = _flat(attributes["COLOR_0"][:, :3])  # the stub asks for a sequence
-            result.add_attribute("vertex_color", 3, colors)
+        for own, values in attributes.items():
+            for new, (skipped, count) in reader.mesh_attributes(own, values.shape[1]).items():
+                flat: Any = _flat(
+                    values[:, skipped : skipped + count]
+                )  # the stub asks for a sequence
+                result.add_attribute(new, count, flat)
         return result
 
     # --- cameras and lights ---

@@ -296,7 +296,8 @@ def read_primitive(
     for name, least in LEAST_COUNTS.items():
         count = extension.get(name)
         _require(_is_integer(count) and count >= least, f"{name} is missing or less than {least}")
-    _, data = _view(document, buffer, extension)
+    view, data = _view(document, buffer, extension)
+    _require(TRANSPORT not in view.get("extensions", {}), "the tables are packed")
     tables = read(data, *(extension[n] for n in LEAST_COUNTS))
     roots = extension.get("rootPageCount", tables.root_pages)
     _require(roots == tables.root_pages, "rootPageCount is another one than that of the groups")

@@ -40,7 +40,7 @@ class Buffer {
   // Appends elements and returns the first of them; never null.
   T* grow(size_t count) {
     if (size_ + count >= capacity_) {
-      capacity_ = 2 * size_ + count + 1;  // exact if it was empty: most grow once
+      capacity_ = 2 * size_t(size_) + count + 1;  // exact if it was empty: most grow once
       uint8_t* bytes = new uint8_t[capacity_ * sizeof(T)];
       if (size_) std::memcpy(bytes, bytes_, size_ * sizeof(T));
       delete[] bytes_;
@@ -161,7 +161,8 @@ struct Page {
     return border[m.border + along(r, k)];
   }
 
-  // The functions below take the last meshlet, in this order. They return false if it is malformed.
+  // The three functions below take the last meshlet, in this order. Those that return a bool return
+  // false if it is malformed, number_vertices too.
 
   bool decode_connectivity(MeshletRow& m);
   bool place_references(MeshletRow& m);  // and lists the traversed triangles

@@ -905,6 +905,7 @@ void PageCoder<Coder>::begin_stream(uint32_t s) {
 
 template <class Coder>
 bool PageCoder<Coder>::code(const Page* source_page, uint32_t triangles, uint32_t meshlets) {
+  if (triangles >> 30) return false;  // corners have 32 bits
   from = source_page;
   to.clear();
   x.reset();

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -162,7 +163,8 @@ def compress(
 
 
 if compress.__doc__:  # python -OO drops it
-    compress.__doc__ = compress.__doc__.replace("        {options}", described())
+    # Python 3.13 drops the common indentation.
+    compress.__doc__ = re.sub(" *{options}", lambda _: described(), compress.__doc__)
 
 
 def _statistics_by_view(encoded: list[Job]) -> dict[int, dict[str, Any]]:

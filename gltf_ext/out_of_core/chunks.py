@@ -146,7 +146,8 @@ class Corners:
     @cached_property
     def shared(self) -> np.ndarray:
         """uint64: keys of positions that several chunks may have, once all triangles are added."""
-        return union(self._keys)
+        keys, self._keys = union(self._keys), []
+        return keys
 
     def take(self, chunk: int) -> np.ndarray:
         """fine[T, 3]: the triangles of a chunk, whose file is given back."""

@@ -172,6 +172,7 @@ def gathered(
         tasks = ((soup if done else None, *part) for part in parts)
         for (first, last), corners in zip(parts, source.in_order(table.corners, tasks)):
             yield first, last, corners, (done + 1) / len(passes)
+        del table  # before the next one is made
 
 
 class _Table:

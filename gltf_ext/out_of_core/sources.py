@@ -31,7 +31,7 @@ SMALLEST_CHUNK = 1 << 16  # triangles; smaller ones are mostly borders
 # Several chunks fit memory, so that threads have one each; larger ones give no smaller files.
 LARGE_CHUNK, AT_ONCE = 1 << 20, 16
 MOST_CHUNKS = 512  # each has an open file
-UNEVEN = 1.5
+UNEVEN = 1.5  # triangles of a chunk over those that it aims at, which memory is left for
 
 
 @dataclass
@@ -132,6 +132,7 @@ class LargePrimitive:
                     done += last - first
                     if advance:
                         advance(done / whole)
+                del is_used, tasks  # before the next flags are made
 
     def _of_used(
         self,
@@ -312,8 +313,11 @@ def reading(options: Options) -> tuple[int, int]:
 
 
 def chunk_size(options: Options, triangles: int) -> int:
-    """The number of triangles of a chunk, of so many in all."""
+    """The number of triangles of a chunk, of so many in all. Raises MeshletError if memory does not
+    hold one of MOST_CHUNKS."""
     most = fitting(options)
+    if triangles > MOST_CHUNKS * most:
+        raise _needs(options, -(-triangles // MOST_CHUNKS))
     return max(most // AT_ONCE, min(most, LARGE_CHUNK), triangles // MOST_CHUNKS)
 
 
@@ -330,16 +334,24 @@ def share_of_chunk(options: Options, triangles: int, largest: int = 0) -> tuple[
 
 def fitting(options: Options) -> int:
     """The number of triangles that fit memory. Raises MeshletError for too few."""
-    each = LOD_BYTES if options.lod else CHUNK_BYTES
-    count = (options.memory - BASE_BYTES) // each
+    count = (options.memory - BASE_BYTES) // _triangle_bytes(options)
     if count < SMALLEST_CHUNK:
-        least = BASE_BYTES + SMALLEST_CHUNK * each
-        raise MeshletError(
-            f"max_memory is {options.max_memory}",
-            f"use at least {-(-least >> 20)}M",
-            options=("max_memory",),
-        )
+        raise _needs(options, SMALLEST_CHUNK)
     return count
+
+
+def _triangle_bytes(options: Options) -> int:
+    return LOD_BYTES if options.lod else CHUNK_BYTES
+
+
+def _needs(options: Options, triangles: int) -> MeshletError:
+    """The error for less memory than a chunk of so many triangles takes."""
+    least = BASE_BYTES + triangles * _triangle_bytes(options)
+    return MeshletError(
+        f"max_memory is {options.max_memory}",
+        f"use at least {-(-least >> 20)}M",
+        options=("max_memory",),
+    )
 
 
 class _Files:

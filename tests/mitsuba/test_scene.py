@@ -217,6 +217,19 @@ def test09_uncompressed_primitives(variant, tmp_path):
     assert np.isfinite(image).all() and image.std() > 0
 
 
+def test20_ordinary_meshes_keep_all_attributes(tmp_path):
+    mi, plugin = require("scalar_rgb")
+    values, triangles, _ = everything(columns=10, rows=8)
+    builder = Builder()
+    builder.mesh({n: values[n] for n in ("POSITION", "NORMAL", "COLOR_0", "_HEAT")}, triangles)
+    path, _ = compressed(builder.write(tmp_path / "heat.glb"), tmp_path)
+    (mesh,) = plugin.load_scene(path, decoded=True).shapes()
+    assert mesh.is_mesh()
+    heat = np.array(mi.traverse(mesh)["vertex_heat"])
+    assert np.ptp(heat) == pytest.approx(np.ptp(values["_HEAT"]), rel=1e-2)
+    assert all(mesh.has_attribute(name) for name in ("vertex_color", "vertex_alpha"))
+
+
 def test06_errors(tmp_path):
     _, plugin = require("scalar_rgb")
     with pytest.raises(OSError):

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from gltf_ext.compression.options import Options
+from gltf_ext.errors import MeshletError
 from gltf_ext.out_of_core.chunks import Cells
-from gltf_ext.out_of_core.sources import chunk_size, share_of_chunk
+from gltf_ext.out_of_core.sources import chunk_size, fitting, share_of_chunk
 from gltf_ext.scheduler import in_order
 from gltf_ext.work_files import hashes
 
@@ -45,6 +46,21 @@ def test_results_are_in_order_and_tasks_few_at_a_time():
     assert most == 3
 
 
+def test_few_results_wait_for_a_slow_task():
+    taken = []
+
+    def tasks():
+        for number in range(100):
+            taken.append(number)
+            yield (number,)
+
+    def task(number):
+        time.sleep(0.2 if number == 0 else 0)
+
+    next(in_order(task, tasks(), 2))
+    assert len(taken) <= 5
+
+
 def test_an_error_of_a_task_ends_the_others():
     taken = []
 
@@ -60,6 +76,17 @@ def test_an_error_of_a_task_ends_the_others():
     with pytest.raises(AssertionError, match="the fifth"):
         list(in_order(task, tasks(), 2))
     assert len(taken) < 10
+
+
+@pytest.mark.parametrize("lod", [False, True])
+def test_more_chunks_than_open_files_are_refused(lod):
+    options = Options.of({"max_memory": "110M", "lod": lod})
+    most = 512 * fitting(options)
+    assert share_of_chunk(options, most)[0] == 1
+    with pytest.raises(MeshletError, match=r"use at least \d+M") as raised:
+        share_of_chunk(options, 2 * most)
+    least = str(raised.value).split()[-1]
+    assert share_of_chunk(Options.of({"max_memory": least, "lod": lod}), 2 * most)[0] == 1
 
 
 @pytest.mark.parametrize("memory", ["109M", "500M", "2G", "8G", "64G"])
