@@ -16,9 +16,12 @@ const { openDocument } = await load('stream/document.js');
 const { readCounts, Tables, LOD } = await load('stream/tables.js');
 const { Cut, View, largestScale } = await load('stream/cut.js');
 const { openStreamer } = await load('stream/streamer.js');
+const { Residency } = await load('stream/residency.js');
+const { NONE, RESIDENT } = await load('stream/primitives.js');
 await createDecoder(); // fails early without decoder.wasm
 
 const IDENTITY = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1];
+const PLANNED = 11 * 65_536; // bytes of a Worker
 const pause = (milliseconds) => new Promise((resolve) => setTimeout(resolve, milliseconds));
 
 // Looks at the first primitive from `distance` radii, at an angle.
@@ -67,6 +70,59 @@ async function rest(streamer, view, { pixels = 1, limit = 300_000, until = () =>
     await pause(3);
   }
   return most;
+}
+
+// Residency of 40 equal pages of a primitive, without a file. read(page) and decode(page) may reject;
+// decode gives the bytes of a Worker's memory. run() ends if so many pages are resident, or with the
+// stream. Returns how often each page was read, and what was told.
+function fortyPages({ read = async () => {}, decode, rootPages = 0, workers = 4 }) {
+  const [length, count] = [20_000, 40];
+  const pool = { byteLength: 20e6, fits: () => true, insert: () => ({}), remove() {} };
+  const tables = { rootPages, pageClusters: (p) => p };
+  const owner = { name: 'it', formats: [{ bytes: 16 }], tables, pool, resident: [] };
+  const result = { reads: Array(count).fill(0), warnings: [], broken: [], refused: [] };
+  const source = {
+    async read(begin, end) {
+      const pages = owner.pages.slice(begin / length, end / length);
+      for (const { number } of pages) result.reads[number]++;
+      await pause(10 + 3 * (pages[0].number % 5));
+      await Promise.all(pages.map(read));
+      return new Uint8Array(end - begin);
+    },
+  };
+  owner.pages = Array.from({ length: count }, (_, number) => {
+    const place = { source, begin: number * length, length, packed: 0 };
+    const counts = { vertices: 2500, triangles: 5000 };
+    const wanted = { used: 1, wanted: count - number, tries: 0, retryAt: 0 };
+    return { owner, number, ...place, ...counts, state: NONE, bytes: null, ...wanted };
+  });
+  const budget = { workers, wasm: PLANNED, tables: 0, waiting: 512_000, decoding: 150_000 };
+  budget.maxBytes = 40e6 + workers * PLANNED + budget.waiting + budget.decoding;
+  const residency = new Residency([owner], [pool], {
+    budget,
+    document: { held: 0 },
+    signal: new AbortController().signal,
+    decoders: {
+      async run({ options }) {
+        await pause(3);
+        return { memory: await decode(owner.pages[options.expected.clusters]) };
+      },
+    },
+    onWarning: (text) => result.warnings.push(text),
+    onBroken: (error) => result.broken.push(error.message),
+    refuse: (_, error) => result.refused.push(error.message),
+    onChange() {},
+  });
+  const resident = () => owner.pages.filter(({ state }) => state === RESIDENT).length;
+  return async (most = count) => {
+    const end = performance.now() + 10_000;
+    while (performance.now() < end && resident() < most && result.broken.length === 0) {
+      residency.insertDecoded();
+      residency.schedule();
+      await pause(4);
+    }
+    return { ...result, resident: resident() };
+  };
 }
 
 // What is drawn: [page, meshlets] of each primitive.
@@ -305,6 +361,9 @@ const tasks = {
     const same = ends.every((end) => end === ends[0]);
     return { most, same, resized, threshold, triangles };
   },
+
+  // Workers that take more memory than planned.
+  grown: () => fortyPages({ decode: async () => PLANNED + 131_072 })(),
 
   // Whether all is there at the end if a page updates only when the stream says so, and has time for
   // one decoded page a frame.

@@ -125,6 +125,13 @@ def test_budget_is_kept_and_the_end_does_not_depend_on_the_path(bunny):
     assert errors[0] > errors[-1] == 1
 
 
+def test_workers_that_outgrow_the_budget():
+    """What the stream had to forget for them is read once again, no more."""
+    result = stream("grown")
+    assert result["resident"] == 40
+    assert max(result["reads"]) <= 2
+
+
 @pytest.fixture
 def two_layouts(tmp_path) -> Path:
     """Two balls, one of them with colours, so that their vertices lie in different pools."""

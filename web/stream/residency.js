@@ -63,10 +63,9 @@ export class Residency {
       if (request.pages.every(({ wanted }) => wanted === 0)) request.abort.abort();
   }
 
-  // A page with those of its neighbours that are wanted, too.
-  #withNeighbours(page) {
+  // A page with those of its neighbours that are wanted, too: at most so many bytes, if it has less.
+  #withNeighbours(page, most) {
     const { pages } = page.owner;
-    const most = Math.min(REQUEST_BYTES, this.#given.budget.waiting);
     const end = ({ begin, length }) => begin + length;
     const joins = (next) => next?.state === NONE && next.wanted > 0 && next.source === page.source;
     let [first, last] = [page, page];
@@ -83,11 +82,13 @@ export class Residency {
   #request(page) {
     if (this.#requests.size >= REQUESTS) return;
     const { budget, document } = this.#given;
-    const pages = this.#withNeighbours(page);
+    // With memory to decode it, so that its arrival makes #trim forget no page that is wanted.
+    const decoding = Math.max(this.#decodingBytes, decodingBytes(page));
+    const most = Math.min(budget.waiting - document.held, this.#memory - decoding);
+    const pages = this.#withNeighbours(page, Math.min(REQUEST_BYTES, most));
     const length = pages.reduce((sum, one) => sum + one.length, 0);
     const before = this.#requested + this.#waiting;
-    if (before > 0 && before + document.held + length > budget.waiting) return;
-    if (this.#decodingBytes > 0 && length > this.#spare) return;
+    if (before > 0 && before + length > most) return;
     this.#requested += length;
     const request = { pages, abort: new AbortController() };
     this.#requests.add(request);
@@ -134,17 +135,17 @@ export class Residency {
     setTimeout(() => this.#changed(), delay + 1);
   }
 
-  // Of the memory for pages on the way: what neither these take nor Workers that have grown.
-  get #spare() {
+  // For pages on the way: what the first bytes of files and Workers that have grown leave.
+  get #memory() {
     const { waiting, decoding, workers, wasm } = this.#given.budget;
-    const taken = this.#requested + this.#waiting + this.#given.document.held + this.#decodingBytes;
-    return waiting + decoding - taken - workers * (this.#wasmBytes - wasm);
+    return waiting + decoding - this.#given.document.held - workers * (this.#wasmBytes - wasm);
   }
 
   #decode(page) {
     const { owner } = page;
     const size = decodingBytes(page);
-    if (this.#decodingBytes + this.#requested > 0 && size > this.#spare) return;
+    const taken = this.#requested + this.#waiting + this.#decodingBytes;
+    if (this.#decodingBytes + this.#requested > 0 && taken + size > this.#memory) return;
     page.state = DECODING;
     this.#decoding++;
     this.#decodingBytes += size;
