@@ -362,6 +362,14 @@ const tasks = {
     return { most, same, resized, threshold, triangles };
   },
 
+  // Bytes of the view of a file's tables whose groups do not end with a page.
+  async wholePages([file]) {
+    const document = await openDocument(new Blob([readFileSync(file)]));
+    const [tables] = await tablesOf(document);
+    const sizes = Array.from({ length: Tables.viewBytes(tables) + 1 }, (_, bytes) => bytes);
+    return sizes.filter((bytes) => !tables.pageFirst.includes(tables.groupsWithin(bytes)));
+  },
+
   // Workers that take more memory than planned.
   grown: () => fortyPages({ decode: async () => PLANNED + 131_072 })(),
 

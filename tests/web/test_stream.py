@@ -48,6 +48,11 @@ def test_cuts_are_those_of_the_vectors():
     assert stream("cuts", *given) == []
 
 
+def test_groups_are_known_by_whole_pages():
+    """A page of which the last groups are unknown would be decoded with too few clusters."""
+    assert stream("wholePages", VECTORS / "lod_levels.glb") == []
+
+
 def test_malformed_vectors():
     """Levels are refused, or pages; a page is never drawn that is not as the tables say."""
     reasons = json.loads((VECTORS / "malformed.json").read_text())

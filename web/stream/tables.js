@@ -90,9 +90,10 @@ export class Tables {
     return [begin + RUN_BYTES * first, begin + RUN_BYTES * last];
   }
 
-  // Groups that lie within so many bytes of the view.
+  // Groups that lie within so many bytes of the view, of whole pages.
   groupsWithin(bytes) {
-    return Math.floor((bytes - PAGE_BYTES * this.pageCount) / GROUP_BYTES);
+    const most = Math.floor((bytes - PAGE_BYTES * this.pageCount) / GROUP_BYTES);
+    return this.pageFirst.findLast((first) => first <= most) ?? 0;
   }
 
   // Groups of the root pages if the file tells, else all.
