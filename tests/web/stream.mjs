@@ -75,7 +75,7 @@ async function rest(streamer, view, { pixels = 1, limit = 300_000, until = () =>
 // Residency of 40 equal pages of a primitive, without a file. read(page) and decode(page) may reject;
 // decode gives the bytes of a Worker's memory. run() ends if so many pages are resident, or with the
 // stream. Returns how often each page was read, and what was told.
-function fortyPages({ read = async () => {}, decode, rootPages = 0, workers = 4 }) {
+function fortyPages({ read = async () => {}, decode, givenUp = [], rootPages = 0, workers = 4 }) {
   const [length, count] = [20_000, 40];
   const pool = { byteLength: 20e6, fits: () => true, insert: () => ({}), remove() {} };
   const tables = { rootPages, pageClusters: (p) => p };
@@ -93,7 +93,8 @@ function fortyPages({ read = async () => {}, decode, rootPages = 0, workers = 4 
   owner.pages = Array.from({ length: count }, (_, number) => {
     const place = { source, begin: number * length, length, packed: 0 };
     const counts = { vertices: 2500, triangles: 5000 };
-    const wanted = { used: 1, wanted: count - number, tries: 0, retryAt: 0 };
+    const retryAt = givenUp.includes(number) ? Number.POSITIVE_INFINITY : 0;
+    const wanted = { used: 1, wanted: count - number, tries: 0, retryAt };
     return { owner, number, ...place, ...counts, state: NONE, bytes: null, ...wanted };
   });
   const budget = { workers, wasm: PLANNED, tables: 0, waiting: 512_000, decoding: 150_000 };
@@ -372,6 +373,9 @@ const tasks = {
 
   // Workers that take more memory than planned.
   grown: () => fortyPages({ decode: async () => PLANNED + 131_072 })(),
+
+  // Pages that were given up, between others.
+  givenUp: () => fortyPages({ decode: async () => PLANNED, givenUp: [1, 2, 30] })(37),
 
   // Whether all is there at the end if a page updates only when the stream says so, and has time for
   // one decoded page a frame.

@@ -137,6 +137,12 @@ def test_workers_that_outgrow_the_budget():
     assert max(result["reads"]) <= 2
 
 
+def test_pages_that_were_given_up_are_not_read_with_their_neighbours():
+    result = stream("givenUp")
+    assert result["resident"] == 37
+    assert [page for page, reads in enumerate(result["reads"]) if reads == 0] == [1, 2, 30]
+
+
 @pytest.fixture
 def two_layouts(tmp_path) -> Path:
     """Two balls, one of them with colours, so that their vertices lie in different pools."""

@@ -67,7 +67,9 @@ export class Residency {
   #withNeighbours(page, most) {
     const { pages } = page.owner;
     const end = ({ begin, length }) => begin + length;
-    const joins = (next) => next?.state === NONE && next.wanted > 0 && next.source === page.source;
+    const now = performance.now();
+    const joins = (next) =>
+      next?.state === NONE && next.wanted > 0 && next.retryAt <= now && next.source === page.source;
     let [first, last] = [page, page];
     for (;;) {
       const [before, after] = [pages[first.number - 1], pages[last.number + 1]];
