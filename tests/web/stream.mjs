@@ -377,6 +377,14 @@ const tasks = {
   // Pages that were given up, between others.
   givenUp: () => fortyPages({ decode: async () => PLANNED, givenUp: [1, 2, 30] })(37),
 
+  // A Worker that dies.
+  dead: () =>
+    fortyPages({
+      decode: async () => {
+        throw new Error('a Worker failed');
+      },
+    })(),
+
   // Whether all is there at the end if a page updates only when the stream says so, and has time for
   // one decoded page a frame.
   async onDemand([file, maxBytes]) {

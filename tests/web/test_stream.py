@@ -143,6 +143,12 @@ def test_pages_that_were_given_up_are_not_read_with_their_neighbours():
     assert [page for page, reads in enumerate(result["reads"]) if reads == 0] == [1, 2, 30]
 
 
+def test_dead_workers_break_the_stream():
+    result = stream("dead")
+    assert result["broken"][0] == "a Worker failed"
+    assert result["warnings"] == []
+
+
 @pytest.fixture
 def two_layouts(tmp_path) -> Path:
     """Two balls, one of them with colours, so that their vertices lie in different pools."""

@@ -156,7 +156,7 @@ export class Residency {
     const expected = { vertices, triangles, clusters, streams: owner.streams };
     const packed = page.packed ? { module: this.#given.unpackerModule, size: page.packed } : null;
     const options = { attributes: owner.attributes, expected, packed };
-    const job = { task: 'decodePage', bytes: page.bytes, options, onTriangles() {} };
+    const job = { task: 'decodePage', bytes: page.bytes, options };
     this.#given.decoders
       .run(job, this.#given.signal)
       .then(
@@ -176,11 +176,13 @@ export class Residency {
       });
   }
 
-  // A malformed page. Without a root page there are no levels.
+  // A malformed page, or a dead Worker. Without a root page there are no levels, without Workers
+  // there is no stream.
   #bad(page, error) {
     if (this.#given.signal.aborted) return;
     page.state = STORED;
     this.#forget(page);
+    if (!(error instanceof MalformedError)) return this.#given.onBroken(error);
     const { owner, number } = page;
     const problem = `${owner.name}: page ${number}: ${error.message}`;
     if (number < owner.tables.rootPages) {
