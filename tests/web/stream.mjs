@@ -377,6 +377,14 @@ const tasks = {
   // Pages that were given up, between others.
   givenUp: () => fortyPages({ decode: async () => PLANNED, givenUp: [1, 2, 30] })(37),
 
+  // A server that refuses a root page.
+  refusedRoot() {
+    const read = async ({ number }) => {
+      if (number === 3) throw new SourceError('the server answered 404');
+    };
+    return fortyPages({ read, decode: async () => PLANNED, rootPages: 4 })();
+  },
+
   // A Worker that dies.
   dead: () =>
     fortyPages({

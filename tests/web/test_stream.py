@@ -143,6 +143,12 @@ def test_pages_that_were_given_up_are_not_read_with_their_neighbours():
     assert [page for page, reads in enumerate(result["reads"]) if reads == 0] == [1, 2, 30]
 
 
+def test_refused_root_pages_break_the_stream():
+    result = stream("refusedRoot")
+    assert result["broken"][0] == "the server answered 404"
+    assert len(result["warnings"]) == result["reads"][3] == 3
+
+
 def test_dead_workers_break_the_stream():
     result = stream("dead")
     assert result["broken"][0] == "a Worker failed"

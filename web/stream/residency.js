@@ -122,16 +122,20 @@ export class Residency {
     for (const page of pages) page.state = NONE;
     if (abort.signal.aborted || this.#given.signal.aborted) return;
     if (error instanceof SourceError && error.changed) return this.#given.onBroken(error);
-    for (const page of pages) this.#postpone(page, error.retry);
+    for (const page of pages) this.#postpone(page, error);
     this.#given.onWarning(error.message);
   }
 
   // A page that cannot be read or decoded: coarser clusters stand in for it. It is tried again,
-  // and given up after a few times if that does not promise to help.
-  #postpone(page, mayHelp) {
+  // and given up after a few times if that does not promise to help. Without a root page there is no
+  // stream.
+  #postpone(page, error) {
     page.tries++;
     page.retryAt = Number.POSITIVE_INFINITY;
-    if (!mayHelp && page.tries >= TRIES) return;
+    if (!error.retry && page.tries >= TRIES) {
+      if (page.number < page.owner.tables.rootPages) this.#given.onBroken(error);
+      return;
+    }
     const delay = delayAfter(page.tries);
     page.retryAt = performance.now() + delay;
     setTimeout(() => this.#changed(), delay + 1);
@@ -190,7 +194,7 @@ export class Residency {
       return this.#given.refuse(owner, new MalformedError(problem));
     }
     this.#given.onWarning(problem);
-    this.#postpone(page, false);
+    this.#postpone(page, error);
   }
 
   // Copies decoded pages to their places, as long as a frame has time.
