@@ -363,6 +363,33 @@ const tasks = {
     return { most, same, resized, threshold, triangles };
   },
 
+  // Why levels are refused whose tables give a page more triangles or vertices than fit into its
+  // clusters: first and last page, one too many and as many as can be said.
+  async counts([file]) {
+    const bytes = readFileSync(file);
+    const document = await openDocument(new Blob([bytes]));
+    const [tables] = await tablesOf(document);
+    const { bufferView } = document.json.meshes[0].primitives[0].extensions[LOD];
+    const { begin } = await document.place(bufferView);
+    const reasons = [];
+    for (const page of [0, tables.pageCount - 1]) {
+      const most = 64 * tables.pageClusters(page);
+      const fields = [
+        [8, most],
+        [12, 3 * most],
+      ];
+      for (const [field, allowed] of fields)
+        for (const count of [allowed + 1, 4e9]) {
+          const copy = Buffer.from(bytes);
+          copy.writeUInt32LE(count, begin + 16 * page + field);
+          const streamer = await open(new Blob([copy])).catch(({ message }) => ({ message }));
+          reasons.push(streamer.message ?? streamer.refused[0]?.error.message);
+          streamer.close?.();
+        }
+    }
+    return reasons;
+  },
+
   // Bytes of the view of a file's tables whose groups do not end with a page.
   async wholePages([file]) {
     const document = await openDocument(new Blob([readFileSync(file)]));

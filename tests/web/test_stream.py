@@ -53,6 +53,14 @@ def test_groups_are_known_by_whole_pages():
     assert stream("wholePages", VECTORS / "lod_levels.glb") == []
 
 
+def test_counts_beyond_those_of_the_clusters_are_refused():
+    reasons = stream("counts", VECTORS / "lod_levels.glb")
+    assert len(reasons) == 8
+    assert set(reasons) == {
+        "EXT_meshlet_lod has a page with more triangles or vertices than its clusters can have"
+    }
+
+
 def test_malformed_vectors():
     """Levels are refused, or pages; a page is never drawn that is not as the tables say."""
     reasons = json.loads((VECTORS / "malformed.json").read_text())
