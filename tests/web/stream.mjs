@@ -16,6 +16,7 @@ const { openDocument } = await load('stream/document.js');
 const { readCounts, Tables, LOD } = await load('stream/tables.js');
 const { Cut, View, largestScale } = await load('stream/cut.js');
 const { openStreamer } = await load('stream/streamer.js');
+const { Session } = await load('stream/session.js');
 const { Residency } = await load('stream/residency.js');
 const { NONE, RESIDENT } = await load('stream/primitives.js');
 await createDecoder(); // fails early without decoder.wasm
@@ -388,6 +389,39 @@ const tasks = {
         }
     }
     return reasons;
+  },
+
+  // What `ready` of a session tells that is closed while it opens, and while it waits to start again;
+  // what openStreamer tells of a signal that is aborted already. requests: after these.
+  async endsEarly([file]) {
+    const server = await serveFile(readFileSync(file));
+    const told = (promise) =>
+      Promise.race([promise.catch(({ message }) => message), pause(2000).then(() => 'nothing')]);
+    const engine = { load() {}, show() {}, clear() {}, tell() {} };
+    const results = { requests: 0 };
+    const signal = AbortSignal.abort(new Error('aborted'));
+    results.aborted = await told(openStreamer(server.url, { signal }));
+    results.requests += server.log.length;
+    server.answer = () => {};
+    const opening = new Session(server.url, {}, engine);
+    await pause(100);
+    opening.close();
+    results.opening = await told(opening.ready);
+    server.answer = undefined;
+    const changes = async () => {
+      throw new SourceError('the file has changed', { changed: true });
+    };
+    const restarts = await new Promise((resolve) => {
+      const tell = (type) => type === 'warning' && resolve(session);
+      const session = new Session(server.url, {}, { ...engine, load: changes, tell });
+    });
+    await pause(10);
+    restarts.close();
+    const before = server.log.length;
+    results.restarting = await told(restarts.ready);
+    results.requests += server.log.length - before;
+    server.close();
+    return results;
   },
 
   // Bytes of the view of a file's tables whose groups do not end with a page.

@@ -118,6 +118,13 @@ def test_requests_of_what_has_left_the_view_are_cancelled(bunny):
     assert (result["after"], result["warnings"]) == (0, [])
 
 
+def test_streams_end_before_they_are_open(bunny):
+    results = stream("endsEarly", bunny)
+    assert results["aborted"] == "aborted"
+    assert results["opening"] == results["restarting"] == "the stream is disposed"
+    assert results["requests"] == 0
+
+
 def test_first_picture_has_a_shape(bunny):
     """The coarsest level alone would be 13 pixels off."""
     first = stream("first", bunny)

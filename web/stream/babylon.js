@@ -63,6 +63,7 @@ export class MeshletStream extends TransformNode {
       tell: (type, message, error) => observables[type].notifyObservers(error ?? message),
     });
     this.ready = this.#session.ready;
+    if (options.signal?.aborted) this.dispose();
   }
 
   getClassName() {

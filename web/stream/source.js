@@ -263,7 +263,8 @@ async function bytesOf(blob, begin, end) {
   return new Uint8Array(await blob.slice(begin, end).arrayBuffer());
 }
 
-function pause(milliseconds, signal) {
+// Rejects with the reason of a signal that is aborted meanwhile.
+export function pause(milliseconds, signal) {
   return new Promise((resolve, reject) => {
     const stop = () => {
       clearTimeout(timer);
