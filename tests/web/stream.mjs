@@ -391,6 +391,18 @@ const tasks = {
     return reasons;
   },
 
+  // Why levels are refused whose tables are packed.
+  async packedTables([file]) {
+    const bytes = readFileSync(file);
+    const length = bytes.readUInt32LE(12);
+    const json = JSON.parse(bytes.subarray(20, 20 + length));
+    const view = json.bufferViews[json.meshes[0].primitives[0].extensions[LOD].bufferView];
+    view.extensions = { EXT_meshlet_transport: { byteLength: view.byteLength } };
+    json.buffers[0].uri = `data:;base64,${bytes.toString('base64', 28 + length)}`;
+    const streamer = await open(new Blob([JSON.stringify(json)]));
+    return streamer.refused.map(({ error }) => error.message);
+  },
+
   // What `ready` of a session tells that is closed while it opens, and while it waits to start again;
   // what openStreamer tells of a signal that is aborted already. requests: after these.
   async endsEarly([file]) {

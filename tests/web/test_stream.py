@@ -61,6 +61,11 @@ def test_counts_beyond_those_of_the_clusters_are_refused():
     }
 
 
+def test_packed_tables_are_refused():
+    reasons = stream("packedTables", VECTORS / "lod_levels.glb")
+    assert reasons == ["EXT_meshlet_lod has tables that are packed"]
+
+
 def test_malformed_vectors():
     """Levels are refused, or pages; a page is never drawn that is not as the tables say."""
     reasons = json.loads((VECTORS / "malformed.json").read_text())
