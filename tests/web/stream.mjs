@@ -278,6 +278,33 @@ const tasks = {
     return results;
   },
 
+  // A server that compresses ranges, or not, and answers the first requests for the whole file never:
+  // what is warned of until all is read, and what an abort gives.
+  async stalls([file]) {
+    const bytes = readFileSync(file);
+    const results = {};
+    for (const name of ['compresses ranges', 'none']) {
+      const hangs = (times) => (request, response, next, served) => {
+        if (!request.headers.range && times-- > 0) return;
+        (faults[name] ?? next)(request, response, next, served);
+      };
+      const read = async (times, options) => {
+        const server = await serveFile(bytes, { answer: hangs(times) });
+        const reading = openSource(server.url, options).then((source) => source.readAll());
+        const end = await Promise.race([reading.catch(({ message }) => message), pause(4000)]);
+        server.close();
+        return end?.length === bytes.length || end;
+      };
+      const warnings = [];
+      const onWarning = (text) => warnings.push(text.replace(/.*glb: /, ''));
+      const all = await read(1, { onWarning, stallMs: 300 });
+      const abort = new AbortController();
+      setTimeout(() => abort.abort(new Error('stopped')), 300);
+      results[name] = { all, warnings, aborted: await read(9, { signal: abort.signal }) };
+    }
+    return results;
+  },
+
   // Statuses and a file that changes.
   async refusals([file, other]) {
     const bytes = readFileSync(file);

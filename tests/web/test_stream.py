@@ -106,6 +106,12 @@ def test_faults_of_servers(bunny):
     assert "Access-Control-Expose-Headers: Content-Range, ETag" in hidden
 
 
+def test_whole_files_that_stall_are_read_again(bunny):
+    for result in stream("stalls", bunny).values():
+        assert (result["all"], result["aborted"]) == (True, "stopped")
+        assert result["warnings"][-1] == "no answer for 0.3 seconds; trying again"
+
+
 def test_refusals_changes_and_offline(bunny, model, tmp_path):
     compress(model("suzanne.glb"), tmp_path / "other.glb", lod=True)
     results = stream("refusals", bunny, tmp_path / "other.glb")
