@@ -185,6 +185,7 @@ export class MeshletStream extends TransformNode {
     this.#container?.dispose();
     this.#container = null;
     this.animationGroups = [];
+    this.#isLost = false; // observers of the next scene tell
   }
 
   dispose(...given) {
