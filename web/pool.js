@@ -112,6 +112,8 @@ class DecoderPool {
 
   // Does a job: task, bytes, options and onTriangles. For this class and gltf-meshlet/stream.
   async run(given, signal) {
+    if (this.#ended) throw this.#ended;
+    signal?.throwIfAborted();
     let abort;
     try {
       return await new Promise((resolve, reject) => {

@@ -16,9 +16,13 @@ const { openDocument } = await load('stream/document.js');
 const { readCounts, Tables, LOD } = await load('stream/tables.js');
 const { Cut, View, largestScale } = await load('stream/cut.js');
 const { openStreamer } = await load('stream/streamer.js');
+const { Session } = await load('stream/session.js');
+const { Residency } = await load('stream/residency.js');
+const { NONE, RESIDENT } = await load('stream/primitives.js');
 await createDecoder(); // fails early without decoder.wasm
 
 const IDENTITY = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1];
+const PLANNED = 11 * 65_536; // bytes of a Worker
 const pause = (milliseconds) => new Promise((resolve) => setTimeout(resolve, milliseconds));
 
 // Looks at the first primitive from `distance` radii, at an angle.
@@ -67,6 +71,60 @@ async function rest(streamer, view, { pixels = 1, limit = 300_000, until = () =>
     await pause(3);
   }
   return most;
+}
+
+// Residency of 40 equal pages of a primitive, without a file. read(page) and decode(page) may reject;
+// decode gives the bytes of a Worker's memory. run() ends if so many pages are resident, or with the
+// stream. Returns how often each page was read, and what was told.
+function fortyPages({ read = async () => {}, decode, givenUp = [], rootPages = 0, workers = 4 }) {
+  const [length, count] = [20_000, 40];
+  const pool = { byteLength: 20e6, fits: () => true, insert: () => ({}), remove() {} };
+  const tables = { rootPages, pageClusters: (p) => p };
+  const owner = { name: 'it', formats: [{ bytes: 16 }], tables, pool, resident: [] };
+  const result = { reads: Array(count).fill(0), warnings: [], broken: [], refused: [] };
+  const source = {
+    async read(begin, end) {
+      const pages = owner.pages.slice(begin / length, end / length);
+      for (const { number } of pages) result.reads[number]++;
+      await pause(10 + 3 * (pages[0].number % 5));
+      await Promise.all(pages.map(read));
+      return new Uint8Array(end - begin);
+    },
+  };
+  owner.pages = Array.from({ length: count }, (_, number) => {
+    const place = { source, begin: number * length, length, packed: 0 };
+    const counts = { vertices: 2500, triangles: 5000 };
+    const retryAt = givenUp.includes(number) ? Number.POSITIVE_INFINITY : 0;
+    const wanted = { used: 1, wanted: count - number, tries: 0, retryAt };
+    return { owner, number, ...place, ...counts, state: NONE, bytes: null, ...wanted };
+  });
+  const budget = { workers, wasm: PLANNED, tables: 0, waiting: 512_000, decoding: 150_000 };
+  budget.maxBytes = 40e6 + workers * PLANNED + budget.waiting + budget.decoding;
+  const residency = new Residency([owner], [pool], {
+    budget,
+    document: { held: 0 },
+    signal: new AbortController().signal,
+    decoders: {
+      async run({ options }) {
+        await pause(3);
+        return { memory: await decode(owner.pages[options.expected.clusters]) };
+      },
+    },
+    onWarning: (text) => result.warnings.push(text),
+    onBroken: (error) => result.broken.push(error.message),
+    refuse: (_, error) => result.refused.push(error.message),
+    onChange() {},
+  });
+  const resident = () => owner.pages.filter(({ state }) => state === RESIDENT).length;
+  return async (most = count) => {
+    const end = performance.now() + 10_000;
+    while (performance.now() < end && resident() < most && result.broken.length === 0) {
+      residency.insertDecoded();
+      residency.schedule();
+      await pause(4);
+    }
+    return { ...result, resident: resident() };
+  };
 }
 
 // What is drawn: [page, meshlets] of each primitive.
@@ -220,6 +278,33 @@ const tasks = {
     return results;
   },
 
+  // A server that compresses ranges, or not, and answers the first requests for the whole file never:
+  // what is warned of until all is read, and what an abort gives.
+  async stalls([file]) {
+    const bytes = readFileSync(file);
+    const results = {};
+    for (const name of ['compresses ranges', 'none']) {
+      const hangs = (times) => (request, response, next, served) => {
+        if (!request.headers.range && times-- > 0) return;
+        (faults[name] ?? next)(request, response, next, served);
+      };
+      const read = async (times, options) => {
+        const server = await serveFile(bytes, { answer: hangs(times) });
+        const reading = openSource(server.url, options).then((source) => source.readAll());
+        const end = await Promise.race([reading.catch(({ message }) => message), pause(4000)]);
+        server.close();
+        return end?.length === bytes.length || end;
+      };
+      const warnings = [];
+      const onWarning = (text) => warnings.push(text.replace(/.*glb: /, ''));
+      const all = await read(1, { onWarning, stallMs: 300 });
+      const abort = new AbortController();
+      setTimeout(() => abort.abort(new Error('stopped')), 300);
+      results[name] = { all, warnings, aborted: await read(9, { signal: abort.signal }) };
+    }
+    return results;
+  },
+
   // Statuses and a file that changes.
   async refusals([file, other]) {
     const bytes = readFileSync(file);
@@ -305,6 +390,108 @@ const tasks = {
     const same = ends.every((end) => end === ends[0]);
     return { most, same, resized, threshold, triangles };
   },
+
+  // Why levels are refused whose tables give a page more triangles or vertices than fit into its
+  // clusters: first and last page, one too many and as many as can be said.
+  async counts([file]) {
+    const bytes = readFileSync(file);
+    const document = await openDocument(new Blob([bytes]));
+    const [tables] = await tablesOf(document);
+    const { bufferView } = document.json.meshes[0].primitives[0].extensions[LOD];
+    const { begin } = await document.place(bufferView);
+    const reasons = [];
+    for (const page of [0, tables.pageCount - 1]) {
+      const most = 64 * tables.pageClusters(page);
+      const fields = [
+        [8, most],
+        [12, 3 * most],
+      ];
+      for (const [field, allowed] of fields)
+        for (const count of [allowed + 1, 4e9]) {
+          const copy = Buffer.from(bytes);
+          copy.writeUInt32LE(count, begin + 16 * page + field);
+          const streamer = await open(new Blob([copy])).catch(({ message }) => ({ message }));
+          reasons.push(streamer.message ?? streamer.refused[0]?.error.message);
+          streamer.close?.();
+        }
+    }
+    return reasons;
+  },
+
+  // Why levels are refused whose tables are packed.
+  async packedTables([file]) {
+    const bytes = readFileSync(file);
+    const length = bytes.readUInt32LE(12);
+    const json = JSON.parse(bytes.subarray(20, 20 + length));
+    const view = json.bufferViews[json.meshes[0].primitives[0].extensions[LOD].bufferView];
+    view.extensions = { EXT_meshlet_transport: { byteLength: view.byteLength } };
+    json.buffers[0].uri = `data:;base64,${bytes.toString('base64', 28 + length)}`;
+    const streamer = await open(new Blob([JSON.stringify(json)]));
+    return streamer.refused.map(({ error }) => error.message);
+  },
+
+  // What `ready` of a session tells that is closed while it opens, and while it waits to start again;
+  // what openStreamer tells of a signal that is aborted already. requests: after these.
+  async endsEarly([file]) {
+    const server = await serveFile(readFileSync(file));
+    const told = (promise) =>
+      Promise.race([promise.catch(({ message }) => message), pause(2000).then(() => 'nothing')]);
+    const engine = { load() {}, show() {}, clear() {}, tell() {} };
+    const results = { requests: 0 };
+    const signal = AbortSignal.abort(new Error('aborted'));
+    results.aborted = await told(openStreamer(server.url, { signal }));
+    results.requests += server.log.length;
+    server.answer = () => {};
+    const opening = new Session(server.url, {}, engine);
+    await pause(100);
+    opening.close();
+    results.opening = await told(opening.ready);
+    server.answer = undefined;
+    const changes = async () => {
+      throw new SourceError('the file has changed', { changed: true });
+    };
+    const restarts = await new Promise((resolve) => {
+      const tell = (type) => type === 'warning' && resolve(session);
+      const session = new Session(server.url, {}, { ...engine, load: changes, tell });
+    });
+    await pause(10);
+    restarts.close();
+    const before = server.log.length;
+    results.restarting = await told(restarts.ready);
+    results.requests += server.log.length - before;
+    server.close();
+    return results;
+  },
+
+  // Bytes of the view of a file's tables whose groups do not end with a page.
+  async wholePages([file]) {
+    const document = await openDocument(new Blob([readFileSync(file)]));
+    const [tables] = await tablesOf(document);
+    const sizes = Array.from({ length: Tables.viewBytes(tables) + 1 }, (_, bytes) => bytes);
+    return sizes.filter((bytes) => !tables.pageFirst.includes(tables.groupsWithin(bytes)));
+  },
+
+  // Workers that take more memory than planned.
+  grown: () => fortyPages({ decode: async () => PLANNED + 131_072 })(),
+
+  // Pages that were given up, between others.
+  givenUp: () => fortyPages({ decode: async () => PLANNED, givenUp: [1, 2, 30] })(37),
+
+  // A server that refuses a root page.
+  refusedRoot() {
+    const read = async ({ number }) => {
+      if (number === 3) throw new SourceError('the server answered 404');
+    };
+    return fortyPages({ read, decode: async () => PLANNED, rootPages: 4 })();
+  },
+
+  // A Worker that dies.
+  dead: () =>
+    fortyPages({
+      decode: async () => {
+        throw new Error('a Worker failed');
+      },
+    })(),
 
   // Whether all is there at the end if a page updates only when the stream says so, and has time for
   // one decoded page a frame.

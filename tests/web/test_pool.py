@@ -116,7 +116,8 @@ const { pathToFileURL } = require('url');
   };
   const waiting = refused(pool.decodePrimitive(view));
   pool.close();
-  results.closed = [await waiting, await refused(pool.decodePrimitive(view))];
+  const late = [pool.decodePrimitive(view), pool.run({ task: 'validate', bytes: view })];
+  results.closed = await Promise.all([waiting, ...late.map(refused)]);
   const { Worker } = require('worker_threads');
   const createWorker = () => new Worker('throw new Error("no such script")', { eval: true });
   const broken = await createDecoderPool({ workers: 1, createWorker });
@@ -141,5 +142,5 @@ def test_progress_abort_and_errors(model, tmp_path):
     assert results["aborted"] == ["stopped"] * 3
     assert results["failed"] == "failed"
     assert results["after"] == results["triangleCount"]
-    assert results["closed"] == ["the decoder pool is closed"] * 2
+    assert results["closed"] == ["the decoder pool is closed"] * 3
     assert results["broken"] == "a decoder's Worker failed: no such script"

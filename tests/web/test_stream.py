@@ -48,6 +48,24 @@ def test_cuts_are_those_of_the_vectors():
     assert stream("cuts", *given) == []
 
 
+def test_groups_are_known_by_whole_pages():
+    """A page of which the last groups are unknown would be decoded with too few clusters."""
+    assert stream("wholePages", VECTORS / "lod_levels.glb") == []
+
+
+def test_counts_beyond_those_of_the_clusters_are_refused():
+    reasons = stream("counts", VECTORS / "lod_levels.glb")
+    assert len(reasons) == 8
+    assert set(reasons) == {
+        "EXT_meshlet_lod has a page with more triangles or vertices than its clusters can have"
+    }
+
+
+def test_packed_tables_are_refused():
+    reasons = stream("packedTables", VECTORS / "lod_levels.glb")
+    assert reasons == ["EXT_meshlet_lod has tables that are packed"]
+
+
 def test_malformed_vectors():
     """Levels are refused, or pages; a page is never drawn that is not as the tables say."""
     reasons = json.loads((VECTORS / "malformed.json").read_text())
@@ -88,6 +106,12 @@ def test_faults_of_servers(bunny):
     assert "Access-Control-Expose-Headers: Content-Range, ETag" in hidden
 
 
+def test_whole_files_that_stall_are_read_again(bunny):
+    for result in stream("stalls", bunny).values():
+        assert (result["all"], result["aborted"]) == (True, "stopped")
+        assert result["warnings"][-1] == "no answer for 0.3 seconds; trying again"
+
+
 def test_refusals_changes_and_offline(bunny, model, tmp_path):
     compress(model("suzanne.glb"), tmp_path / "other.glb", lod=True)
     results = stream("refusals", bunny, tmp_path / "other.glb")
@@ -103,6 +127,13 @@ def test_requests_of_what_has_left_the_view_are_cancelled(bunny):
     result = stream("cancels", bunny)
     assert result["before"] > 0
     assert (result["after"], result["warnings"]) == (0, [])
+
+
+def test_streams_end_before_they_are_open(bunny):
+    results = stream("endsEarly", bunny)
+    assert results["aborted"] == "aborted"
+    assert results["opening"] == results["restarting"] == "the stream is disposed"
+    assert results["requests"] == 0
 
 
 def test_first_picture_has_a_shape(bunny):
@@ -123,6 +154,31 @@ def test_budget_is_kept_and_the_end_does_not_depend_on_the_path(bunny):
         errors.append(result["threshold"])
     assert errors == sorted(errors, reverse=True)
     assert errors[0] > errors[-1] == 1
+
+
+def test_workers_that_outgrow_the_budget():
+    """What the stream had to forget for them is read once again, no more."""
+    result = stream("grown")
+    assert result["resident"] == 40
+    assert max(result["reads"]) <= 2
+
+
+def test_pages_that_were_given_up_are_not_read_with_their_neighbours():
+    result = stream("givenUp")
+    assert result["resident"] == 37
+    assert [page for page, reads in enumerate(result["reads"]) if reads == 0] == [1, 2, 30]
+
+
+def test_refused_root_pages_break_the_stream():
+    result = stream("refusedRoot")
+    assert result["broken"][0] == "the server answered 404"
+    assert len(result["warnings"]) == result["reads"][3] == 3
+
+
+def test_dead_workers_break_the_stream():
+    result = stream("dead")
+    assert result["broken"][0] == "a Worker failed"
+    assert result["warnings"] == []
 
 
 @pytest.fixture

@@ -280,6 +280,29 @@ def test_picture_comes_back_after_a_lost_context(browse, serve, model, tmp_path)
     assert (pixels(before) != pixels(after)).mean() < 0.001
 
 
+def test_errors_outlast_a_lost_context(browse, serve, torus, tmp_path):
+    """Errors of files, before and while the context is lost."""
+    (tmp_path / "bad.glb").write_bytes(b"no model")
+
+    def change(action: str, event: str) -> list[str]:
+        context = "canvas.getContext('webgl2').getExtension('WEBGL_lose_context')"
+        code = f"{{ once: true }}); (globalThis.lost ??= {context}).{action}Context(); }})"
+        told = f"canvas.addEventListener('webglcontext{event}', () => setTimeout(done), "
+        return ["evaluate", f"new Promise((done) => {{ {told}{code}"]
+
+    lose, restore = change("lose", "lost"), change("restore", "restored")
+    bad, good = (["drop", [[path.name, str(path)]]] for path in (tmp_path / "bad.glb", torus))
+    text = ["text", "#error"]
+    before = [bad, ["wait", "error"], text, lose, text, restore, text]
+    meanwhile = [good, SHOWN, lose, text, bad, ["wait", "error"], restore, text]
+    (results,) = browse(
+        {"address": serve(torus), "steps": [SHOWN, *before, *meanwhile]}, errors=True
+    )
+    assert "bad.glb" in results[3]
+    assert results[3] == results[5] == results[7] == results[15]
+    assert "The graphics driver has failed" in results[11]
+
+
 def test_mouse_touch_and_buttons(browse, serve, torus, tmp_path):
     before, after, touched = (str(tmp_path / f"{name}.png") for name in "abc")
     (results,) = browse(

@@ -63,6 +63,7 @@ export class MeshletStream extends TransformNode {
       tell: (type, message, error) => observables[type].notifyObservers(error ?? message),
     });
     this.ready = this.#session.ready;
+    if (options.signal?.aborted) this.dispose();
   }
 
   getClassName() {
@@ -184,6 +185,7 @@ export class MeshletStream extends TransformNode {
     this.#container?.dispose();
     this.#container = null;
     this.animationGroups = [];
+    this.#isLost = false; // observers of the next scene tell
   }
 
   dispose(...given) {

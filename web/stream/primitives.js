@@ -1,4 +1,5 @@
-// What streams of a file: primitives, their instances, and the ranges of indices to draw.
+// What streams of a file: primitives, the states of their pages, their instances, and the ranges of
+// indices to draw.
 import { EXTENSION } from '../gltf.js';
 import { largestScale } from './cut.js';
 import { LOD } from './tables.js';

@@ -111,6 +111,7 @@ export class Reader {
       for (const { bufferView } of [levels, levels.pages])
         checkView(this.#document.json.bufferViews[bufferView]);
       const [tables] = one.places;
+      if (tables.isPacked) throw new MalformedError(`${LOD} has tables that are packed`);
       if (Tables.viewBytes(one.counts) !== tables.size)
         throw new MalformedError(`${LOD} has tables of another length than its counts say`);
     });

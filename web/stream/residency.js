@@ -63,12 +63,13 @@ export class Residency {
       if (request.pages.every(({ wanted }) => wanted === 0)) request.abort.abort();
   }
 
-  // A page with those of its neighbours that are wanted, too.
-  #withNeighbours(page) {
+  // A page with those of its neighbours that are wanted, too: at most so many bytes, if it has less.
+  #withNeighbours(page, most) {
     const { pages } = page.owner;
-    const most = Math.min(REQUEST_BYTES, this.#given.budget.waiting);
     const end = ({ begin, length }) => begin + length;
-    const joins = (next) => next?.state === NONE && next.wanted > 0 && next.source === page.source;
+    const now = performance.now();
+    const joins = (next) =>
+      next?.state === NONE && next.wanted > 0 && next.retryAt <= now && next.source === page.source;
     let [first, last] = [page, page];
     for (;;) {
       const [before, after] = [pages[first.number - 1], pages[last.number + 1]];
@@ -83,11 +84,13 @@ export class Residency {
   #request(page) {
     if (this.#requests.size >= REQUESTS) return;
     const { budget, document } = this.#given;
-    const pages = this.#withNeighbours(page);
+    // With memory to decode it, so that its arrival makes #trim forget no page that is wanted.
+    const decoding = Math.max(this.#decodingBytes, decodingBytes(page));
+    const most = Math.min(budget.waiting - document.held, this.#memory - decoding);
+    const pages = this.#withNeighbours(page, Math.min(REQUEST_BYTES, most));
     const length = pages.reduce((sum, one) => sum + one.length, 0);
     const before = this.#requested + this.#waiting;
-    if (before > 0 && before + document.held + length > budget.waiting) return;
-    if (this.#decodingBytes > 0 && length > this.#spare) return;
+    if (before > 0 && before + length > most) return;
     this.#requested += length;
     const request = { pages, abort: new AbortController() };
     this.#requests.add(request);
@@ -119,32 +122,36 @@ export class Residency {
     for (const page of pages) page.state = NONE;
     if (abort.signal.aborted || this.#given.signal.aborted) return;
     if (error instanceof SourceError && error.changed) return this.#given.onBroken(error);
-    for (const page of pages) this.#postpone(page, error.retry);
+    for (const page of pages) this.#postpone(page, error);
     this.#given.onWarning(error.message);
   }
 
   // A page that cannot be read or decoded: coarser clusters stand in for it. It is tried again,
-  // and given up after a few times if that does not promise to help.
-  #postpone(page, mayHelp) {
+  // and given up after a few times if that does not promise to help. Without a root page there is no
+  // stream.
+  #postpone(page, error) {
     page.tries++;
     page.retryAt = Number.POSITIVE_INFINITY;
-    if (!mayHelp && page.tries >= TRIES) return;
+    if (!error.retry && page.tries >= TRIES) {
+      if (page.number < page.owner.tables.rootPages) this.#given.onBroken(error);
+      return;
+    }
     const delay = delayAfter(page.tries);
     page.retryAt = performance.now() + delay;
     setTimeout(() => this.#changed(), delay + 1);
   }
 
-  // Of the memory for pages on the way: what neither these take nor Workers that have grown.
-  get #spare() {
+  // For pages on the way: what the first bytes of files and Workers that have grown leave.
+  get #memory() {
     const { waiting, decoding, workers, wasm } = this.#given.budget;
-    const taken = this.#requested + this.#waiting + this.#given.document.held + this.#decodingBytes;
-    return waiting + decoding - taken - workers * (this.#wasmBytes - wasm);
+    return waiting + decoding - this.#given.document.held - workers * (this.#wasmBytes - wasm);
   }
 
   #decode(page) {
     const { owner } = page;
     const size = decodingBytes(page);
-    if (this.#decodingBytes + this.#requested > 0 && size > this.#spare) return;
+    const taken = this.#requested + this.#waiting + this.#decodingBytes;
+    if (this.#decodingBytes + this.#requested > 0 && taken + size > this.#memory) return;
     page.state = DECODING;
     this.#decoding++;
     this.#decodingBytes += size;
@@ -153,7 +160,7 @@ export class Residency {
     const expected = { vertices, triangles, clusters, streams: owner.streams };
     const packed = page.packed ? { module: this.#given.unpackerModule, size: page.packed } : null;
     const options = { attributes: owner.attributes, expected, packed };
-    const job = { task: 'decodePage', bytes: page.bytes, options, onTriangles() {} };
+    const job = { task: 'decodePage', bytes: page.bytes, options };
     this.#given.decoders
       .run(job, this.#given.signal)
       .then(
@@ -173,11 +180,13 @@ export class Residency {
       });
   }
 
-  // A malformed page. Without a root page there are no levels.
+  // A malformed page, or a dead Worker. Without a root page there are no levels, without Workers
+  // there is no stream.
   #bad(page, error) {
     if (this.#given.signal.aborted) return;
     page.state = STORED;
     this.#forget(page);
+    if (!(error instanceof MalformedError)) return this.#given.onBroken(error);
     const { owner, number } = page;
     const problem = `${owner.name}: page ${number}: ${error.message}`;
     if (number < owner.tables.rootPages) {
@@ -185,7 +194,7 @@ export class Residency {
       return this.#given.refuse(owner, new MalformedError(problem));
     }
     this.#given.onWarning(problem);
-    this.#postpone(page, false);
+    this.#postpone(page, error);
   }
 
   // Copies decoded pages to their places, as long as a frame has time.

@@ -3,7 +3,7 @@
 import { EXTENSION } from '../gltf.js';
 import { TRANSPORT } from '../transport.js';
 import { keyOf } from './primitives.js';
-import { delayAfter } from './source.js';
+import { delayAfter, pause } from './source.js';
 import { openStreamer } from './streamer.js';
 import { LOD } from './tables.js';
 
@@ -16,7 +16,8 @@ export class Session {
   #place;
   #options;
   #engine;
-  #closed = false;
+  #signal; // the page's
+  #abort = new AbortController();
   #restarts = 0;
   #wake = () => {};
 
@@ -27,8 +28,9 @@ export class Session {
   //   clear(): frees all of it;
   //   tell(type, message, error), of types warning, progress, load and error.
   constructor(place, { signal, ...options }, engine) {
+    this.#signal = signal;
     this.#place = place instanceof Blob ? place : String(new URL(place, globalThis.location?.href));
-    this.#options = { ...options, signal };
+    this.#options = { ...options, signal: this.#abort.signal };
     this.#engine = engine;
     this.streamer = null;
     this.ready = this.#start([]);
@@ -54,7 +56,7 @@ export class Session {
       },
     });
     const check = () => {
-      if (this.#closed) throw this.#options.signal?.reason ?? new Error('the stream is disposed');
+      this.#abort.signal.throwIfAborted();
       if (broken) throw broken;
     };
     try {
@@ -78,10 +80,10 @@ export class Session {
     } catch (error) {
       streamer.close();
       engine.clear();
-      if (this.#closed || ++this.#restarts > RESTARTS) throw error;
+      if (this.#abort.signal.aborted || ++this.#restarts > RESTARTS) throw error;
       if (!error.changed && streamer.refused.length === 0) throw error;
       engine.tell('warning', `${error.message}; starting again`);
-      await new Promise((resolve) => setTimeout(resolve, delayAfter(this.#restarts)));
+      await pause(delayAfter(this.#restarts), this.#abort.signal);
       return this.#start([...exclude, ...streamer.refused.map(({ key }) => key)]);
     }
     this.#restarts = 0;
@@ -104,7 +106,7 @@ export class Session {
   }
 
   close() {
-    this.#closed = true;
+    this.#abort.abort(this.#signal?.reason ?? new Error('the stream is disposed'));
     this.#wake();
     this.#end();
   }

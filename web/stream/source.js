@@ -46,7 +46,7 @@ class Source {
   #url;
   #options;
   #identity = null; // of the first answer: {etag, modified, total}
-  #head = null; // the first bytes, until close of opening
+  #head = null; // the first bytes, until forgetHead
   #blob; // the whole file, where ranges are refused
 
   constructor(url, options, blob = null) {
@@ -85,8 +85,10 @@ class Source {
     return this.#blob ? bytesOf(this.#blob, 0, HEAD_BYTES) : this.#head;
   }
 
+  // The whole file. Tries again.
   async readAll() {
-    if (!this.#blob) await this.#fetchWhole(0, 0, () => {}, null);
+    const fetchAll = () => this.#guarded(null, (guard) => this.#fetchWhole(0, 0, guard, null));
+    if (!this.#blob) await retrying(fetchAll, this.#options);
     return bytesOf(this.#blob, 0, this.#blob.size);
   }
 
@@ -110,9 +112,19 @@ class Source {
     return result;
   }
 
-  // One request. At the end of the file an answer may be shorter, if nothing was known before.
-  async #fetchRange(begin, end, signal) {
-    const { requestInit, stallMs = STALL_MS } = this.#options;
+  // One request, or two. At the end of the file an answer may be shorter, if nothing was known before.
+  #fetchRange(begin, end, signal) {
+    return this.#guarded(signal, async (guard) => {
+      const headers = { ...this.#options.requestInit?.headers };
+      headers.Range = `bytes=${begin}-${end - 1}`;
+      return this.#take(await this.#fetch({ headers }, guard), begin, end, guard);
+    });
+  }
+
+  // Runs action({signal, alive}), which calls alive() with each sign of life. Throws SourceError, or
+  // the reason of an aborted signal.
+  async #guarded(signal, action) {
+    const { stallMs = STALL_MS } = this.#options;
     const stop = new AbortController();
     const abort = (event) => stop.abort(event.target.reason);
     const signals = [signal, this.#options.signal].filter(Boolean);
@@ -127,12 +139,7 @@ class Source {
       timer = setTimeout(() => stop.abort(stalled), stallMs);
     };
     try {
-      this.requests++;
-      const headers = { ...requestInit?.headers, Range: `bytes=${begin}-${end - 1}` };
-      const init = { ...requestInit, headers, signal: stop.signal, cache: 'no-store' };
-      const response = await fetch(this.#url, init);
-      alive();
-      return await this.#take(response, begin, end, alive);
+      return await action({ signal: stop.signal, alive });
     } catch (error) {
       if (stop.signal.aborted) throw stop.signal.reason;
       if (error instanceof SourceError) throw error;
@@ -143,24 +150,35 @@ class Source {
     }
   }
 
-  async #take(response, begin, end, alive) {
+  async #fetch(init, { signal, alive }) {
+    this.requests++;
+    const { requestInit } = this.#options;
+    const response = await fetch(this.#url, { ...requestInit, ...init, signal, cache: 'no-store' });
+    alive();
+    return response;
+  }
+
+  async #take(response, begin, end, guard) {
     const { status, headers } = response;
-    if (status === 200) return this.#takeWhole(response, begin, end, alive);
+    if (status === 200) return this.#takeWhole(response, begin, end, guard);
     if (status !== 206) {
-      response.body?.cancel().catch(() => {});
+      discard(response);
       throw this.#statusError(status);
     }
     const range = /^bytes (\d+)-(\d+)\/(\d+|\*)$/.exec(headers.get('content-range') ?? '');
     const total = range ? Number(range[3]) : Number.NaN;
     this.#compare(headers, total);
-    if (encoded(headers)) return this.#fetchWhole(begin, end, alive, 'compresses its answers');
+    if (encoded(headers)) {
+      discard(response);
+      return this.#fetchWhole(begin, end, guard, 'compresses its answers');
+    }
     if (
       range &&
       (Number(range[1]) !== begin || Number(range[2]) + 1 !== Math.min(end, total || end))
     )
       throw this.#error(`the server answered with another range: ${range[0]}`, { retry: true });
     const length = range ? Number(range[2]) + 1 - begin : end - begin;
-    const bytes = await this.#body(response, length, alive);
+    const bytes = await this.#body(response, length, guard);
     const mayBeShort = !range && begin === 0;
     if (bytes.length !== length && !mayBeShort)
       throw this.#error(`an answer has ${bytes.length} bytes instead of ${length}`, {
@@ -171,7 +189,7 @@ class Source {
   }
 
   // The body of an answer, at most `limit` bytes.
-  async #body(response, limit, alive) {
+  async #body(response, limit, { alive }) {
     const bytes = new Uint8Array(limit);
     const reader = response.body.getReader();
     let at = 0;
@@ -189,7 +207,7 @@ class Source {
     }
   }
 
-  async #takeWhole(response, begin, end, alive, refused = true) {
+  async #takeWhole(response, begin, end, { alive }, refused = true) {
     this.#compare(response.headers, Number.NaN);
     if (refused && !/^(data|blob):/.test(this.#url))
       this.#warn('the server does not answer ranges, so that the whole file is loaded');
@@ -211,11 +229,12 @@ class Source {
   }
 
   // Without a range: those of compressed answers count compressed bytes.
-  async #fetchWhole(begin, end, alive, reason) {
+  async #fetchWhole(begin, end, guard, reason) {
     if (reason) this.#warn(`the server ${reason}, so that the whole file is loaded`);
-    const response = await fetch(this.#url, { ...this.#options.requestInit, cache: 'no-store' });
-    if (response.status !== 200) throw this.#statusError(response.status);
-    return this.#takeWhole(response, begin, end, alive, false);
+    const response = await this.#fetch({}, guard);
+    if (response.status === 200) return this.#takeWhole(response, begin, end, guard, false);
+    discard(response);
+    throw this.#statusError(response.status);
   }
 
   // Compares the file of an answer with that of the first one.
@@ -257,13 +276,17 @@ class Source {
   }
 }
 
+// Frees the connection of an answer that is not read.
+const discard = (response) => response.body?.cancel().catch(() => {});
+
 const encoded = (headers) => !['', 'identity'].includes(headers.get('content-encoding') ?? '');
 
 async function bytesOf(blob, begin, end) {
   return new Uint8Array(await blob.slice(begin, end).arrayBuffer());
 }
 
-function pause(milliseconds, signal) {
+// Rejects with the reason of a signal that is aborted meanwhile.
+export function pause(milliseconds, signal) {
   return new Promise((resolve, reject) => {
     const stop = () => {
       clearTimeout(timer);

@@ -51,7 +51,9 @@ export class Streamer {
     this.decoders = null;
     this.threshold = 0; // pixels, as raised to fit
     this.colour = 'none'; // tags of ranges: none, page, level or meshlet
-    options.signal?.addEventListener('abort', () => this.close());
+    const { signal } = options;
+    signal?.addEventListener('abort', () => this.close(signal.reason));
+    if (signal?.aborted) this.close(signal.reason);
   }
 
   get json() {
@@ -80,6 +82,7 @@ export class Streamer {
     const { requestInit, stallMs, onWarning, unpacker } = this.#options;
     const { source, createWorker, exclude } = this.#options;
     const { signal } = this.#abort;
+    signal.throwIfAborted();
     const starting = createDecoderPool({
       workers: workersOf(this.#maxBytes),
       source: source ?? compileDecoder(),
@@ -359,8 +362,8 @@ export class Streamer {
     return sum;
   }
 
-  close() {
-    this.#abort.abort(new SourceError('the stream is closed'));
+  close(reason = new SourceError('the stream is closed')) {
+    this.#abort.abort(reason);
     this.decoders?.close();
   }
 }

@@ -7,6 +7,8 @@ const PAGE_BYTES = 16;
 const GROUP_BYTES = 32;
 const RUN_BYTES = 4;
 const MAX_GROUPS = 1 << 24;
+const MAX_CLUSTERS = 255; // of a group
+const MAX_TRIANGLES = 64; // of a cluster
 const RUN_GROUP = (1 << 24) - 1; // mask; the rest is the number of clusters
 const COUNTS = ['pageCount', 'coarsePageCount', 'groupCount', 'runCount'];
 
@@ -90,9 +92,10 @@ export class Tables {
     return [begin + RUN_BYTES * first, begin + RUN_BYTES * last];
   }
 
-  // Groups that lie within so many bytes of the view.
+  // Groups that lie within so many bytes of the view, of whole pages.
   groupsWithin(bytes) {
-    return Math.floor((bytes - PAGE_BYTES * this.pageCount) / GROUP_BYTES);
+    const most = Math.floor((bytes - PAGE_BYTES * this.pageCount) / GROUP_BYTES);
+    return this.pageFirst.findLast((first) => first <= most) ?? 0;
   }
 
   // Groups of the root pages if the file tells, else all.
@@ -137,6 +140,16 @@ export class Tables {
     require(at === fineBytes, 'does not describe its pages of level 0');
     pageFirst[pageCount] = groupCount;
     pageBegin[pageCount] = at;
+    for (let p = 0; p < pageCount; p++)
+      this.#checkCounts(p, MAX_CLUSTERS * (pageFirst[p + 1] - pageFirst[p]));
+  }
+
+  // Memory is planned by these counts.
+  #checkCounts(p, clusters) {
+    const most = MAX_TRIANGLES * clusters;
+    require(this.pageTriangles[p] <= most &&
+      this.pageVertices[p] <=
+        3 * most, 'has a page with more triangles or vertices than its clusters can have');
   }
 
   // The groups from `known` on, with all of their runs.
@@ -162,6 +175,8 @@ export class Tables {
           0), 'has groups with a finite error that nothing replaces, or the reverse');
       if (isTop) this.rootPages = this.page[g] + 1;
     }
+    for (let p = this.page[first]; this.pageFirst[p + 1] <= last; p++)
+      this.#checkCounts(p, this.pageClusters(p));
     this.known = last;
     if (last === this.groupCount)
       require(this.statedRoots === null ||

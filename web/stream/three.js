@@ -61,6 +61,7 @@ export class MeshletStream extends Group {
       tell: (type, message, error) => this.dispatchEvent({ type, message, error }),
     });
     this.ready = this.#session.ready;
+    if (options.signal?.aborted) this.dispose();
   }
 
   // --- loading ---

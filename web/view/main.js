@@ -427,15 +427,18 @@ function connect() {
     openFiles([...event.dataTransfer.files]);
   });
   let before; // state of the page, while the WebGL context is lost
+  const lost = new Error(
+    'the graphics driver has failed; wait until it recovers, or reload the page',
+  );
   element('canvas').addEventListener('webglcontextlost', () => {
     before = document.body.dataset.state;
-    const problem = 'the graphics driver has failed; wait until it recovers, or reload the page';
-    fail(new Error(problem), shown?.model.name);
+    if (before !== 'error') fail(lost, shown?.model.name);
   });
   element('canvas').addEventListener('webglcontextrestored', () => {
     stage.restore();
     setTheme(document.documentElement.dataset.theme);
-    if (before === 'error') return;
+    const { state } = document.body.dataset;
+    if (state !== 'error' || element('error-text').textContent !== sentence(lost)) return;
     element('error').hidden = true;
     document.body.dataset.state = shown ? 'ready' : before;
   });
