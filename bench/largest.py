@@ -1,5 +1,4 @@
-"""How long does a model of 500 million triangles take in 8 GB of memory, and how much do threads
-help?
+"""How long do 500 million triangles take in 8 GB of memory, and how much do threads help?
 
 Writes a table into docs/out-of-core.md. The model is that of bench.out_of_core, and each run has a
 process of its own. Rows are printed as they end. `--millions` and `--threads` may be left empty.

@@ -29,10 +29,9 @@ class Reading:
         self.vulkan = load_scene(path)
         self.mitsuba = self.plugin.scene_dict(path, width=64, height=48)
 
-    def parameters(self, mesh: int = 0) -> dict:
-        """Vertices of the mesh as Mitsuba shows them, decoded."""
-        shape = {"type": "meshlet_edgebreaker", "filename": str(self.path), "mesh": mesh}
-        shape = self.mi.load_dict({**shape, "decoded": True})
+    def parameters(self) -> dict:
+        """Vertices of the only mesh as Mitsuba shows them, decoded."""
+        (shape,) = self.plugin.load_scene(self.path, decoded=True).shapes()
         return {key: np.array(value) for key, value in dict(self.mi.traverse(shape)).items()}
 
     def shapes(self) -> list[dict]:
@@ -140,7 +139,7 @@ def test_colors_are_always_fractions(read, dtype, flagged):
     ours = reading.vulkan.primitives[0].decoded().colors
     parameters = reading.parameters()
     np.testing.assert_array_equal(ours[:, :3], parameters["vertex_color"].reshape(-1, 3))
-    np.testing.assert_array_equal(ours[:, 3], parameters["vertex_vertex_alpha"])
+    np.testing.assert_array_equal(ours[:, 3], parameters["vertex_alpha"])
     assert ours.max() == pytest.approx(1.0, abs=1e-6)
 
 
