@@ -150,3 +150,10 @@ def test_bad_arguments_give_a_status():
     program = program_of("MESHLET_FUZZ", "bad_arguments")
     done = subprocess.run([program, VECTOR], capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stderr
+
+
+def test_exports_link_without_meshoptimizer():
+    """LLD, the linker of Zig, refuses exact names that nothing defines."""
+    exports = (ROOT / "codec" / "c" / "exports.map").read_text()
+    (names,) = re.findall("global: (.*);", exports)
+    assert all(name.endswith("*") for name in names.split("; "))
