@@ -65,7 +65,8 @@ def measure(options: argparse.Namespace) -> dict:
                 settings = {"lod": True, "position_bits": BITS, "max_memory": options.memory}
                 settings |= {"work_dir": folder, "threads": threads}
                 row = call_in_process("bench.out_of_core", "watched", source, output, settings)
-                row |= {**made, "threads": threads, "digest": digest_of(output)}
+                sha256 = hashlib.sha256(Path(output).read_bytes())
+                row |= {**made, "threads": threads, "digest": sha256.hexdigest()}
                 row.pop("levels")
                 progress(json.dumps(row))
                 rows.append(row)
@@ -78,11 +79,6 @@ def make(n: int, path: str) -> dict:
     write_displaced(real_model(MODEL), n, Path(path))
     size = sum(file.stat().st_size for file in Path(path).parent.iterdir())
     return {"input_bytes": size, "make_seconds": time.perf_counter() - started}
-
-
-def digest_of(path: str) -> str:
-    """SHA-256 of a file."""
-    return hashlib.sha256(Path(path).read_bytes()).hexdigest()
 
 
 def block(result: dict) -> str:

@@ -374,12 +374,8 @@ def mean_over(rows: list[dict], values: str, others: str) -> str:
 
 def sweep_table(result: dict) -> str:
     def without_spare(model: dict) -> str:
-        rows = [
-            {**row, "bytes": row["bytes"] - row["spare_bytes"]}
-            for row in model["rows"]
-            if "spare_bytes" in row
-        ]
-        return mean_over(rows, "bytes", "chain_bytes") if rows else ""
+        rows = [{**row, "bytes": row["bytes"] - row["spare_bytes"]} for row in model["rows"]]
+        return mean_over(rows, "bytes", "chain_bytes")
 
     def at_one_pixel(rows: list[dict]) -> dict:
         return min(rows, key=lambda row: abs(row["pixels"] - 1.0))
