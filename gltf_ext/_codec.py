@@ -45,7 +45,7 @@ _TYPES: dict[str, Any] = dict(zip("buqifzpc45os", (*_NUMBERS, c_void_p, _PROGRES
 _FUNCTIONS = """
 close p, get_array pupp, open pzp, get_counts pp, get_blob pup, get_stream puup, validate pi,
 get_meshlet_triangles pupz, get_statistics pp, decode pip, decode_meshlets ppzppp, encode pppp,
-weld pzzpp, scan_lines pzpup, generate pppp, sort_points pzp, open_surface puqpfip,
+weld pzzpp, scan_lines pzppzp, generate pppp, sort_points pzp, open_surface puqpfip,
 measure ppppzpip, get_distances pzppqipp, get_unpacked_bytes pzp, unpack pzipz, pack pzip
 """
 
@@ -417,19 +417,25 @@ def weld(rows: NDArray[np.uint8]) -> tuple[UInt32s, int]:
 
 
 def scan_lines(
-    text: bytes, keyword: str, words: str = "numbers"
-) -> tuple[NDArray[np.float64], UInt32s, UInt32s]:
-    """The numbers of the lines that start with this word; of all lines if it is empty.
+    text: bytes, keywords: Mapping[str, str]
+) -> list[tuple[NDArray[Any], UInt32s, UInt32s]]:
+    """The lines that start with each keyword, in any case; all lines if it is empty.
 
-    words: 'numbers'; 'corners': each word is 1 to 3 integers between slashes, and gives 3; 0 for
-    one that is not there; 'any': not read. Returns (numbers: float64[N], numbers of each line:
-    uint32[L], their offsets in the text: uint32[L]). Raises ValueError, with the line, for a word
-    that is not a number."""
+    keywords: in lower case, with the words after each. 'numbers'; 'corners': each word is 1 to 3
+    integers between slashes, and gives 3; 0 for one that is not there; 'any': not read. Returns for
+    each (numbers: float64[N], of corners int32[N], numbers of each line: uint32[L], their offsets
+    in the text: uint32[L]). Raises ValueError, with the line, for a word that is not a number."""
     kinds = {"any": 0, "numbers": 1, "corners": 2}
-    kind = _number_of(words, kinds, "words is 'any', 'numbers' or 'corners'")
+    problem = "words are 'any', 'numbers' or 'corners'"
+    words = np.array([_number_of(kind, kinds, problem) for kind in keywords.values()], np.uint32)
+    names = (ctypes.c_char_p * len(keywords))(*(name.encode() for name in keywords))
     result = _Result()
-    _c.scan_lines(text, len(text), keyword.encode(), kind, result.out)
-    return result.array(0, np.float64), result.array(1), result.array(2)
+    _c.scan_lines(text, len(text), names, words.ctypes, len(keywords), result.out)
+    types = [np.int32 if kind == "corners" else np.float64 for kind in keywords.values()]
+    return [
+        (result.array(3 * i, dtype), result.array(3 * i + 1), result.array(3 * i + 2))
+        for i, dtype in enumerate(types)
+    ]
 
 
 def _refuse(problem: str) -> NoReturn:

@@ -29,14 +29,24 @@ struct Result : Object {
 
   template <class... Vectors>
   explicit Result(Vectors... vectors) : Object(kKind) {
-    (add(std::make_shared<Vectors>(std::move(vectors))), ...);
+    (add(std::move(vectors)), ...);
+  }
+  explicit Result(std::vector<TextLines> keywords) : Object(kKind) {
+    for (TextLines& lines : keywords) {
+      if (lines.corners.empty())
+        add(std::move(lines.numbers));
+      else
+        add(std::move(lines.corners));
+      add(std::move(lines.counts));
+      add(std::move(lines.offsets));
+    }
   }
 
  private:
   template <class Vector>
-  void add(std::shared_ptr<Vector> v) {
-    const size_t bytes = v->size() * sizeof(typename Vector::value_type);
-    arrays.push_back({v, v->data(), bytes});
+  void add(Vector vector) {
+    const auto kept = std::make_shared<Vector>(std::move(vector));
+    arrays.push_back({kept, kept->data(), kept->size() * sizeof(typename Vector::value_type)});
   }
 };
 
@@ -261,17 +271,21 @@ int gltf_meshlet_weld(const void* rows, size_t count, size_t stride, uint32_t* n
   });
 }
 
-int gltf_meshlet_scan_lines(const char* text, size_t size, const char* keyword, uint32_t words,
-                            gltf_meshlet_result** result) {
+int gltf_meshlet_scan_lines(const char* text, size_t size, const char* const* keywords,
+                            const uint32_t* words, size_t count, gltf_meshlet_result** result) {
   return guarded([&] {
-    require(result && text && keyword, kNull);
+    require(result, kNull);
     *result = nullptr;
+    require(text && ((keywords && words) || count == 0), kNull);
     require(size <= UINT32_MAX, "the text is too long");
-    require(words <= GLTF_MESHLET_CORNERS, "the kind of words is unknown");
-    const Words kinds[] = {Words::kAny, Words::kNumbers, Words::kCorners};
-    TextLines lines = scan_lines({text, size}, keyword, kinds[words]);
-    return open_object<Result>(result, std::move(lines.numbers), std::move(lines.counts),
-                               std::move(lines.offsets));
+    std::vector<Keyword> taken;
+    for (size_t i = 0; i < count; i++) {
+      require(keywords[i], kNull);
+      require(words[i] <= GLTF_MESHLET_CORNERS, "the kind of words is unknown");
+      constexpr Words kKinds[] = {Words::kAny, Words::kNumbers, Words::kCorners};
+      taken.push_back({keywords[i], kKinds[words[i]]});
+    }
+    return open_object<Result>(result, scan_lines({text, size}, taken));
   });
 }
 

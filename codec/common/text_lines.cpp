@@ -31,15 +31,13 @@ const char* end_of_line(const char* at, const char* end) {
   return found ? static_cast<const char*>(found) : end;
 }
 
-// Returns where the numbers of a line with this keyword start, or null.
-const char* after_keyword(const char* line, const char* end, std::string_view keyword) {
-  const char* word = skip_blanks(line, end);
-  if (ends_line(word, end) || size_t(end - word) < keyword.size() ||
-      std::memcmp(word, keyword.data(), keyword.size()) != 0)
-    return nullptr;
-  const char* after = word + keyword.size();
-  return keyword.empty() || ends_line(after, end) || is_blank(*after) ? skip_blanks(after, end)
-                                                                      : nullptr;
+// Is the word at this place the keyword, in any case?
+bool is_keyword(const char* at, const char* end, std::string_view keyword) {
+  constexpr char kLower = 'a' ^ 'A';
+  if (size_t(end - at) < keyword.size()) return false;
+  for (const char c : keyword)
+    if ((*at++ | kLower) != c) return false;
+  return keyword.empty() || ends_line(at, end) || is_blank(*at);
 }
 
 [[noreturn]] void refuse(const char* line, const char* end) {
@@ -52,53 +50,72 @@ const char* after_keyword(const char* line, const char* end, std::string_view ke
 
 // Reads one number; returns null if there is none.
 template <class Number>
-const char* read_number(const char* at, const char* end, std::vector<double>& numbers) {
+const char* read_number(const char* at, const char* end, std::vector<Number>& numbers) {
   if (at != end && *at == '+') at++;
   Number value;
   const auto [after, error] = std::from_chars(at, end, value);
   if (error != std::errc()) return nullptr;
-  numbers.push_back(double(value));
+  numbers.push_back(value);
   return after;
 }
 
 // Reads 1, 2 or 3 integers between slashes; the second may be left out.
-const char* read_corner(const char* at, const char* end, std::vector<double>& numbers) {
-  const size_t wanted = numbers.size() + 3;
-  for (at = read_number<int32_t>(at, end, numbers); at && at != end && *at == '/';) {
-    if (numbers.size() == wanted) return nullptr;
+const char* read_corner(const char* at, const char* end, std::vector<int32_t>& corners) {
+  const size_t wanted = corners.size() + 3;
+  for (at = read_number(at, end, corners); at && at != end && *at == '/';) {
+    if (corners.size() == wanted) return nullptr;
     if (++at == end || *at == '/' || is_blank(*at) || *at == '\n')
-      numbers.push_back(0);
+      corners.push_back(0);
     else
-      at = read_number<int32_t>(at, end, numbers);
+      at = read_number(at, end, corners);
   }
-  numbers.resize(wanted, 0);
+  corners.resize(wanted, 0);
   return at;
 }
 
-// Reads the numbers up to the end of the line, which starts at `line`.
-const char* read_numbers(const char* at, const char* end, const char* line, Words words,
-                         std::vector<double>& numbers) {
+// Reads words, each with read_word(at, end, numbers), up to the end of the line, which starts at
+// `line`. Returns that end; notes how many numbers there were.
+template <class Number, class ReadWord>
+const char* read_words(const char* at, const char* end, const char* line,
+                       std::vector<Number>& numbers, std::vector<uint32_t>& counts,
+                       ReadWord read_word) {
+  const size_t before = numbers.size();
   while (!ends_line(at, end)) {
-    at = words == Words::kCorners ? read_corner(at, end, numbers)
-                                  : read_number<double>(at, end, numbers);
+    at = read_word(at, end, numbers);
     if (!at || !(ends_line(at, end) || is_blank(*at) || *at == '\\')) refuse(line, end);
     at = skip_blanks(at, end);
+  }
+  counts.push_back(uint32_t(numbers.size() - before));
+  return at;
+}
+
+// Reads what follows a keyword in the line that starts at `line`.
+const char* read_line(const char* at, const char* end, const char* line, Words words,
+                      TextLines& found) {
+  switch (words) {
+    case Words::kNumbers:
+      return read_words(at, end, line, found.numbers, found.counts, read_number<double>);
+    case Words::kCorners:
+      return read_words(at, end, line, found.corners, found.counts, read_corner);
+    case Words::kAny: found.counts.push_back(0);
   }
   return at;
 }
 
 }  // namespace
 
-TextLines scan_lines(std::string_view text, std::string_view keyword, Words words) {
-  TextLines found;
+std::vector<TextLines> scan_lines(std::string_view text, const std::vector<Keyword>& keywords) {
+  std::vector<TextLines> found(keywords.size());
   const char *at = text.data(), *const end = at + text.size();
   while (at != end) {
     const char* const line = at;
-    if (const char* numbers = after_keyword(at, end, keyword)) {
-      const size_t before = found.numbers.size();
-      if (words != Words::kAny) at = read_numbers(numbers, end, line, words, found.numbers);
-      found.counts.push_back(uint32_t(found.numbers.size() - before));
-      found.offsets.push_back(uint32_t(line - text.data()));
+    const char* const word = skip_blanks(line, end);
+    for (size_t i = 0; i < keywords.size() && !ends_line(word, end); i++) {
+      if (!is_keyword(word, end, keywords[i].word)) continue;
+      found[i].offsets.push_back(uint32_t(line - text.data()));
+      const char* const after = skip_blanks(word + keywords[i].word.size(), end);
+      at = read_line(after, end, line, keywords[i].words, found[i]);
+      break;
     }
     at = end_of_line(at, end);
     if (at != end) at++;

@@ -15,17 +15,24 @@ enum class Words {
              // for one that is not there
 };
 
+struct Keyword {
+  std::string_view word;  // in lower case
+  Words words;
+};
+
 // The lines of a text that start with one keyword.
 struct TextLines {
-  std::vector<double> numbers;    // of all these lines, one after the other
+  std::vector<double> numbers;    // of all these lines, one after the other; if they are kNumbers
+  std::vector<int32_t> corners;   // the same of kCorners
   std::vector<uint32_t> counts;   // numbers of each line
   std::vector<uint32_t> offsets;  // of each line in the text
 };
 
-// Takes the lines whose first word is `keyword`; all lines that are not blank if it is empty. A
-// backslash at the end continues a line, a # ends it.
+// Takes the lines whose first word, in any case, is a keyword; all lines that are not blank if that
+// is empty. A backslash at the end continues a line, a # ends it.
+// Returns the lines of each keyword.
 // Throws std::invalid_argument, with the line, for a word that is not a number.
 // The text must be shorter than 2^32 bytes.
-TextLines scan_lines(std::string_view text, std::string_view keyword, Words words);
+std::vector<TextLines> scan_lines(std::string_view text, const std::vector<Keyword>& keywords);
 
 }  // namespace meshlet

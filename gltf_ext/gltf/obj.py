@@ -16,6 +16,7 @@ from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.container import EXPORT_AGAIN
 from gltf_ext.gltf.images import read_texture
 from gltf_ext.gltf.mesh_files import (
+    Collected,
     Material,
     Mesh,
     check_numbers,
@@ -26,10 +27,16 @@ from gltf_ext.gltf.mesh_files import (
     text_blocks,
     to_floats,
     to_texcoords,
+    words_after,
 )
 
 VERTEX, TEXCOORD, NORMAL = range(3)
 KINDS = ("v", "vt", "vn")
+KEYWORDS = {
+    **dict.fromkeys(KINDS, "numbers"),
+    "f": "corners",
+    **dict.fromkeys(("usemtl", "mtllib", "o"), "any"),
+}
 NAMES = ("vertex", "texture coordinate", "normal")
 FEWEST = (3, 2, 3)  # numbers of a line
 NONE = -1
@@ -55,20 +62,19 @@ def blocks(path: Path) -> Iterator[Block]:
     totals, material = [0, 0, 0], b""
     with open(path, "rb") as file:
         for text in text_blocks(file):
-            scans = [_scanned(text, kind) for kind in KINDS]
+            *scans, found, uses, libraries, objects = _codec.scan_lines(text, KEYWORDS)
             rows = [_rows(scan[0], scan[1], kind) for kind, scan in enumerate(scans)]
-            numbers, counts, at = _codec.scan_lines(text, "f", "corners")
+            numbers, counts, at = found
             above = _Above(totals, [scan[2] for scan in scans], at)
             corners, triangles = _triangles(numbers.reshape(-1, 3), counts // 3, above)
             faces = []
-            uses = [(0, material), *_lines(text, "usemtl")]
+            names = [material, *words_after(text, uses[2])]
             ends = np.concatenate([[0], np.cumsum(triangles)])
-            cuts = ends[np.searchsorted(at, [offset for offset, _ in uses])]
-            for (_, material), first, last in zip(uses, cuts, [*cuts[1:], ends[-1]]):
+            cuts = ends[np.searchsorted(at, [0, *uses[2]])]
+            for material, first, last in zip(names, cuts, [*cuts[1:], ends[-1]]):
                 if last > first:
                     faces.append((material, [numbers[first:last] for numbers in corners]))
-            libraries, objects = ([n for _, n in _lines(text, k)] for k in ("mtllib", "o"))
-            yield Block(rows, faces, libraries, objects)
+            yield Block(rows, faces, *(words_after(text, k[2]) for k in (libraries, objects)))
             totals = [total + len(r) for total, r in zip(totals, rows)]
 
 
@@ -83,18 +89,6 @@ class _Above(NamedTuple):
         """int32: for each face, the number of lines of a kind above it."""
         found = np.searchsorted(self.offsets[kind], self.at) + self.totals[kind]
         return found.astype(np.int32)
-
-
-def _scanned(text: bytes, keyword: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The lines of a keyword, as _codec.scan_lines gives them; faster if there are none."""
-    return _codec.scan_lines(text if _may_hold(text, keyword) else b"", keyword)
-
-
-def _may_hold(text: bytes, keyword: str) -> bool:
-    """Whether a text holds a keyword somewhere. Blocks of numbers mostly lack its last letter, a
-    quicker search: with it, an .obj of 60,000 triangles is read in two thirds of the time."""
-    word = keyword.encode()
-    return word[-1:] in text and word in text
 
 
 def _rows(numbers: np.ndarray, counts: np.ndarray, kind: int) -> np.ndarray:
@@ -115,12 +109,12 @@ def _triangles(
 ) -> tuple[list[np.ndarray], np.ndarray]:
     """Corners of triangles, as in Block, and triangles of each face.
 
-    numbers: float64[corners, 3] as written: from 1, or negative and counted back from the face.
+    numbers: int32[corners, 3] as written: from 1, or negative and counted back from the face.
     """
     corners, counts = fans(sizes.astype(np.int64))
     result = []
     for kind in range(len(KINDS)):
-        written = numbers[:, kind].astype(np.int32)
+        written = numbers[:, kind].copy()
         if not written.any():
             result.append(np.broadcast_to(np.int32(NONE), (int(counts.sum()), 3)))
             continue
@@ -136,30 +130,20 @@ def _triangles(
     return result, counts
 
 
-def _lines(text: bytes, keyword: str) -> list[tuple[int, bytes]]:
-    """(offset, words after the keyword) of the lines that start with it."""
-    if not _may_hold(text, keyword):
-        return []
-    _, _, offsets = _codec.scan_lines(text, keyword, "any")
-    ends = (text.find(b"\n", at) for at in offsets.tolist())
-    lines = (text[at : end if end >= 0 else None] for at, end in zip(offsets.tolist(), ends))
-    return [(at, b" ".join(line.split()[1:])) for at, line in zip(offsets.tolist(), lines)]
-
-
 def read(path: Path) -> tuple[list[Mesh], tuple[str, ...]]:
     """A mesh for each material that has triangles, and warnings. Raises MeshletError, OSError."""
-    rows: dict[str, list[np.ndarray]] = defaultdict(list)
+    rows: dict[str, Collected] = defaultdict(Collected)
     faces: dict[bytes, list[list[np.ndarray]]] = defaultdict(list)
     libraries: list[bytes] = []
     objects: list[bytes] = []
     for block in blocks(path):
         for attribute, values in attributes(block).items():
-            rows[attribute].append(values)
+            rows[attribute].add(values)
         for material, corners in block.faces:
             faces[material].append(corners)
         libraries += block.libraries
         objects += block.objects
-    table = {attribute: np.concatenate(rows.pop(attribute)) for attribute in list(rows)}
+    table = {attribute: collected.rows() for attribute, collected in rows.items()}
     if len(table.get("COLOR_0", ())) < len(table.get("POSITION", ())):
         table.pop("COLOR_0", None)  # some vertices have none
     materials, warnings = materials_of(path.parent, libraries)
@@ -216,7 +200,7 @@ def _vertices(
 def referenced_files(path: Path) -> list[Path]:
     """The libraries that a file names, and the images that those of them name that exist."""
     with open(path, "rb") as file:
-        names = [name for text in text_blocks(file) for _, name in _lines(text, "mtllib")]
+        names = [name for text in text_blocks(file) for name in _libraries_of(text)]
     libraries = [path.parent / os.fsdecode(name) for name in dict.fromkeys(names)]
     images = [
         path.parent / os.fsdecode(b" ".join(lines[b"map_kd"]))
@@ -226,6 +210,11 @@ def referenced_files(path: Path) -> list[Path]:
         if b"map_kd" in lines
     ]
     return [*libraries, *dict.fromkeys(images)]
+
+
+def _libraries_of(text: bytes) -> list[bytes]:
+    ((_, _, offsets),) = _codec.scan_lines(text, {"mtllib": "any"})
+    return words_after(text, offsets)
 
 
 def materials_of(folder: Path, libraries: list[bytes]) -> tuple[dict[bytes, Material], list[str]]:

@@ -15,14 +15,16 @@ from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.container import EXPORT_AGAIN
 from gltf_ext.gltf.images import read_texture
 from gltf_ext.gltf.mesh_files import (
-    BLOCK_BYTES,
     CUT_OFF,
+    Collected,
     Material,
     Mesh,
+    block_bytes,
     check_numbers,
     color_bytes,
     fans,
     picked,
+    read_rows,
     split_vertices,
     text_blocks,
     to_floats,
@@ -133,8 +135,8 @@ def blocks(file: BinaryIO, header: Header) -> Iterator[tuple[Element, Columns]]:
 
 def read(path: Path) -> tuple[list[Mesh], tuple[str, ...]]:
     """The mesh, if it has triangles, and warnings. Raises MeshletError, OSError."""
-    vertices: dict[str, list[np.ndarray]] = defaultdict(list)
-    faces: dict[str, list[np.ndarray]] = defaultdict(list)
+    vertices: dict[str, Collected] = defaultdict(Collected)
+    faces: dict[str, Collected] = defaultdict(Collected)
     with open(path, "rb") as file:
         header = read_header(file)
         for element, columns in blocks(file, header):
@@ -147,10 +149,10 @@ def read(path: Path) -> tuple[list[Mesh], tuple[str, ...]]:
             else:
                 continue
             for name, values in parts.items():
-                collected[name].append(values)
+                collected[name].add(values)
     if "POSITION" not in vertices or "triangles" not in faces:
         return [], ()
-    mesh = _mesh(path, *({n: np.concatenate(v) for n, v in d.items()} for d in (vertices, faces)))
+    mesh = _mesh(path, *({n: c.rows() for n, c in d.items()} for d in (vertices, faces)))
     mesh.material, warnings = material_of(path.parent, header.texture)
     return [mesh], warnings
 
@@ -239,7 +241,7 @@ def _text(texts: Iterator[bytes], elements: Sequence[Element]) -> Iterator[tuple
     queue = list(elements)
     left = queue[0].rows if queue else 0
     for text in texts:
-        numbers, counts, _ = _codec.scan_lines(text, "")
+        ((numbers, counts, _),) = _codec.scan_lines(text, {"": "numbers"})
         ends = np.cumsum(counts, dtype=np.int64)
         at = 0
         while queue and at < len(counts):
@@ -291,7 +293,7 @@ def _binary(file: BinaryIO, element: Element) -> Iterator[Columns]:
     left = element.rows
     while left:
         start = file.tell()
-        rows = np.fromfile(file, row, min(left, BLOCK_BYTES // row.itemsize or 1))
+        rows = read_rows(file, row, left)
         same = np.ones(len(rows), bool)
         for (name, _, length), count in zip(element.properties, lengths):
             if length is not None:
@@ -338,7 +340,7 @@ def _lengths_of_row(file: BinaryIO, element: Element) -> list[int]:
 
 def _mixed(file: BinaryIO, element: Element, left: int) -> Iterator[Columns]:
     """Walks row by row: 1 us each."""
-    size = BLOCK_BYTES
+    size = block_bytes(file)
     while left:
         start, data = file.tell(), file.read(size)
         places, end = _places(data, element, left)

@@ -2,6 +2,7 @@
 
 import io
 import random
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -11,8 +12,6 @@ from PIL import Image
 from gltf_ext.compression.primitives import read_primitive
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf import mesh_files
-from gltf_ext.gltf import ply as ply_module
-from gltf_ext.gltf import stl as stl_module
 from gltf_ext.gltf.importers import open_model
 
 OBJ = b"""# a quad and a triangle with a seam, then two faces of other materials
@@ -140,6 +139,12 @@ def test_obj_materials(folder):
     assert open_model(folder / "a.obj").import_warnings == ()
 
 
+def test_obj_keywords_in_any_case(tmp_path):
+    (tmp_path / "a.obj").write_text("V 0 0 0\nv 1 0 0\nV 0 1 0\nVN 0 0 1\nF 1//1 2//1 3//1\n")
+    ((triangles, attributes),) = read(tmp_path / "a.obj").values()
+    assert triangles.tolist() == [[0, 1, 2]] and attributes["NORMAL"].tolist() == [[0, 0, 1]] * 3
+
+
 def test_obj_colors(tmp_path):
     path = tmp_path / "a.obj"
     path.write_text("v 0 0 0 1 0.5 0\nv 1 0 0 0 0 2\nv 0 1 0 0 0 nan\nf 1 2 3\n")
@@ -193,14 +198,25 @@ def test_stl(folder, name, names):
 def test_blocks_of_any_size_give_the_same(folder, monkeypatch, name):
     whole = read(folder / name)
     for size in (1, 7, 50, 120):
-        for module in (mesh_files, ply_module, stl_module):
-            monkeypatch.setattr(module, "BLOCK_BYTES", size)
+        monkeypatch.setattr(mesh_files, "MOST_BYTES", size)
         parts = read(folder / name)
         assert parts.keys() == whole.keys()
         for key, (triangles, attributes) in whole.items():
             np.testing.assert_array_equal(parts[key][0], triangles)
             for attribute, values in attributes.items():
                 np.testing.assert_array_equal(parts[key][1][attribute], values)
+
+
+@pytest.mark.parametrize("name", ["a.obj", "a.ply", "b.ply", "a.stl", "b.stl"])
+def test_memory_is_at_most_three_times_the_file(tmp_path, name):
+    mesh = trimesh.creation.icosphere(subdivisions=6)  # 80,000 triangles
+    kind = {"a.stl": {"file_type": "stl_ascii"}, "a.ply": {"encoding": "ascii"}}.get(name, {})
+    mesh.export(tmp_path / name, **kind)
+    tracemalloc.start()
+    open_model(tmp_path / name)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 3 * (tmp_path / name).stat().st_size
 
 
 @pytest.mark.parametrize(

@@ -379,15 +379,26 @@ void test_weld_and_sort() {
 void test_lines() {
   gltf_meshlet_result* result;
   const char text[] = {'v', ' ', '1', '\n', 'f', ' ', 'x'};  // no zero at the end
-  WORKS(gltf_meshlet_scan_lines(text, sizeof text, "v", GLTF_MESHLET_NUMBERS, &result));
+  const char *keywords[] = {"v", "f"}, *const none = nullptr;
+  uint32_t words[] = {GLTF_MESHLET_NUMBERS, GLTF_MESHLET_CORNERS};
+  const auto scan = [&](size_t count) {
+    return gltf_meshlet_scan_lines(text, sizeof text, keywords, words, count, &result);
+  };
+  WORKS(scan(0));
   WORKS(gltf_meshlet_close(result));
-  REFUSED(gltf_meshlet_scan_lines(text, sizeof text, "f", GLTF_MESHLET_CORNERS, &result));
+  WORKS(scan(1));
+  WORKS(gltf_meshlet_close(result));
+  REFUSED(scan(2));
   EXPECT(result == nullptr);
-  REFUSED(gltf_meshlet_scan_lines(text, sizeof text, "v", 3, &result));
-  REFUSED(gltf_meshlet_scan_lines(text, ~size_t(0), "v", GLTF_MESHLET_NUMBERS, &result));
-  REFUSED(gltf_meshlet_scan_lines(nullptr, 1, "v", GLTF_MESHLET_NUMBERS, &result));
-  REFUSED(gltf_meshlet_scan_lines(text, 1, nullptr, GLTF_MESHLET_NUMBERS, &result));
-  REFUSED(gltf_meshlet_scan_lines(text, 1, "v", GLTF_MESHLET_NUMBERS, nullptr));
+  words[0] = 3;
+  REFUSED(scan(1));
+  words[0] = GLTF_MESHLET_NUMBERS;
+  REFUSED(gltf_meshlet_scan_lines(text, ~size_t(0), keywords, words, 1, &result));
+  REFUSED(gltf_meshlet_scan_lines(nullptr, 1, keywords, words, 1, &result));
+  REFUSED(gltf_meshlet_scan_lines(text, 1, nullptr, words, 1, &result));
+  REFUSED(gltf_meshlet_scan_lines(text, 1, &none, words, 1, &result));
+  REFUSED(gltf_meshlet_scan_lines(text, 1, keywords, nullptr, 1, &result));
+  REFUSED(gltf_meshlet_scan_lines(text, 1, keywords, words, 1, nullptr));
 }
 
 void test_levels() {
