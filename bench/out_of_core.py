@@ -23,7 +23,6 @@ from bench.lod import distances_to, levels, percentile
 from bench.lod_build import build
 from bench.models import real_model
 from gltf_ext.lod import LodPrimitive, open_lod
-from gltf_ext.lod.coverage import check_coverage
 from gltf_ext.lod.cuts import Cut, cut_at_level, error_of
 from gltf_ext.lod.samples import sample_surface
 
@@ -68,46 +67,52 @@ def measure(options: argparse.Namespace) -> dict:
             model["chunks"] = call_in_process(
                 "bench.out_of_core", "watched", source, output, chunks
             )
-            if n >= LARGE:
-                model["checks"] = call_in_process(
-                    "bench.out_of_core", "checked_in_parts", source, output, model["memory"]
-                )
-            else:
-                model["levels"] = call_in_process("bench.out_of_core", "checked", output)
+            model["problems"] = call_in_process(
+                "bench.out_of_core", "problems", source, output, model["memory"]
+            )
+            errors = "levels_in_box" if n >= LARGE else "levels_of"
+            model["levels"] = call_in_process("bench.out_of_core", errors, output)
+            if n < LARGE:
                 model["whole"] = call_in_process("bench.lod_build", "build", source, output, whole)
             models.append(model)
     return {"models": models}
 
 
-def checked(path: str) -> list[dict]:
-    """Stated and measured errors of all levels. Raises MeshletError unless all cuts are closed."""
+def problems(source: str, output: str, memory: str) -> list[str]:
+    """What `validate` and `verify --max-memory` find; the former also cuts that are not closed."""
+    verified = gltf_ext.verify(source, output, max_memory=memory)
+    return gltf_ext.validate(output) + verified["problems"]
+
+
+def levels_of(path: str) -> list[dict]:
+    """Stated and measured errors of all levels."""
     (primitive,) = open_lod(path)
     assert isinstance(primitive, LodPrimitive)
-    check_coverage(primitive)
     return levels(primitive)
 
 
 def watched(source: str, output: str, options: dict) -> dict:
-    """As `build`, with the most bytes of work files and the machine's mean load."""
-    most, loads, ended = 0, [], threading.Event()
+    """As `build`, with the most bytes of work files and of memory of all processes that it starts,
+    itself included, and the machine's mean load."""
+    looks, ended = [], threading.Event()
+    os.setpgid(0, 0)
 
     def watch() -> None:
-        nonlocal most
-        while not ended.wait(EVERY):
-            most = max(most, work_file_bytes())
-            loads.append(os.getloadavg()[0])
+        while True:
+            looks.append((work_file_bytes(), memory_of_group(), os.getloadavg()[0]))
+            if ended.wait(EVERY):
+                break
 
     watcher = threading.Thread(target=watch)
     watcher.start()
     try:
-        return {
-            **build(source, output, options),
-            "disk_bytes": most,
-            "load": float(np.mean(loads or [0])),
-        }
+        built = build(source, output, options)
     finally:
         ended.set()
         watcher.join()
+    disk, memory, loads = zip(*looks)
+    load = float(np.mean(loads))
+    return {**built, "disk_bytes": max(disk), "group_bytes": max(memory), "load": load}
 
 
 def work_file_bytes() -> int:
@@ -120,13 +125,14 @@ def work_file_bytes() -> int:
     return total
 
 
-def checked_in_parts(source: str, output: str, memory: str) -> dict:
-    """What `validate` and `verify --max-memory` find, and the errors of levels in a box."""
-    verified = gltf_ext.verify(source, output, max_memory=memory)
-    return {
-        "problems": gltf_ext.validate(output) + verified["problems"],
-        "box": levels_in_box(output),
-    }
+def memory_of_group() -> int:
+    """Resident bytes of the processes in this one's group; what they share counts for each."""
+    pages = 0
+    for folder in Path("/proc").glob("[0-9]*"):
+        with suppress(OSError):
+            if os.getpgid(int(folder.name)) == os.getpgrp():
+                pages += int((folder / "statm").read_text().split()[1])
+    return pages * os.sysconf("SC_PAGE_SIZE")
 
 
 def levels_in_box(path: str) -> list[dict]:
@@ -194,6 +200,9 @@ def block(result: dict) -> str:
         "file": lambda row: f"{row['bytes'] / 1e6:.2f} MB",
         "over that in one piece": share,
         "peak memory": lambda row: f"{row['peak_bytes'] / 2**20:,.0f} MiB",
+        "of all processes": lambda row: (
+            f"{row['group_bytes'] / 2**20:,.0f} MiB" if "group_bytes" in row else ""
+        ),
         "processor time": lambda row: f"{row['cpu_seconds']:.0f} s",
         "per million triangles": lambda row: f"{row['cpu_seconds'] / row['triangles'] * 1e6:.1f} s",
         "work files": lambda row: (
@@ -212,9 +221,7 @@ def block(result: dict) -> str:
     of_levels = [
         {"of": model["chunks"]["triangles"], "level": number, **level}
         for model in result["models"]
-        for number, level in enumerate(
-            model.get("levels") or model.get("checks", {}).get("box", []), start=1
-        )
+        for number, level in enumerate(model.get("levels", []), start=1)
     ]
     parts = [
         origin_line(result),
@@ -223,8 +230,20 @@ def block(result: dict) -> str:
         table(rows, runs),
         "Load: processes that wanted one of the processors, on average, others included. Processor "
         "time grows with it, as caches are shared.",
-        "Errors of the files made in chunks. Their cuts are closed where the source is. Of "
-        "models that are made in chunks only, they are those of a box of two million triangles.",
+        *(found_by_checks(model) for model in result["models"] if "problems" in model),
+        "Errors of the files made in chunks. Of models that are made in chunks only, they are "
+        "those of a box of two million triangles.",
         table(of_levels, errors),
     ]
     return "\n\n".join(parts)
+
+
+def found_by_checks(model: dict) -> str:
+    """The sentence on `validate` and `verify`."""
+    triangles = f"Of {model['chunks']['triangles']:,} triangles, `validate` and `verify`"
+    if model["problems"]:
+        return f"{triangles} FIND {len(model['problems'])} PROBLEMS: {model['problems'][0]}."
+    return (
+        f"{triangles} find no problem: every cut is closed where the source is, and no position is "
+        "further off than promised."
+    )

@@ -44,11 +44,29 @@ def test_the_tables_have_a_row_for_each_run():
     run = {"triangles": 4, "bytes": 10, "cpu_seconds": 1.0, "seconds": 1.0, "peak_bytes": 1 << 20}
     level = {"triangles": 2, "stated": 0.2, "measured": 0.1, "within": 1.0}
     small = {"n": 2, "memory": "500M", "whole": run, "chunks": run, "levels": [level]}
-    large = {"n": 11, "memory": "2G", "chunks": {**run, "triangles": 5_000_000}}
+    chunks = {**run, "triangles": 5_000_000, "group_bytes": 3 << 20}
+    large = {"n": 11, "memory": "2G", "chunks": chunks, "levels": [level], "problems": []}
     origin = {"machine": {"cpu": "x", "cores": 2}, "commit": "", "date": "2026-01-01"}
     origin["script"] = "bench.out_of_core"
     text = out_of_core.block({"models": [small, large], **origin})
     assert text.count("\n| 4 |") == 3 and "\n| 5,000,000 | 2G |" in text and "1.000" in text
+    assert "| 3 MiB |" in text and "| 5,000,000 | 1 |" in text
+    assert "Of 5,000,000 triangles, `validate` and `verify` find no problem" in text
+    large["problems"] = ["a hole"]
+    assert "FIND 1 PROBLEMS: a hole" in out_of_core.block({"models": [large], **origin})
+
+
+def test_a_model_is_built_and_checked(small, tmp_path, monkeypatch):
+    environment.need_package("meshoptimizer")
+    monkeypatch.setattr(models, "MODELS", tmp_path)
+    shutil.copy(small, tmp_path / "dragon.glb")
+    monkeypatch.setattr(out_of_core, "LARGE", 60)
+    options = argparse.Namespace(sides=[40, 60], memory="1G", work_dir=str(tmp_path))
+    in_both, in_chunks = out_of_core.measure(options)["models"]
+    for model in (in_both, in_chunks):
+        assert model["problems"] == [] and model["chunks"]["group_bytes"] > 1 << 24
+        assert all(level["within"] > 0.9 for level in model["levels"])
+    assert in_both["levels"] and in_both["whole"]["triangles"] == 6400 and "whole" not in in_chunks
 
 
 def test_the_same_model_on_any_number_of_threads(small, tmp_path, monkeypatch):
