@@ -1,7 +1,8 @@
 """Models larger than memory: size, errors, time and memory in chunks, beside those in one piece.
 
 Writes a table into docs/out-of-core.md. The model is the dragon with each triangle cut into n x n
-and noise. Each run has a process of its own; positions have 16 bits.
+and noise: it reads dragon.glb, and nothing else. Each run has a process of its own; positions have
+16 bits.
 """
 
 from __future__ import annotations
