@@ -19,7 +19,7 @@ export async function createDecoderPool({ workers, source, createWorker = module
     throw new RangeError(`a pool cannot have ${count} workers`);
   const module = await compileDecoder(source);
   const started = await Promise.all(Array.from({ length: count }, () => createWorker()));
-  return new DecoderPool(await createDecoder(module), module, started);
+  return new DecoderPool(await createDecoder(module), module, started, createWorker);
 }
 
 async function moduleWorker() {
@@ -32,13 +32,23 @@ async function moduleWorker() {
 
 class DecoderPool {
   #planner; // reads headers only
+  #module;
+  #createWorker;
   #members;
   #waiting = []; // jobs without a member
   #ended = null; // the error of all calls from now on
+  #works = false; // a Worker has done a job
 
-  constructor(planner, module, workers) {
+  constructor(planner, module, workers, createWorker) {
     this.#planner = planner;
+    this.#module = module;
+    this.#createWorker = createWorker;
     this.#members = workers.map((worker) => new Member(worker, module, this));
+  }
+
+  // Whether all jobs reject. For gltf-meshlet/stream.
+  get ended() {
+    return this.#ended !== null;
   }
 
   async decodePrimitive(view, { integers = false, signal, onProgress } = {}) {
@@ -98,8 +108,31 @@ class DecoderPool {
     for (const member of this.#members) member.end(error);
   }
 
-  // Gives waiting jobs to members without one. For members.
+  // A member's Worker has failed. Where Workers do work, its job is to blame: only that rejects, and
+  // another Worker takes the member's place. For members.
+  async replace(member, error) {
+    const place = this.#members.indexOf(member);
+    if (place < 0) return; // it was replaced
+    if (!this.#works || !member.busy) return this.end(error);
+    member.end(error);
+    this.#members.splice(place, 1);
+    try {
+      this.#members.push(new Member(await this.#createWorker(), this.#module, this));
+    } catch (failed) {
+      return this.end(failed);
+    }
+    if (this.#ended) this.#members.at(-1).end(this.#ended);
+    else this.#assign();
+  }
+
+  // A member has done its job. For members.
   next() {
+    this.#works = true;
+    this.#assign();
+  }
+
+  // Gives waiting jobs to members without one.
+  #assign() {
     for (const member of this.#members)
       if (!member.busy && this.#waiting.length > 0) member.start(this.#waiting.shift());
   }
@@ -125,7 +158,7 @@ class DecoderPool {
         };
         signal?.addEventListener('abort', abort);
         this.#waiting.push(job);
-        this.next();
+        this.#assign();
       });
     } finally {
       signal?.removeEventListener('abort', abort);
@@ -142,8 +175,13 @@ class Member {
   constructor(worker, module, pool) {
     this.#worker = worker;
     this.#pool = pool;
-    const failed = ({ message }) =>
-      pool.end(new Error(`a decoder's Worker failed: ${message ?? 'its script cannot be loaded'}`));
+    const failed = ({ message }) => {
+      const error = new Error(
+        `a decoder's Worker failed: ${message ?? 'its script cannot be loaded'}`,
+      );
+      if (message === undefined) pool.end(error);
+      else pool.replace(this, error);
+    };
     if (worker.on) {
       worker.on('message', (answer) => this.#receive(answer)).on('error', failed); // Node
     } else {
@@ -167,10 +205,12 @@ class Member {
 
   end(error) {
     this.#job?.reject(error);
+    this.#job = null;
     this.#worker.terminate();
   }
 
   #receive({ triangles, result, error }) {
+    if (!this.#job) return; // an answer from before the end
     const { onTriangles, resolve, reject } = this.#job;
     if (triangles !== undefined) {
       try {

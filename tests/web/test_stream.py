@@ -175,6 +175,26 @@ def test_refused_root_pages_break_the_stream():
     assert len(result["warnings"]) == result["reads"][3] == 3
 
 
+def test_pages_that_kill_their_workers_are_given_up(bunny):
+    """Other Workers take their place, and all else is drawn."""
+    result = stream("killers", bunny)
+    assert (len(result["load"]), result["error"]) == (1, [])
+    assert (result["kills"], result["missing"]) == (3, 1)
+    (warning,) = result["warning"]
+    assert warning == (
+        f"mesh 0 primitive 0: page {result['number']}: a decoder's Worker failed: out of memory"
+    )
+
+
+def test_restarts_end(bunny):
+    """Of a stream whose file changes soon after each picture."""
+    result = stream("flapping", bunny, 0)
+    (error,) = result["error"]
+    assert "the file has changed" in error
+    assert len(result["warning"]) == 5 and len(result["load"]) == 6
+    assert stream("flapping", bunny, 61)["error"] == []
+
+
 def test_dead_workers_break_the_stream():
     result = stream("dead")
     assert result["broken"][0] == "a Worker failed"

@@ -52,7 +52,8 @@ export class Streamer {
     this.threshold = 0; // pixels, as raised to fit
     this.colour = 'none'; // tags of ranges: none, page, level or meshlet
     const { signal } = options;
-    signal?.addEventListener('abort', () => this.close(signal.reason));
+    const untilClosed = { signal: this.#abort.signal }; // else the page's signal keeps it in memory
+    signal?.addEventListener('abort', () => this.close(signal.reason), untilClosed);
     if (signal?.aborted) this.close(signal.reason);
   }
 
