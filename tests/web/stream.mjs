@@ -91,7 +91,14 @@ async function rest(streamer, view, { pixels = 1, limit = 300_000, until = () =>
 // Residency of 40 equal pages of a primitive, without a file. read(page) and decode(page) may reject;
 // decode gives the bytes of a Worker's memory. run() ends if so many pages are resident, or with the
 // stream. Returns how often each page was read, and what was told.
-function fortyPages({ read = async () => {}, decode, givenUp = [], rootPages = 0, workers = 4, ended = false }) {
+function fortyPages({
+  read = async () => {},
+  decode,
+  givenUp = [],
+  rootPages = 0,
+  workers = 4,
+  ended = false,
+}) {
   const [length, count] = [20_000, 40];
   const pool = { byteLength: 20e6, fits: () => true, insert: () => ({}), remove() {} };
   const tables = { rootPages, pageClusters: (p) => p };
@@ -545,7 +552,9 @@ const tasks = {
     const session = new Session(server.url, { ...PATIENT, createWorker }, placing(told));
     await session.ready;
     const [{ pages }] = session.streamer.primitives;
-    const page = pages.find(({ number, owner, state }) => number > owner.firstPages && state === NONE);
+    const page = pages.find(
+      ({ number, owner, state }) => number > owner.firstPages && state === NONE,
+    );
     killer = bytes.subarray(page.begin, page.begin + page.length);
     const view = viewOf(session.streamer);
     const end = Date.now() + 10_000;
