@@ -36,8 +36,8 @@ class DecoderPool {
   #createWorker;
   #members;
   #waiting = []; // jobs without a member
-  #ended = null; // the error of all calls from now on
-  #works = false; // a Worker has done a job
+  works = false; // a Worker has done a job; for members
+  ended = null; // the error of all calls from now on; for gltf-meshlet/stream, too
 
   constructor(planner, module, workers, createWorker) {
     this.#planner = planner;
@@ -46,13 +46,8 @@ class DecoderPool {
     this.#members = workers.map((worker) => new Member(worker, module, this));
   }
 
-  // Whether all jobs reject. For gltf-meshlet/stream.
-  get ended() {
-    return this.#ended !== null;
-  }
-
   async decodePrimitive(view, { integers = false, signal, onProgress } = {}) {
-    const plan = this.#plan(view, integers, signal);
+    const plan = this.#planner.plan(view, integers);
     const { blobs, total } = plan;
     let triangles = 0;
     const onTriangles = (count) => {
@@ -85,7 +80,7 @@ class DecoderPool {
   }
 
   async validate(view, { signal } = {}) {
-    const plan = this.#plan(view, false, signal);
+    const plan = this.#planner.plan(view, false);
     const validateBlob = async (blob) => {
       try {
         await this.run({ task: 'validate', bytes: blob.bytes }, signal);
@@ -102,8 +97,8 @@ class DecoderPool {
 
   // Rejects all jobs, now and later. For members.
   end(error) {
-    if (this.#ended) return;
-    this.#ended = error;
+    if (this.ended) return;
+    this.ended = error;
     for (const job of this.#waiting.splice(0)) job.reject(error);
     for (const member of this.#members) member.end(error);
   }
@@ -111,41 +106,27 @@ class DecoderPool {
   // A member's Worker has failed. Where Workers do work, its job is to blame: only that rejects, and
   // another Worker takes the member's place. For members.
   async replace(member, error) {
-    const place = this.#members.indexOf(member);
-    if (place < 0) return; // it was replaced
-    if (!this.#works || !member.busy) return this.end(error);
-    member.end(error);
-    this.#members.splice(place, 1);
+    if (!member.busy || !this.works) return this.end(error);
+    member.end(error); // and stays busy
     try {
-      this.#members.push(new Member(await this.#createWorker(), this.#module, this));
+      const worker = await this.#createWorker();
+      if (this.ended) worker.terminate();
+      else this.#members[this.#members.indexOf(member)] = new Member(worker, this.#module, this);
+      this.next();
     } catch (failed) {
-      return this.end(failed);
+      this.end(failed);
     }
-    if (this.#ended) this.#members.at(-1).end(this.#ended);
-    else this.#assign();
   }
 
-  // A member has done its job. For members.
+  // Gives waiting jobs to members without one. For members.
   next() {
-    this.#works = true;
-    this.#assign();
-  }
-
-  // Gives waiting jobs to members without one.
-  #assign() {
     for (const member of this.#members)
       if (!member.busy && this.#waiting.length > 0) member.start(this.#waiting.shift());
   }
 
-  #plan(view, integers, signal) {
-    signal?.throwIfAborted();
-    if (this.#ended) throw this.#ended;
-    return this.#planner.plan(view, integers);
-  }
-
   // Does a job: task, bytes, options and onTriangles. For this class and gltf-meshlet/stream.
   async run(given, signal) {
-    if (this.#ended) throw this.#ended;
+    if (this.ended) throw this.ended;
     signal?.throwIfAborted();
     let abort;
     try {
@@ -158,7 +139,7 @@ class DecoderPool {
         };
         signal?.addEventListener('abort', abort);
         this.#waiting.push(job);
-        this.#assign();
+        this.next();
       });
     } finally {
       signal?.removeEventListener('abort', abort);
@@ -175,13 +156,11 @@ class Member {
   constructor(worker, module, pool) {
     this.#worker = worker;
     this.#pool = pool;
-    const failed = ({ message }) => {
-      const error = new Error(
-        `a decoder's Worker failed: ${message ?? 'its script cannot be loaded'}`,
+    const failed = ({ message }) =>
+      pool.replace(
+        this,
+        new Error(`a decoder's Worker failed: ${message ?? 'it cannot be loaded'}`),
       );
-      if (message === undefined) pool.end(error);
-      else pool.replace(this, error);
-    };
     if (worker.on) {
       worker.on('message', (answer) => this.#receive(answer)).on('error', failed); // Node
     } else {
@@ -205,12 +184,10 @@ class Member {
 
   end(error) {
     this.#job?.reject(error);
-    this.#job = null;
     this.#worker.terminate();
   }
 
   #receive({ triangles, result, error }) {
-    if (!this.#job) return; // an answer from before the end
     const { onTriangles, resolve, reject } = this.#job;
     if (triangles !== undefined) {
       try {
@@ -221,6 +198,7 @@ class Member {
       return;
     }
     this.#job = null;
+    this.#pool.works = true;
     this.#worker.unref?.();
     if (!error) resolve(result);
     else reject(error.malformed ? new MalformedError(error.message) : new Error(error.message));

@@ -194,7 +194,7 @@ export class Residency {
       return this.#given.refuse(owner, new MalformedError(problem));
     }
     this.#postpone(page, error);
-    if (page.retryAt === Number.POSITIVE_INFINITY) this.#given.onWarning(problem);
+    if (page.tries >= TRIES) this.#given.onWarning(problem);
   }
 
   // Copies decoded pages to their places, as long as a frame has time.

@@ -20,7 +20,6 @@ export class Session {
   #signal; // the page's
   #abort = new AbortController();
   #restarts = 0;
-  #exclude = []; // keys of primitives whose levels were refused
   #shown = 0; // when the picture came
   #wake = () => {};
 
@@ -37,7 +36,11 @@ export class Session {
     this.#engine = engine;
     this.streamer = null;
     this.ready = this.#start();
-    this.ready.catch((error) => engine.tell('error', error.message, error));
+    this.#tellFailure(this.ready);
+  }
+
+  #tellFailure(promise) {
+    promise.catch((error) => this.#engine.tell('error', error.message, error));
   }
 
   async #start() {
@@ -46,7 +49,6 @@ export class Session {
     let broken = null;
     streamer = await openStreamer(this.#place, {
       ...this.#options,
-      exclude: this.#exclude,
       onWarning: (message) => engine.tell('warning', message),
       onChange: () => {
         this.#wake();
@@ -94,7 +96,8 @@ export class Session {
   async #again({ refused }, error) {
     if (this.#abort.signal.aborted || ++this.#restarts > RESTARTS) throw error;
     this.#engine.tell('warning', `${error.message}; starting again`);
-    this.#exclude = error.changed ? [] : [...this.#exclude, ...refused.map(({ key }) => key)];
+    const { exclude = [] } = this.#options;
+    this.#options.exclude = [...exclude, ...refused.map(({ key }) => key)];
     await pause(delayAfter(this.#restarts), this.#abort.signal);
     return this.#start();
   }
@@ -104,9 +107,7 @@ export class Session {
     const { streamer } = this;
     if (performance.now() - this.#shown > LASTING_MS) this.#restarts = 0;
     this.#end();
-    this.#again(streamer, error).catch((failed) =>
-      this.#engine.tell('error', failed.message, failed),
-    );
+    this.#tellFailure(this.#again(streamer, error));
   }
 
   #end() {
