@@ -411,7 +411,7 @@ def scan_lines(
 
 
 def _row_of(stream: Stream) -> _Stream:
-    """The stream as C has it, which checks its numbers. Predictor -1 becomes 255."""
+    """The stream as C has it, which checks it. -1 becomes 255: GLTF_MESHLET_CHOOSE_PREDICTOR."""
     integers = stream.kind, stream.elements, stream.bits, stream.predictor
     if not all(-1 <= number <= 255 for number in integers):
         raise ValueError(f"{stream} has a number that is not from -1 to 255")
@@ -460,14 +460,13 @@ def encode(
     """Encodes one primitive.
 
     triangles: uint32[T, 3], no index twice in a triangle. position_ids: uint32[V], below V, equal
-    where positions are. positions: float32[V, 3]. values: uint32[V, elements] per stream.
-    lambda_, fill: 0 means the default. weight: 'paper' or 'choe'. Fill and weight are
-    there to measure the paper's Table 1, share_seams to measure its gain. progress: called with a
-    fraction from 0 to 1; what it raises cancels. page_bytes: 0 for one blob, else pages, blobs of
-    at most so many bytes. meshlets: those of the caller, as uint32 arrays (triangles, disk begins,
-    meshlet begins, group begins; each of the begins ends with the number of its items). Pages then
-    hold whole groups in their order; without page_bytes, each holds one. effort: 'fast', 'normal'
-    or 'high'.
+    where positions are. positions: float32[V, 3]. values: uint32[V, elements] per stream. lambda_,
+    fill: 0 means the default. weight: 'paper' or 'choe'. Fill and weight are there to measure the
+    paper's Table 1, share_seams to measure its gain. progress: called with a fraction from 0 to 1;
+    what it raises cancels. page_bytes: 0 for one blob, else pages, blobs of at most so many bytes.
+    meshlets: those of the caller, as uint32 arrays (triangles, disk begins, meshlet begins, group
+    begins; each of the begins ends with the number of its items). Pages then hold whole groups in
+    their order; without page_bytes, each holds one. effort: 'fast', 'normal' or 'high'.
 
     Returns (view, statistics): those of describe, and 'generation': {'histogram', 'iterations'}.
     Raises ValueError for bad arguments.
