@@ -29,6 +29,13 @@ def begins_of(pieces: list[np.ndarray]) -> np.ndarray:
     return begins(np.array([len(piece) for piece in pieces]))
 
 
+def occurring(numbers: np.ndarray, count: int) -> np.ndarray:
+    """int64: the different numbers, in [0, count), in order. Faster than np.unique."""
+    found = np.zeros(count, bool)
+    found[numbers] = True
+    return np.flatnonzero(found)
+
+
 def first_of_each(numbers: np.ndarray, count: int) -> np.ndarray:
     """uint32[count]: the first place of each number in [0, count), as _codec.weld gives them."""
     first = np.empty(count, np.uint32)

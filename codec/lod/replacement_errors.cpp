@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "common/hash_map.h"
 #include "common/parallel.h"
@@ -150,16 +151,23 @@ struct Replacement {
   const TriangleTree& level;
   uint32_t group;
 
-  // Adds the samples' distances to the level. Carries at most `count` samples on, evenly spread,
-  // each with the area of those after it that are dropped.
+  // Adds the samples' distances to the level. Carries about `count` samples on, spread by area,
+  // each with the area of those after it that are dropped. Spread by number, samples of 60 times
+  // the mean area remain after some levels, and what happens near them goes unseen: a coarse level
+  // of the displaced dragon stated an error that 0.35 % of its samples did not keep.
   Carried carry_on(const Samples& samples, size_t count, const float* positions, Tail& tail) const {
     const std::vector<uint32_t>& vertices = samples.vertices;
-    const size_t stride = (vertices.size() + count - 1) / count;
+    const double area = std::accumulate(samples.areas.begin(), samples.areas.end(), 0.0);
+    const double per_area = area > 0 ? double(count) / area : 0;
+    const bool are_few = vertices.size() <= count;
+    double passed = 0;  // in areas that one carried sample stands for
     Carried carried;
     uint32_t place = level.place_in_group(group);
     for (size_t i = 0; i < vertices.size(); i++) {
       const Vec3 point = point_of(positions, vertices[i]);
-      const bool is_carried = i % stride == 0;
+      const double first = std::ceil(passed);
+      passed += per_area * double(samples.areas[i]);
+      const bool is_carried = are_few || i == 0 || first < passed;
       const float enough = is_carried ? 0 : tail.squared();
       const float own = level.squared_distance_to_group(group, point, place, enough);
       uint32_t other = place;  // the group's own triangles are nearest as a rule

@@ -7,6 +7,7 @@ next level groups those across the old borders. See spec/EXT_meshlet_lod.md.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -16,7 +17,7 @@ from gltf_ext import _codec
 from gltf_ext.compression.options import Options
 from gltf_ext.lod import simplifier
 from gltf_ext.lod.errors import ErrorMeter
-from gltf_ext.lod.reduction import reduce_groups
+from gltf_ext.lod.reduction import SHRINK, reduce_groups
 from gltf_ext.lod.surface import Surface
 from gltf_ext.lod.tables import MAX_CLUSTERS
 from gltf_ext.ranges import begins, begins_of, members
@@ -26,8 +27,7 @@ from gltf_ext.ranges import begins, begins_of, members
 # closer is a level to any error. With steps of 4.2, 3.4, 2.9 instead of 5, 2.5, 2.25 dragon draws
 # 1.25 times the triangles and igea 1.1 times, in files of about the same size.
 STEPS = (1.0, 0.5, 0.45)
-# A level that is not smaller by a quarter is the last one, as is one of so few triangles.
-SHRINK, ENOUGH = 0.75, 128
+ENOUGH = 128  # triangles of the last level, at most
 LARGEST_GROUP = 11 / 8  # of the aimed size
 
 Groups = list[np.ndarray]  # numbers of the clusters in each group
@@ -186,6 +186,7 @@ class Builder:
         self.group = np.full(self.made.clusters.count, -1)
         self.pending = np.arange(self.made.clusters.count)
         self.level, self.first_group = level, first_group
+        self.error = math.inf  # of the last level
         self.groups: list[tuple[int, float, np.ndarray, float]] = []  # level, error, sphere
         self.stuck: list[int] = []
 
@@ -230,12 +231,14 @@ class Builder:
             shapes = [self.surface.points, *self.surface.morphed]
             self.meter = ErrorMeter(shapes, before, begin, rows, self.threads)
         meter = self.meter
+        meter.begin_level(before, begin, rows)
         step = self.reduction * STEPS[min(level, len(STEPS) - 1)]
-        pieces, error = reduce_groups(
+        pieces, error, self.error = reduce_groups(
             self.surface,
             np.split(before, begin[1:-1]),
             step,
-            lambda pieces, chosen: meter.measure(before, begin, rows, pieces, chosen),
+            meter,
+            step * self.error,
             self.threads,
         )
         after, after_begin = np.concatenate(pieces), begins_of(pieces)
@@ -250,6 +253,8 @@ class Builder:
         replaced = np.flatnonzero(~is_stuck)
         if level == 0:  # clusters of level 0 cannot wait: others would share their pages
             after, after_begin = _merged(before, begin, after, after_begin, is_stuck)
+            if is_stuck.any():
+                meter.measure(np.split(after, after_begin[1:-1]), np.flatnonzero(is_stuck))
             error[is_stuck] = 0.0
             replaced = np.arange(len(groups))
         if not len(replaced):
@@ -257,7 +262,7 @@ class Builder:
         numbers = self._replace(groups, level, after, after_begin, error, replaced)
         first = np.zeros(len(groups), np.int64)
         first[replaced] = begins(np.diff(after_begin)[replaced])[:-1]
-        meter.replace(~is_stuck, first, numbers)
+        meter.replace(np.isin(np.arange(len(groups)), replaced), first, numbers)
         return int(np.diff(self.made.clusters.triangle_begin)[self.pending].sum())
 
     def end(self) -> None:

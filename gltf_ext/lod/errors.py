@@ -41,46 +41,45 @@ class ErrorMeter:
         points = [(at * weights).sum(axis=1, dtype=np.float32) for at in corners]
         sides = np.diff(corners[0], axis=1)
         area = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1).astype(np.float32) / 2
+        self._shapes = [np.concatenate(pair) for pair in zip(shapes, points)]
         self._errors = _codec.ReplacementErrors(
-            [np.concatenate(pair) for pair in zip(shapes, points)],
+            self._shapes,
             triangles,
             begin.astype(np.uint32),
             VERTEX_SHARE,
             threads=threads,
         )
         # Of each sample: its number among vertices and points, its triangle by the caller's
-        # number, its group, its area.
+        # number, its area. From begin_level on also: its triangle's place in the level, its group.
         self._samples = (len(shapes[0]) + np.arange(len(chosen))).astype(np.uint32)
         self._on = rows[chosen]
-        self._group = np.searchsorted(begin, chosen, "right") - 1
         self._areas = np.float32((1 - VERTEX_SHARE) * len(triangles) / count) * area
         # Samples on replacements; triangles are numbers in the replacement.
-        self._next = [values[:0] for values in (self._samples, self._group, self._on, self._areas)]
+        nothing = self._on[:0]
+        self._next = [self._samples[:0], nothing, nothing, self._areas[:0]]
 
-    def measure(
-        self,
-        before: np.ndarray,
-        begin: np.ndarray,
-        rows: np.ndarray,
-        after: list[np.ndarray],
-        groups: np.ndarray,
-    ) -> np.ndarray:
+    def begin_level(self, before: np.ndarray, begin: np.ndarray, rows: np.ndarray) -> None:
+        """before: uint32[T, 3], a whole level in groups; rows: the caller's numbers of its
+        triangles."""
+        place = np.zeros(int(rows.max()) + 1, np.int64)
+        place[rows] = np.arange(len(rows))
+        self._before, self._begin, self._at = before, begin, place[self._on]
+        self._group = np.searchsorted(begin, self._at, "right") - 1
+
+    def measure(self, after: list[np.ndarray], groups: np.ndarray) -> np.ndarray:
         """float32: the distance between the replacement of each group and level 0 that 99.9 % of
         the area of either surface keeps.
 
-        before: uint32[T, 3], a whole level; rows: the caller's numbers of its triangles; after:
-        the triangles of each group's replacement, or of the group where it has none.
+        after: the triangles of each group's replacement, or of the group where it has none.
         Groups may be measured again, with another replacement.
         """
-        place = np.zeros(int(rows.max()) + 1, np.int64)
-        place[rows] = np.arange(len(rows))
-        self._group = np.searchsorted(begin, place[self._on], "right") - 1
+        begin = self._begin
         counts = np.bincount(self._group, minlength=len(begin) - 1)
         order = np.argsort(self._group, kind="stable")[members(begins(counts), groups)]
         after_begin = begins_of(after)
         error: np.ndarray
         error, samples, triangles, sample_begin, areas = self._errors.measure(
-            before,
+            self._before,
             begin.astype(np.uint32),
             np.concatenate(after),
             after_begin.astype(np.uint32),
@@ -96,6 +95,17 @@ class ErrorMeter:
         old = ~is_new[self._next[1]]
         self._next = [np.concatenate([a[old], b]) for a, b in zip(self._next, found)]
         return error
+
+    def lost(self, group: int, after: np.ndarray, allowed: float) -> np.ndarray:
+        """uint32: vertices of the group, around its samples that are farther than `allowed` from
+        its replacement, uint32[T, 3]."""
+        chosen = np.flatnonzero(self._group == group)
+        samples = self._samples[chosen]
+        is_far = np.zeros(len(samples), bool)
+        for points in self._shapes:
+            is_far |= _codec.surface_distances(points[samples], points, after)[0] > allowed
+        lost: np.ndarray = np.unique(self._before[self._at[chosen[is_far]]])
+        return lost
 
     def replace(self, is_replaced: np.ndarray, first: np.ndarray, numbers: np.ndarray) -> None:
         """Moves the samples of replaced groups to the replacements.

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from typing import Protocol
 
 import numpy as np
 
@@ -15,38 +15,62 @@ from gltf_ext.lod.surface import Surface
 STUCK = 0.85
 # A group of which more is left is simplified again with the vertices of each position joined.
 RETRY = 0.5
-# A group that is farther from level 0 than this, times the median of its level, is simplified less,
-# and after so many tries not at all. Otherwise a few groups, as a rule thin parts that vanish,
-# decide the errors of all levels above them: with 4, dragon draws twice the triangles.
+# A group that is farther from level 0 than this, times the level's error, is simplified again, with
+# what it lost locked, and after so many tries not at all. Otherwise a few groups, as a rule thin
+# parts that vanish, decide the errors of all levels above them: with 4, dragon draws twice the
+# triangles. As a rule some ten vertices are locked of thousands, and the group has as few triangles
+# as before. Dragon with four times its triangles and noise draws 1.39 times the triangles of a
+# discrete chain; with limits lowered only, 1.82 times.
 HIGH, TRIES = 1.2, 3
 LEAST_MEDIAN = 0.25  # cells of the grid
-STRONGEST = 0.25  # of the factors by which a try lowers a limit
+STRONGEST = 0.5  # of the factors by which a try lowers a limit
+# A level that is not smaller by a quarter is no level.
+SHRINK = 0.75
 
-# (triangles of all groups, numbers of some of them) -> float: their distances to level 0.
-Measure = Callable[[list[np.ndarray], np.ndarray], np.ndarray]
+
+class Meter(Protocol):
+    """Measures the groups of a level: gltf_ext.lod.errors."""
+
+    def measure(self, after: list[np.ndarray], groups: np.ndarray) -> np.ndarray:
+        """Distances of some groups' replacements to level 0. after: triangles of all groups."""
+
+    def lost(self, group: int, after: np.ndarray, allowed: float) -> np.ndarray:
+        """Vertices of the group where its replacement is farther than `allowed`."""
 
 
 def reduce_groups(
-    surface: Surface, groups: list[np.ndarray], step: float, measure: Measure, threads: int
-) -> tuple[list[np.ndarray], np.ndarray]:
+    surface: Surface,
+    groups: list[np.ndarray],
+    step: float,
+    meter: Meter,
+    expected: float,
+    threads: int,
+) -> tuple[list[np.ndarray], np.ndarray, float]:
     """Simplifies groups of triangles, uint32[T, 3] each, to 1 / step of their triangles or more.
 
-    Returns the triangles of each group, and float64: their distances to level 0. Groups that are
-    stuck keep their triangles and have infinite distances.
+    expected: the largest error that the level should have: where groups are few, most of them may
+    have lost something. Returns the triangles of each group, float64: their distances to level 0,
+    and the error of the level: the median of the groups, or `expected` if that is less. Groups that
+    are stuck keep their triangles and have infinite distances.
     """
-    reduction = _Reduction(surface, groups, step, measure, threads)
+    reduction = _Reduction(surface, groups, step, meter, threads)
     reduction.attempt(np.arange(len(groups)))
     if not np.isfinite(reduction.error).any():
-        return groups, reduction.error
-    allowed = HIGH * reduction.median()
-    for _ in range(TRIES):
-        far = reduction.above(allowed)
+        return groups, reduction.error, expected
+    median, first = reduction.median(), reduction.after.copy()
+    level = min(median, expected)
+    for number in range(TRIES):
+        far = reduction.above(HIGH * level)
         if not len(far):
             break
-        reduction.limit[far] *= np.maximum(allowed / HIGH / reduction.error[far], STRONGEST)
+        reduction.restrict(far, level, lowers_limits=number > 0)
         reduction.attempt(far)
-    reduction.undo(reduction.above(allowed))
-    return reduction.after, reduction.error
+    reduction.undo(reduction.above(HIGH * level))
+    left, before = (sum(map(len, lists)) for lists in (reduction.after, groups))
+    if left > SHRINK * before:
+        level = median
+        reduction.put_back(first)
+    return reduction.after, reduction.error, level
 
 
 class _Reduction:
@@ -62,11 +86,11 @@ class _Reduction:
         surface: Surface,
         groups: list[np.ndarray],
         step: float,
-        measure: Measure,
+        meter: Meter,
         threads: int,
     ) -> None:
         self._surface, self._groups, self._step = surface, groups, step
-        self._measure, self._threads = measure, threads
+        self._meter, self._threads = meter, threads
         self._locked = _locked(surface, groups)
         self._is_joined = np.zeros(len(groups), bool)  # whether seams are ignored
         self.after = groups.copy()
@@ -84,13 +108,29 @@ class _Reduction:
             self.error[g] = 0.0 if is_solved else np.inf
         solved = numbers[np.isfinite(self.error[numbers])]
         if len(solved):
-            self.error[solved] = self._measure(self.after, solved)
+            self.error[solved] = self._meter.measure(self.after, solved)
+
+    def restrict(self, numbers: np.ndarray, error: float, lowers_limits: bool) -> None:
+        """Locks the vertices of what these groups lost. Lowers the limits of those that lost
+        nothing new, or of all, for this error."""
+        for g in numbers:
+            lost = self._meter.lost(g, self.after[g], HIGH * error)
+            is_new = self._locked[lost] == 0
+            self._locked[lost] = 1
+            if lowers_limits or not is_new.any():
+                self.limit[g] *= max(error / self.error[g], STRONGEST)
 
     def undo(self, numbers: np.ndarray) -> None:
         """Gives these groups their triangles back: they are stuck."""
         for g in numbers:
             self.after[g] = self._groups[g]
         self.error[numbers] = np.inf
+
+    def put_back(self, after: list[np.ndarray]) -> None:
+        """Gives the groups the triangles of another attempt."""
+        changed = [now is not then for now, then in zip(self.after, after)]
+        self.after, numbers = after, np.flatnonzero(changed)
+        self.error[numbers] = self._meter.measure(after, numbers)
 
     def above(self, allowed: float) -> np.ndarray:
         """int64: the simplified groups with a larger error."""
@@ -113,7 +153,7 @@ class _Reduction:
         def simplify(corners: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, float]:
             return simplifier.simplify(
                 corners,
-                surface.points,
+                surface.apart,
                 surface.attributes,
                 weights,
                 self._locked,

@@ -18,6 +18,7 @@ class Surface:
         position_ids: uint32[V], equal where points are.
         canonical: uint32[V]: one vertex for all that are equal in all quantised values, and for
             all that edges without length join.
+        apart: float32[V, 3]: points, but different where only the grid made vertices equal.
         attributes, weights: float32[V, A] and float32[A], for the choice of edges.
         morphed: points with each morph target at weight 1, float32[V, 3].
         fixed: bool[V] or None: vertices that stay, equal where points are.
@@ -27,6 +28,7 @@ class Surface:
     points: np.ndarray
     position_ids: np.ndarray
     canonical: np.ndarray
+    apart: np.ndarray
     attributes: np.ndarray
     weights: np.ndarray
     morphed: list[np.ndarray] = field(default_factory=list)

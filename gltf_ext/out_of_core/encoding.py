@@ -34,7 +34,7 @@ from gltf_ext.work_files import WorkFile, give_back_memory
 # Shares of the progress: triangles read, and sorted into chunks; the rest is for encoding.
 READ, SORTED = 0.1, 0.2
 # In the work files, at most: bytes of a triangle's results with all levels; triangles of two levels
-# in a row over those of level 0, whose chunks are gone by then (gltf_ext.lod.builder.SHRINK each).
+# in a row over those of level 0, whose chunks are gone by then (SHRINK each).
 OUTPUT_BYTES, LEVELS_SHARE = 8, 1.5
 
 

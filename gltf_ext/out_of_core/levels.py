@@ -12,8 +12,9 @@ import numpy as np
 from gltf_ext.compression.options import Options
 from gltf_ext.errors import MeshletError
 from gltf_ext.lod import simplifier
-from gltf_ext.lod.builder import SHRINK, Builder, Clusters, Hierarchy, Made
+from gltf_ext.lod.builder import Builder, Clusters, Hierarchy, Made
 from gltf_ext.lod.document import Levels
+from gltf_ext.lod.reduction import SHRINK
 from gltf_ext.lod.surface import Surface
 from gltf_ext.lod.tables import MAX_GROUPS
 from gltf_ext.lod.writing import SMALLEST_GROUP, Pages, paged, surface_of, tables_of
@@ -116,7 +117,7 @@ def build_chunk(threads: int, form: RecordFormat, options: Options, chunk: Chunk
     if not len(vertices.triangles):
         return built
     primitive, plan = form.primitive_of(vertices)
-    surface = surface_of(primitive, plan)
+    surface = surface_of(primitive, plan, vertices.position_ids)
     surface.fixed = is_shared
     given = chunk.given.made(vertices.triangles) if chunk.given else None
     group_size, page_bytes = options.lod_group, options.lod_page_bytes

@@ -343,6 +343,43 @@ def test_seams_inside_a_cell_stay(tmp_path):
     assert len(rows) > positions
 
 
+def test_surfaces_that_touch_on_the_grid_are_simplified_apart(tmp_path):
+    """Both sides of a sheet that is thinner than a cell keep normals of their own."""
+    points, triangles = wavy_sheet(60)
+    count = len(points)
+    lower = points - np.float32([0, 0, 0.01])
+    normals = np.repeat(np.float32([[0, 0, 1], [0, 0, -1]]), count, axis=0)
+    faces = np.concatenate([triangles, triangles[:, ::-1] + np.uint32(count)])
+    builder = Builder()
+    builder.mesh({"POSITION": np.concatenate([points, lower]), "NORMAL": normals}, faces)
+    path, output = builder.write(tmp_path / "in.glb"), tmp_path / "out.glb"
+    gltf_ext.compress(path, output, lod=True, position_bits=8)
+    (primitive,) = open_lod(output)
+    mesh = primitive.mesh(cut_at_level(primitive.tables, 1))
+    assert len(mesh.indices) <= len(faces) / 4
+    a, b, c = mesh.attributes["POSITION"][mesh.indices].transpose(1, 0, 2)
+    is_up = np.cross(b - a, c - a)[:, 2] > 0
+    agrees = (mesh.attributes["NORMAL"][mesh.indices, 2] > 0) == is_up[:, None]
+    assert agrees.mean() > 0.99, agrees.mean()
+
+
+def test_cracks_that_the_grid_closes_stay_closed(tmp_path):
+    """Two halves with normals of their own, whose vertices differ by less than a cell."""
+    points, triangles = wavy_sheet(60)
+    is_second = points[triangles].mean(axis=1)[:, 0] > 30
+    faces = triangles + np.uint32(len(points)) * is_second[:, None].astype(np.uint32)
+    normals = np.repeat(np.float32([[0, 0, 1], [0, 1, 0]]), len(points), axis=0)
+    both = np.concatenate([points, points + np.float32([0, 0.001, 0])])
+    builder = Builder()
+    builder.mesh({"POSITION": both, "NORMAL": normals}, faces)
+    path, output = builder.write(tmp_path / "in.glb"), tmp_path / "out.glb"
+    gltf_ext.compress(path, output, lod=True, position_bits=8)
+    (primitive,) = open_lod(output)
+    certifier = Certifier(primitive)
+    for level in range(primitive.tables.level_count):
+        assert certifier.has_no_cracks(cut_at_level(primitive.tables, level).drawn)
+
+
 @pytest.mark.parametrize("is_flat_shaded, step", [(False, 5.0), (True, 6.25)])
 def test_many_seams_take_a_larger_first_step(is_flat_shaded, step, tmp_path):
     points, triangles = wavy_sheet(60)

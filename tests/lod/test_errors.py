@@ -3,7 +3,11 @@
 import numpy as np
 
 import gltf_ext
-from gltf_ext.lod.errors import spread_weights
+from gltf_ext.compression.options import Options
+from gltf_ext.lod import builder as levels
+from gltf_ext.lod.errors import VERTEX_SHARE, spread_weights
+from gltf_ext.lod.surface import Surface
+from gltf_ext.ranges import members
 from tests.helpers import environment
 from tests.helpers.gltf_builder import Builder, wavy_sheet
 
@@ -38,3 +42,22 @@ def test_stated_errors_of_a_plane_hold(tmp_path):
     source, output = builder.write(tmp_path / "plane.glb"), tmp_path / "levels.glb"
     gltf_ext.compress(source, output, lod=True, page_bytes=4096)
     assert gltf_ext.verify(source, output)["problems"] == []
+
+
+def test_samples_stay_on_groups_of_level_0_that_are_stuck():
+    """Half of a sheet is too rough for the limit."""
+    environment.need_package("meshoptimizer")
+    points, triangles = wavy_sheet(120, height=0.0)
+    points[points[:, 0] > 60, 2] += 9 * np.random.default_rng(0).random((points[:, 0] > 60).sum())
+    points = points.astype(np.float32)
+    ids = np.arange(len(points), dtype=np.uint32)
+    nothing = np.zeros((len(points), 0), np.float32), np.zeros(0, np.float32)
+    surface = Surface(triangles, points, ids, ids, points, *nothing)
+    builder = levels.Builder(surface, Options(), 48, 0.5, 5.0, 1)
+    builder.add_level(may_end=False)
+    assert builder.stuck[0] > 0
+    waiting = members(builder.made.clusters.triangle_begin, builder.pending)
+    assert np.isin(builder.meter._on, waiting).all()
+    sides = np.diff(points[triangles], axis=1)
+    area = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1).sum() / 2
+    assert area * (1 - VERTEX_SHARE) <= 1.001 * builder.meter._areas.sum() <= 1.01 * area

@@ -26,7 +26,9 @@ def surface_of(groups):
     ids = np.arange(len(points), dtype=np.uint32)
     nothing = np.zeros((len(points), 0), np.float32)
     everything = np.concatenate(triangles)
-    return Surface(everything, points, ids, ids, nothing, np.zeros(0, np.float32)), triangles
+    return Surface(
+        everything, points, ids, ids, points, nothing, np.zeros(0, np.float32)
+    ), triangles
 
 
 @pytest.fixture(autouse=True)
@@ -34,17 +36,27 @@ def simplifier_package():
     environment.need_package("meshoptimizer")
 
 
-def reduced(error_of):
-    """Simplifies eight groups; error_of(group, attempt) stands for the measurement."""
+class Meter:
+    """error_of(group, attempt) stands for the measurement, lost_in for what it finds lost."""
+
+    def __init__(self, groups, error_of, lost_in):
+        self.attempts = np.zeros(groups, int)
+        self.error_of, self.lost_in = error_of, lost_in
+
+    def measure(self, after, groups):
+        self.attempts[groups] += 1
+        return np.array([self.error_of(g, self.attempts[g]) for g in groups])
+
+    def lost(self, group, after, allowed):
+        return np.array(self.lost_in.get(group, []), np.uint32)
+
+
+def reduced(error_of, lost_in=None, expected=np.inf):
+    """Simplifies eight groups."""
     surface, groups = surface_of(8)
-    attempts = np.zeros(len(groups), int)
-
-    def measure(triangles, chosen):
-        attempts[chosen] += 1
-        return np.array([error_of(g, attempts[g]) for g in chosen])
-
-    after, error = reduce_groups(surface, groups, STEP, measure, threads=1)
-    return groups, after, error, attempts
+    meter = Meter(len(groups), error_of, lost_in or {})
+    after, error, _ = reduce_groups(surface, groups, STEP, meter, expected, threads=1)
+    return groups, after, error, meter.attempts
 
 
 def test_groups_near_the_median_are_simplified_once():
@@ -69,6 +81,27 @@ def test_a_group_that_stays_farther_waits():
     assert (np.delete(error, 3) == 1.0).all()
 
 
+def test_what_a_group_lost_stays_at_the_next_try():
+    middle = SIDE * (SIDE // 2) + SIDE // 2 + 3 * SIDE * SIDE
+    lost = [middle, middle + 2, middle + 2 * SIDE]
+    groups, after, _, attempts = reduced(lambda g, n: 9.0 if (g, n) == (3, 1) else 1.0, {3: lost})
+    assert attempts[3] == 2
+    assert np.isin(lost, after[3]).all()
+    assert len(after[3]) <= len(groups[3]) / STEP + 1
+
+
+def test_a_level_that_grows_too_much_is_tried_again():
+    _, _, error, attempts = reduced(lambda _, n: 9.0 if n == 1 else 1.0, expected=2.0)
+    assert (attempts == 2).all()
+    assert (error == 1.0).all()
+
+
+def test_a_level_that_must_grow_keeps_its_first_errors():
+    _, after, error, attempts = reduced(lambda _, n: 8.0 + n, expected=2.0)
+    assert (error == 8.0 + attempts).all()  # measured again at the end
+    assert max(map(len, after)) <= 2 * SIDE * SIDE / STEP
+
+
 def spiked(side):
     """(distance stated where a flat sheet replaces one with a spike at a vertex, its height)."""
     points, triangles = grid_mesh(side, side)
@@ -78,9 +111,8 @@ def spiked(side):
     flat[peak, 2] += 5.0
     after = (triangles + len(points)).astype(np.uint32)  # the flat copy
     meter = ErrorMeter([flat], triangles, begins_of([triangles]), np.arange(len(triangles)), 1)
-    found = meter.measure(
-        triangles, begins_of([triangles]), np.arange(len(triangles)), [after], np.array([0])
-    )
+    meter.begin_level(triangles, begins_of([triangles]), np.arange(len(triangles)))
+    found = meter.measure([after], np.array([0]))
     return float(found[0]), 5.0
 
 
