@@ -37,6 +37,15 @@ class Buffer {
   uint32_t size() const { return size_; }
   void clear() { size_ = 0; }
   void push(const T& value) { *grow(1) = value; }
+  // Takes the memory of another buffer, which is empty then.
+  void take(Buffer& other) {
+    delete[] bytes_;
+    bytes_ = other.bytes_;
+    capacity_ = other.capacity_;
+    size_ = 0;
+    other.bytes_ = nullptr;
+    other.capacity_ = other.size_ = 0;
+  }
   // Appends elements and returns the first of them; never null.
   T* grow(size_t count) {
     if (size_ + count >= capacity_) {
@@ -98,6 +107,12 @@ struct Stream {
   Buffer<uint32_t> values;  // four per vertex
   uint32_t vertices;
   bool numbered_as_first;  // `id` is that of stream 0 and not filled here
+
+  // Takes the memory of another stream, which is empty then.
+  void take(Stream& other) {
+    id.take(other.id);
+    values.take(other.values);
+  }
 };
 
 struct Page {

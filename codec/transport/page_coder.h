@@ -31,8 +31,12 @@ class PageCoder {
   Settings settings;
   uint64_t cost[kParts];  // of the packed page's parts
 
-  // Returns false if the page is malformed. triangles, meshlets: of the page.
-  bool code(const Page* from, uint32_t triangles, uint32_t meshlets);
+  // Codes settings, streams and connectivity. Returns false if the page is malformed. triangles,
+  // meshlets: of the page.
+  bool begin(const Page* from, uint32_t triangles, uint32_t meshlets);
+  // Codes the values of stream s; then only streams 0 and s have theirs. Streams come in order.
+  // Returns false if the page is malformed.
+  bool code_stream(uint32_t s);
 
  private:
   struct Ring;
@@ -62,7 +66,7 @@ class PageCoder {
   uint32_t code_values(MeshletRow& m, uint32_t s, uint32_t first);
   uint32_t code_match(uint32_t s, size_t local, uint32_t neighbours);
   void end_part(uint32_t part);
-  void begin_stream(uint32_t s);
+  bool begin_stream(uint32_t s);
   void sum_normals(uint32_t s);
   void code_normals(uint32_t s);
 
@@ -85,7 +89,8 @@ class PageCoder {
     return corner_id_[s > 0 && !to.streams[s].numbered_as_first].data();
   }
 
-  Vertex last_;  // value
+  uint64_t shared_;  // bit s: all references share stream s
+  Vertex last_;      // value
   uint32_t last_match_;
   bool bad_;  // a number that the unpacker read is impossible
 };
@@ -882,8 +887,15 @@ void PageCoder<Coder>::end_part(uint32_t part) {
 }
 
 template <class Coder>
-void PageCoder<Coder>::begin_stream(uint32_t s) {
+bool PageCoder<Coder>::begin_stream(uint32_t s) {
   Stream& stream = to.streams[s];
+  if (s > 0) {
+    if (s > 1) stream.take(to.streams[s - 1]);
+    stream.numbered_as_first = shared_ >> s & 1;
+    stream.vertices = stream.numbered_as_first ? to.streams[0].vertices : 0;
+    for (uint32_t i = 0; i < to.meshlets.size() && !stream.numbered_as_first; i++)
+      if (!to.number_vertices(to.meshlets[i], s)) return false;
+  }
   stream.values.grow(4 * size_t(stream.vertices));
   sizes_.clear();
   sizes_.grow(stream.vertices);
@@ -891,7 +903,7 @@ void PageCoder<Coder>::begin_stream(uint32_t s) {
   last_match_ = 0;
   order_.clear();
   if constexpr (kEncodes) coder.forget();
-  if (stream.numbered_as_first) return;
+  if (stream.numbered_as_first) return true;
   Buffer<uint32_t>& corners = corner_id_[s > 0];
   corners.clear();
   uint32_t* corner = corners.grow(to.opposite.size());
@@ -901,10 +913,11 @@ void PageCoder<Coder>::begin_stream(uint32_t s) {
     for (uint32_t t = m.triangle; t < m.triangle + m.triangles; t++, corner += 4)
       for (uint32_t k = 0; k < 3; k++) corner[k] = id[Page::local(to.triangles[t], k)];
   }
+  return true;
 }
 
 template <class Coder>
-bool PageCoder<Coder>::code(const Page* source_page, uint32_t triangles, uint32_t meshlets) {
+bool PageCoder<Coder>::begin(const Page* source_page, uint32_t triangles, uint32_t meshlets) {
   if (triangles >> 30) return false;  // corners have 32 bits
   from = source_page;
   to.clear();
@@ -913,7 +926,7 @@ bool PageCoder<Coder>::code(const Page* source_page, uint32_t triangles, uint32_
   steps_.clear();
   bad_ = false;
   for (uint64_t& c : cost) c = 0;
-  uint64_t shared = ~0ull;  // streams that all references share
+  shared_ = ~0ull;
   code_settings();
   if (!code_rows()) return false;
   for (uint32_t i = 0; i < meshlets; i++) {
@@ -922,7 +935,7 @@ bool PageCoder<Coder>::code(const Page* source_page, uint32_t triangles, uint32_
     const uint32_t first = to.streams[0].vertices;
     if (!to.number_vertices(m, 0)) return false;
     to.link_corners(m);
-    shared &= m.shared;
+    shared_ &= m.shared;
     std::memset(valence_.grow(to.streams[0].vertices - first), 0, to.streams[0].vertices - first);
     const uint32_t* id = &to.streams[0].id[m.vertex];
     for (uint32_t t = m.triangle; t < m.triangle + m.triangles; t++)
@@ -931,24 +944,20 @@ bool PageCoder<Coder>::code(const Page* source_page, uint32_t triangles, uint32_
         valence += valence < 255;
       }
   }
-  if (to.triangles.size() != triangles) return false;
-  for (uint32_t s = 1; s < to.stream_count(); s++) {
-    Stream& stream = to.streams[s];
-    stream.numbered_as_first = shared >> s & 1;
-    stream.vertices = stream.numbered_as_first ? to.streams[0].vertices : 0;
-    for (uint32_t i = 0; i < meshlets && !stream.numbered_as_first; i++)
-      if (!to.number_vertices(to.meshlets[i], s)) return false;
-  }
-  for (uint32_t s = 0; s < to.stream_count(); s++) {
-    begin_stream(s);
-    const bool normals = to.rows[s].predictor() == PREDICT_GEO;
-    uint32_t first = 0;
-    if (normals)
-      code_normals(s);
-    else
-      for (uint32_t i = 0; i < meshlets; i++) first += code_values(to.meshlets[i], s, first);
-    end_part(s == 0 ? 0 : normals ? 2 : 1);
-  }
+  return to.triangles.size() == triangles;
+}
+
+template <class Coder>
+bool PageCoder<Coder>::code_stream(uint32_t s) {
+  if (!begin_stream(s)) return false;
+  const bool normals = to.rows[s].predictor() == PREDICT_GEO;
+  uint32_t first = 0;
+  if (normals)
+    code_normals(s);
+  else
+    for (uint32_t i = 0; i < to.meshlets.size(); i++)
+      first += code_values(to.meshlets[i], s, first);
+  end_part(s == 0 ? 0 : normals ? 2 : 1);
   return !bad_;
 }
 
