@@ -29,6 +29,7 @@ class PageCoder {
 
   Coder coder;
   Settings settings;
+  uint64_t room = ~0ull;  // bits of the blob
   uint64_t cost[kParts];  // of the packed page's parts
 
   // Codes settings, streams and connectivity. Returns false if the page is malformed. triangles,
@@ -43,7 +44,7 @@ class PageCoder {
   // How a vertex is predicted: from the triangles opposite to some of its corners, or from some of
   // its neighbours.
   struct Step {
-    uint32_t corner[2];  // of the vertex; of neighbours
+    uint8_t corner[2];  // of the vertex; of neighbours
     uint8_t vertex, candidates, neighbours;
   };
 
@@ -70,6 +71,7 @@ class PageCoder {
   void sum_normals(uint32_t s);
   void code_normals(uint32_t s);
 
+  bool may_repeat(uint32_t s) const { return s ? settings.copies : settings.matches; }
   const Reference& source(uint32_t reference) const { return from->references[reference]; }
   Vertex source_value(uint32_t s, size_t local) const {
     return load(from->streams[s].values.data(), from->streams[s].id[local]);
@@ -78,16 +80,13 @@ class PageCoder {
   const Page* from = nullptr;
   Page& to;
   Contexts x;
-  Buffer<uint8_t> valence_;        // triangles so far, per vertex of stream 0
-  Buffer<uint8_t> sizes_;          // of the residuals, per vertex of the stream being coded
-  Buffer<uint32_t> corner_id_[2];  // per corner its vertex in stream 0; in the stream being coded
-  Buffer<Step> steps_;             // of stream 0
-  Buffer<Step> other_steps_;       // of a meshlet in another stream
-  Buffer<uint32_t> order_;         // vertices of the stream as they were coded
-
-  const uint32_t* corner_ids(uint32_t s) const {
-    return corner_id_[s > 0 && !to.streams[s].numbered_as_first].data();
-  }
+  Buffer<uint8_t> valence_;   // triangles so far, per vertex of stream 0
+  Buffer<uint8_t> sizes_;     // of the residuals, per vertex of the stream being coded
+  Buffer<Step> steps_;        // of stream 0
+  Buffer<Step> other_steps_;  // of a meshlet in another stream
+  Buffer<uint32_t> order_;    // vertices of the stream as they were coded, if values may repeat
+  Corners corners_;           // of a meshlet in the stream being coded
+  Corners positions_;         // of it in stream 0
 
   uint64_t shared_;  // bit s: all references share stream s
   Vertex last_;      // value
@@ -558,15 +557,16 @@ template <class Coder>
 void PageCoder<Coder>::plan_values(const MeshletRow& m, uint32_t s, uint32_t first,
                                    Buffer<Step>& steps) const {
   const uint32_t *id = &to.ids(s)[m.vertex], *triangle = &to.triangles[m.triangle],
-                 *opposite = to.opposite.data(), *corner = corner_ids(s);
+                 *corner = corners_.number;
+  const uint8_t* opposite = &to.opposite[4 * m.triangle];
   uint64_t fan[MESHLET_VERTICES] = {};  // the triangles around a local vertex
   for (uint32_t t = 0; t < m.triangles; t++)
     for (uint32_t k = 0; k < 3; k++) fan[Page::local(triangle[t], k)] |= 1ull << t;
-  const uint32_t begin = 4 * m.triangle, end = begin + 4 * m.triangles;
   uint64_t unknown = 0;       // local vertices without a value
   uint64_t lacking[4] = {};   // triangles by how many of them they have
   uint64_t one = 0, two = 0;  // local vertices with so many candidates
-  uint32_t candidates[MESHLET_VERTICES][2] = {}, numbers = first;  // corners
+  uint8_t candidates[MESHLET_VERTICES][2] = {};  // corners
+  uint32_t numbers = first;
   for (uint32_t v = 0; v < m.vertices; v++) {
     unknown |= uint64_t(id[v] >= first) << v;
     numbers = most(numbers, id[v] + 1);
@@ -587,14 +587,16 @@ void PageCoder<Coder>::plan_values(const MeshletRow& m, uint32_t s, uint32_t fir
   // Triangle t lacks one vertex: adds it to the vertex's candidates if the one across is known.
   const auto add = [&](uint32_t t) __attribute__((always_inline)) {
     const uint32_t k = lacks(triangle[t], 1) + 2 * lacks(triangle[t], 2),
-                   v = Page::local(triangle[t], k), c = begin + 4 * t + k, across = opposite[c];
-    if (across >= end || !(unknown >> v & 1) || (two >> v & 1)) return;
-    if (across >= begin && lacks(triangle[(across - begin) >> 2], across & 3)) return;
-    if (s && (corner[kNext[across & 3] + (across & ~3u)] != corner[kNext[k + 1] + (c & ~3u)] ||
-              corner[kNext[(across & 3) + 1] + (across & ~3u)] != corner[kNext[k] + (c & ~3u)]))
+                   v = Page::local(triangle[t], k), c = 4 * t + k, across = opposite[c],
+                   u = across >> 2, side = across & 3;
+    if (!(unknown >> v & 1) || (two >> v & 1)) return;
+    if (side == 3 ? !(corners_.known >> u & 1) : lacks(triangle[u], side)) return;
+    if (s && side < 3 &&
+        (corner[4 * u + kNext[side]] != corner[4 * t + kNext[k + 1]] ||
+         corner[4 * u + kNext[side + 1]] != corner[4 * t + kNext[k]]))
       return;  // a seam
     const bool more = one >> v & 1;
-    candidates[v][more] = c;
+    candidates[v][more] = uint8_t(c);
     two |= uint64_t(more) << v;
     one ^= 1ull << v;
   };
@@ -615,7 +617,7 @@ void PageCoder<Coder>::plan_values(const MeshletRow& m, uint32_t s, uint32_t fir
           if (lacks(triangle[t], k))
             v = Page::local(triangle[t], k);
           else
-            step.corner[step.neighbours++] = begin + 4 * t + k;
+            step.corner[step.neighbours++] = uint8_t(4 * t + k);
         }
       }
     }
@@ -638,8 +640,8 @@ void PageCoder<Coder>::plan_values(const MeshletRow& m, uint32_t s, uint32_t fir
         const uint32_t t = lowest(whole), w = lowest(same);
         const uint32_t k =
             (Page::local(triangle[t], 1) == w) + 2 * (Page::local(triangle[t], 2) == w);
-        const uint32_t u = (opposite[begin + 4 * t + k] - begin) >> 2;
-        if (u < m.triangles && (lacking[1] >> u & 1)) add(u);
+        const uint32_t across = opposite[4 * t + k], u = across >> 2;
+        if ((across & 3) < 3 && (lacking[1] >> u & 1)) add(u);
       }
     }
   }
@@ -653,6 +655,7 @@ uint32_t PageCoder<Coder>::code_values(MeshletRow& m, uint32_t s, uint32_t first
   Stream& stream = to.streams[s];
   Buffer<Step>* steps = &steps_;
   uint32_t begin = m.step;
+  to.list_corners(m, s, corners_);
   if (s == 0) {
     m.step = begin = steps_.size();
     plan_values(m, s, first, steps_);
@@ -665,15 +668,18 @@ uint32_t PageCoder<Coder>::code_values(MeshletRow& m, uint32_t s, uint32_t first
   }
   const uint32_t count = steps == &steps_ ? m.steps : steps->size();
   const uint32_t elements = row.elements(), mask = row.mask();
-  const uint32_t *id = &to.ids(s)[m.vertex], *opposite = to.opposite.data(),
-                 *position = corner_ids(0), *corner = corner_ids(s),
+  const uint32_t *id = &to.ids(s)[m.vertex], *corner = corners_.number,
+                 *position = stream.numbered_as_first ? corner : positions_.number,
                  *positions = to.streams[0].values.data();
+  const uint8_t* opposite = &to.opposite[4 * m.triangle];
   uint32_t* values = stream.values.data();
   uint8_t* sizes = sizes_.data();
   const StreamClass kind = s == 0                                     ? kPositions
                            : row.kind() == KIND_GRID && elements == 2 ? kPairs
                                                                       : kOthers;
   ValueModels& models = x.values[kind];
+  if (kind == kPairs && !stream.numbered_as_first) to.list_corners(m, 0, positions_);
+  const bool repeats = may_repeat(s);
   const Vertex zero = {}, top = all_of(mask);
 
   for (uint32_t i = 0; i < count; i++) {
@@ -721,7 +727,7 @@ uint32_t PageCoder<Coder>::code_values(MeshletRow& m, uint32_t s, uint32_t first
       prediction = n == 2 ? shifted(a + b, 1) : n == 1 ? a : last_;
       spread = n == 2 ? token_of(distance(a, b)) : n;
       around = n ? token_of(3u * sizes[p]) : 15;
-      if (s ? settings.copies : settings.matches) match = code_match(s, m.vertex + step.vertex, n);
+      if (repeats) match = code_match(s, m.vertex + step.vertex, n);
     }
     uint32_t size = 0;
     if (match) {
@@ -744,6 +750,7 @@ uint32_t PageCoder<Coder>::code_values(MeshletRow& m, uint32_t s, uint32_t first
     }
     store(values, number, last_);
     sizes[number] = uint8_t(least(size, 255));
+    if (!repeats) continue;
     if constexpr (kEncodes) coder.remember(last_, order_.size());
     order_.push(number);
   }
@@ -767,34 +774,45 @@ inline uint32_t angle_of(int32_t x, uint32_t y) {
 // The floor of the square root of x < 2^52.
 inline uint32_t root(uint64_t x) { return uint32_t(__builtin_sqrt(double(x))); }
 
+// Weighs the normal of a triangle with the edges e and f by its angles, for each of its corners.
+inline void weigh_by_angles(Vertex e, Vertex f, Vertex (&normals)[3]) {
+  const Vertex n = normals[0];
+  uint64_t square = 0;
+  for (uint32_t i = 0; i < 3; i++) square += uint64_t(int64_t(int32_t(n[i])) * int32_t(n[i]));
+  const uint32_t length = root(square);
+  const int64_t scale = length ? (int64_t(1) << 38) / length : 0;
+  Vertex unit = {};  // of 4096
+  for (uint32_t i = 0; i < 3; i++) unit[i] = uint32_t(int32_t(n[i]) * scale >> 26);
+  const uint32_t first = angle_of(int32_t(dot(e, f)), length),
+                 second = angle_of(int32_t(dot(e, e - f)), length);
+  normals[0] = unit * first;
+  normals[1] = unit * second;
+  normals[2] = unit * (kHalfTurn - first - second);
+}
+
 // For each vertex the sum of the vectors of all triangles around it, in the place of its value.
 template <class Coder>
 void PageCoder<Coder>::sum_normals(uint32_t s) {
   const uint32_t bits = to.rows[0].bits(), shift = bits > 12 ? bits - 12 : 0;
-  const uint32_t *positions = to.streams[0].values.data(), *position = corner_ids(0),
-                 *corner = corner_ids(s);
+  const uint32_t* positions = to.streams[0].values.data();
   uint32_t* sums = to.streams[s].values.data();
   std::memset(sums, 0, 16 * size_t(to.streams[s].vertices));
-  for (uint32_t c = 0; c < to.opposite.size(); c += 4) {
-    const Vertex a = load(positions, position[c]) >> shift,
-                 e = (load(positions, position[c + 1]) >> shift) - a,
-                 f = (load(positions, position[c + 2]) >> shift) - a, n = cross(e, f);
-    if (!settings.angles) {
-      for (uint32_t k = 0; k < 3; k++) store(sums, corner[c + k], load(sums, corner[c + k]) + n);
-      continue;
+  for (uint32_t i = 0; i < to.meshlets.size(); i++) {
+    const MeshletRow& m = to.meshlets[i];
+    const uint32_t *position = &to.streams[0].id[m.vertex], *id = &to.ids(s)[m.vertex];
+    for (uint32_t t = m.triangle; t < m.triangle + m.triangles; t++) {
+      const uint32_t triangle = to.triangles[t];
+      const auto point = [&](uint32_t k) {
+        return load(positions, position[Page::local(triangle, k)]) >> shift;
+      };
+      const Vertex a = point(0), e = point(1) - a, f = point(2) - a, n = cross(e, f);
+      Vertex parts[3] = {n, n, n};
+      if (settings.angles) weigh_by_angles(e, f, parts);
+      for (uint32_t k = 0; k < 3; k++) {
+        const uint32_t v = id[Page::local(triangle, k)];
+        store(sums, v, load(sums, v) + parts[k]);
+      }
     }
-    uint64_t square = 0;
-    for (uint32_t i = 0; i < 3; i++) square += uint64_t(int64_t(int32_t(n[i])) * int32_t(n[i]));
-    const uint32_t length = root(square);
-    if (length == 0) continue;
-    const int64_t scale = (int64_t(1) << 38) / length;
-    Vertex unit = {};  // of 4096
-    for (uint32_t i = 0; i < 3; i++) unit[i] = uint32_t(int32_t(n[i]) * scale >> 26);
-    const uint32_t first = angle_of(int32_t(dot(e, f)), length),
-                   second = angle_of(int32_t(dot(e, e - f)), length);
-    const uint32_t angles[3] = {first, second, kHalfTurn - first - second};
-    for (uint32_t k = 0; k < 3; k++)
-      store(sums, corner[c + k], load(sums, corner[c + k]) + unit * angles[k]);
   }
 }
 
@@ -889,10 +907,12 @@ void PageCoder<Coder>::end_part(uint32_t part) {
 template <class Coder>
 bool PageCoder<Coder>::begin_stream(uint32_t s) {
   Stream& stream = to.streams[s];
+  if (s == 0) steps_.reserve(stream.vertices);
   if (s > 0) {
     if (s > 1) stream.take(to.streams[s - 1]);
     stream.numbered_as_first = shared_ >> s & 1;
     stream.vertices = stream.numbered_as_first ? to.streams[0].vertices : 0;
+    if (!stream.numbered_as_first) stream.id.reserve(to.streams[0].id.size());
     for (uint32_t i = 0; i < to.meshlets.size() && !stream.numbered_as_first; i++)
       if (!to.number_vertices(to.meshlets[i], s)) return false;
   }
@@ -902,17 +922,8 @@ bool PageCoder<Coder>::begin_stream(uint32_t s) {
   last_ = Vertex{};
   last_match_ = 0;
   order_.clear();
+  if (may_repeat(s)) order_.reserve(stream.vertices);
   if constexpr (kEncodes) coder.forget();
-  if (stream.numbered_as_first) return true;
-  Buffer<uint32_t>& corners = corner_id_[s > 0];
-  corners.clear();
-  uint32_t* corner = corners.grow(to.opposite.size());
-  for (uint32_t i = 0; i < to.meshlets.size(); i++) {
-    const MeshletRow& m = to.meshlets[i];
-    const uint32_t* id = &stream.id[m.vertex];
-    for (uint32_t t = m.triangle; t < m.triangle + m.triangles; t++, corner += 4)
-      for (uint32_t k = 0; k < 3; k++) corner[k] = id[Page::local(to.triangles[t], k)];
-  }
   return true;
 }
 
@@ -929,9 +940,17 @@ bool PageCoder<Coder>::begin(const Page* source_page, uint32_t triangles, uint32
   shared_ = ~0ull;
   code_settings();
   if (!code_rows()) return false;
+  // Of blobs with a byte for each triangle or more, which most are, arrays do not grow further.
+  const size_t likely = least(triangles, uint32_t(room / 8));
+  to.triangles.reserve(likely);
+  to.opposite.reserve(4 * likely);
+  uint64_t bits = 0;
   for (uint32_t i = 0; i < meshlets; i++) {
     MeshletRow& m = to.begin_meshlet();
     if (!code_connectivity(m) || to.triangles.size() > triangles) return false;
+    // What a page takes is bounded by what the blob can hold.
+    bits += to.least_bits(m);
+    if (bits > room) return false;
     const uint32_t first = to.streams[0].vertices;
     if (!to.number_vertices(m, 0)) return false;
     to.link_corners(m);
