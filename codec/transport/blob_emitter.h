@@ -406,8 +406,9 @@ inline bool BlobEmitter::emit(uint8_t* out) {
   std::memcpy(out + BLOB_HEADER_BYTES, page.rows.data(), BLOB_STREAM_BYTES * streams);
   size_t at = tables;
   uint32_t vertices = 0;
+  // Connectivity and references take at most 1024 bytes.
   data_.clear();
-  data_.grow(BLOB_GROUP_MESHLETS * (1024 + streams * kStreamRoom));
+  data_.grow(BLOB_GROUP_MESHLETS * 1024 + size_t(bits_end_ - bits_.data()));
   const auto put_word = [&](size_t place, uint32_t word) { std::memcpy(out + place, &word, 4); };
   for (uint32_t g = 0; g < groups; g++) {
     const uint32_t first = g * BLOB_GROUP_MESHLETS,

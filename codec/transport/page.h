@@ -376,8 +376,9 @@ inline void Page::list_corners(const MeshletRow& m, uint32_t s, Corners& corners
       const uint32_t p = along(r, k), back = r.length - 1u - k,
                      d = border_corner[owner.border + along(o, back)];
       if (d == kAbsent) continue;
-      const bool seam = s > 0 && (id[run_vertex(m, r, k)] != owner_id[run_vertex(owner, o, back + 1)] ||
-                                  id[run_vertex(m, r, k + 1)] != owner_id[run_vertex(owner, o, back)]);
+      const bool seam =
+          s > 0 && (id[run_vertex(m, r, k)] != owner_id[run_vertex(owner, o, back + 1)] ||
+                    id[run_vertex(m, r, k + 1)] != owner_id[run_vertex(owner, o, back)]);
       corners.number[4 * p + 3] = owner_id[local(triangles[owner.triangle + (d >> 2)], d & 3)];
       corners.known |= uint64_t(!seam) << p;
     }

@@ -562,9 +562,9 @@ void PageCoder<Coder>::plan_values(const MeshletRow& m, uint32_t s, uint32_t fir
   uint64_t fan[MESHLET_VERTICES] = {};  // the triangles around a local vertex
   for (uint32_t t = 0; t < m.triangles; t++)
     for (uint32_t k = 0; k < 3; k++) fan[Page::local(triangle[t], k)] |= 1ull << t;
-  uint64_t unknown = 0;       // local vertices without a value
-  uint64_t lacking[4] = {};   // triangles by how many of them they have
-  uint64_t one = 0, two = 0;  // local vertices with so many candidates
+  uint64_t unknown = 0;                          // local vertices without a value
+  uint64_t lacking[4] = {};                      // triangles by how many of them they have
+  uint64_t one = 0, two = 0;                     // local vertices with so many candidates
   uint8_t candidates[MESHLET_VERTICES][2] = {};  // corners
   uint32_t numbers = first;
   for (uint32_t v = 0; v < m.vertices; v++) {
