@@ -67,6 +67,7 @@ class PageCoder {
   uint32_t code_values(MeshletRow& m, uint32_t s, uint32_t first);
   uint32_t code_match(uint32_t s, size_t local, uint32_t neighbours);
   void end_part(uint32_t part);
+  void count_triangles(const MeshletRow& m);
   bool begin_stream(uint32_t s);
   void sum_normals(uint32_t s);
   void code_normals(uint32_t s);
@@ -352,11 +353,13 @@ void PageCoder<Coder>::code_shares(MeshletRow& m, uint32_t j) {
 // of them; those that decoded neighbours have there are known from the start.
 template <class Coder>
 struct PageCoder<Coder>::Ring {
-  enum Place : uint8_t { kUnknown, kOnRun, kRunEnd, kInside };
+  // Of a vertex, by its place: the state with the fewest triangles. Each further one is the next.
+  enum State : uint8_t { kUnknown, kOnRun = 5, kRunEnd = 12, kInside = 17 };
+  static constexpr uint32_t kLast = 1u << 4 | 1u << 11 | 1u << 16 | 1u << 23;
   static constexpr uint8_t kAbsent = 255;
 
   struct Node {
-    uint8_t place, triangles, next, previous;
+    uint8_t state, next, previous;
   };
   struct Split {
     uint8_t a, lefts;  // the left part's gate; L symbols that left the known ring since
@@ -369,21 +372,15 @@ struct PageCoder<Coder>::Ring {
   bool known = true;  // the loops
   uint8_t a = 0, b = 0;
 
-  uint8_t add(uint8_t place) {
-    node[nodes] = {place, 0, kAbsent, kAbsent};
+  uint8_t add(uint8_t state) {
+    node[nodes] = {state, kAbsent, kAbsent};
     return uint8_t(nodes++);
   }
-  void count(uint8_t v) { node[v].triangles += node[v].triangles < 250; }
+  void count(uint8_t v) { node[v].state += ~kLast >> node[v].state & 1; }
   void join(uint8_t p, uint8_t q) {
     node[p].next = q;
     node[q].previous = p;
   }
-  // By place and number of triangles.
-  static constexpr uint8_t kState[4][8] = {{0, 1, 2, 3, 4, 4, 4, 4},
-                                           {5, 5, 6, 7, 8, 9, 10, 11},
-                                           {12, 13, 14, 15, 16, 16, 16, 16},
-                                           {17, 17, 18, 19, 20, 21, 22, 23}};
-  uint32_t state(uint8_t v) const { return kState[node[v].place][least(node[v].triangles, 7)]; }
   // The node after v; a placeholder if it is not known.
   uint8_t after(uint8_t v) {
     if (node[v].next == kAbsent) {
@@ -412,7 +409,6 @@ struct PageCoder<Coder>::Ring {
     switch (symbol) {
       case kC: {
         const uint8_t v = add(kInside);
-        count(v);
         join(a, v);
         join(v, b);
         a = v;
@@ -482,9 +478,10 @@ bool PageCoder<Coder>::code_symbols(MeshletRow& m) {
       const uint8_t v = ring.add(Ring::kUnknown);
       if (v) ring.join(uint8_t(v - 1), v);
       if (!on && !(ends && k == 0)) continue;
-      const uint32_t local = to.run_vertex(owner, o, on ? o.length - k : 0);
-      ring.node[v].place = k ? Ring::kOnRun : Ring::kRunEnd;
-      ring.node[v].triangles = valence_[to.streams[0].id[owner.vertex + local]];
+      const uint32_t local = to.run_vertex(owner, o, on ? o.length - k : 0),
+                     triangles = valence_[to.streams[0].id[owner.vertex + local]];
+      ring.node[v].state = uint8_t(k ? Ring::kOnRun + least(triangles - 1, 6)
+                                     : Ring::kRunEnd + least(triangles, 4));
     }
     if (r.loop_end) {
       ring.join(uint8_t(ring.nodes - 1), ring.loop_begin[ring.loops]);
@@ -499,7 +496,7 @@ bool PageCoder<Coder>::code_symbols(MeshletRow& m) {
     if (fresh) ring.begin_disk();
     uint32_t s = 0;
     while (kEncodes && !(symbols[s] >> t & 1)) s++;
-    s = coder.symbol(x.symbols[ring.state(ring.b)][ring.state(ring.a)], s);
+    s = coder.symbol(x.symbols[ring.node[ring.b].state][ring.node[ring.a].state], s);
     if (s > kS) return false;
     m.symbols[s] |= 1ull << t;
     fresh = ring.advance(s);
@@ -927,6 +924,19 @@ bool PageCoder<Coder>::begin_stream(uint32_t s) {
   return true;
 }
 
+// Of vertices at the border of a meshlet: others have no neighbours later.
+template <class Coder>
+void PageCoder<Coder>::count_triangles(const MeshletRow& m) {
+  uint8_t count[MESHLET_VERTICES] = {};
+  for (uint32_t t = m.triangle; t < m.triangle + m.triangles; t++)
+    for (uint32_t k = 0; k < 3; k++) count[Page::local(to.triangles[t], k)]++;
+  for (uint32_t i = m.border; i < m.border + m.border_size; i++) {
+    const uint32_t v = to.border[i];
+    uint8_t& valence = valence_[to.streams[0].id[m.vertex + v]];
+    valence = uint8_t(least(valence + count[v], 255));
+  }
+}
+
 template <class Coder>
 bool PageCoder<Coder>::begin(const Page* source_page, uint32_t triangles, uint32_t meshlets) {
   if (triangles >> 30) return false;  // corners have 32 bits
@@ -956,12 +966,7 @@ bool PageCoder<Coder>::begin(const Page* source_page, uint32_t triangles, uint32
     to.link_corners(m);
     shared_ &= m.shared;
     std::memset(valence_.grow(to.streams[0].vertices - first), 0, to.streams[0].vertices - first);
-    const uint32_t* id = &to.streams[0].id[m.vertex];
-    for (uint32_t t = m.triangle; t < m.triangle + m.triangles; t++)
-      for (uint32_t k = 0; k < 3; k++) {
-        uint8_t& valence = valence_[id[Page::local(to.triangles[t], k)]];
-        valence += valence < 255;
-      }
+    count_triangles(m);
   }
   return to.triangles.size() == triangles;
 }
