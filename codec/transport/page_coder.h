@@ -52,7 +52,7 @@ class PageCoder {
 
   uint32_t unsigned_number(Model& a, Model& b, Model& large, uint32_t x);
   template <class... Models>
-  uint32_t signed_number(uint32_t x, Model& large, Models&... models);
+  uint32_t signed_number(uint32_t x, uint32_t& token, Model& large, Models&... models);
   uint32_t large_number(Model& large, uint32_t x, uint32_t sign);
   void code_settings();
   bool code_rows();
@@ -115,13 +115,14 @@ uint32_t PageCoder<Coder>::unsigned_number(Model& a, Model& b, Model& large, uin
   return kTokenBase[token] + coder.bits(x - kTokenBase[token], kTokenBits[token]);
 }
 
-// The sign is the lowest of the plain bits, 1 for negative numbers; 0 has none. models: one or two,
-// then that of large numbers.
+// The sign is the lowest of the plain bits, 1 for negative numbers; 0 has none. models: one or two.
+// token: of the magnitude. A context made of it instead of the number is known sooner.
 template <class Coder>
 template <class... Models>
-uint32_t PageCoder<Coder>::signed_number(uint32_t x, Model& large, Models&... models) {
+uint32_t PageCoder<Coder>::signed_number(uint32_t x, uint32_t& token, Model& large,
+                                         Models&... models) {
   const uint32_t size = magnitude(x), negative = x >> 31;
-  const uint32_t token = coder.symbol(models..., kEncodes ? token_of(size) : 0);
+  token = coder.symbol(models..., kEncodes ? token_of(size) : 0);
   if (token == kLargeToken) return large_number(large, size, 2 | negative);
   const uint32_t bits =
       coder.bits((size - kTokenBase[token]) << 1 | negative, kTokenBits[token] + (token > 0));
@@ -734,13 +735,14 @@ uint32_t PageCoder<Coder>::code_values(MeshletRow& m, uint32_t s, uint32_t first
       Vertex difference = {};
       if (kEncodes) difference = source_value(s, m.vertex + step.vertex) - prediction;
       const uint32_t level = kLevel[around];
-      difference[0] =
-          signed_number(difference[0], models.large, models.first[prediction_class][spread][level]);
+      uint32_t token;
+      difference[0] = signed_number(difference[0], token, models.large,
+                                    models.first[prediction_class][spread][level]);
       size = magnitude(difference[0]);
       for (uint32_t e = 1; e < elements; e++) {
-        difference[e] =
-            signed_number(difference[e], models.large, models.near[e - 1][prediction_class][spread],
-                          models.around[e - 1][token_of(e == 1 ? 2 * size : size)][level]);
+        Model& by_size = models.around[e - 1][e == 1 ? kDoubled[token] : token_of(size)][level];
+        difference[e] = signed_number(difference[e], token, models.large,
+                                      models.near[e - 1][prediction_class][spread], by_size);
         size += magnitude(difference[e]);
       }
       last_ = (prediction + difference) & top;
@@ -869,11 +871,10 @@ void PageCoder<Coder>::code_normals(uint32_t s) {
     const uint32_t area = least(bit_length(any(absolute(normal))) / 2, 15);
     uint32_t size = 0, near = token_of(2 * last + before);
     for (uint32_t e = 0; e < 2; e++) {
-      const uint32_t d = signed_number(kEncodes ? uint32_t(wrapped(q[e] - p[e], centre)) : 0,
+      const uint32_t d = signed_number(kEncodes ? uint32_t(wrapped(q[e] - p[e], centre)) : 0, near,
                                        models.large, models.near[e][area][near]);
       bad_ = bad_ || magnitude(d) > uint32_t(2 * centre);
       size += magnitude(d);
-      near = token_of(size);
       q[e] = bad_ ? 0 : wrapped(p[e] + int32_t(d), centre);
     }
     before = last;
