@@ -19,7 +19,11 @@ struct Settings {
 // Connectivity and positions; other values; normals.
 constexpr uint32_t kParts = 3;
 
-constexpr uint8_t kLevel[kSymbols] = {0, 0, 0, 1, 1, 1, 2, 2, 2, 3, 3, 3, 3, 3, 3, 3};
+// Of the residuals around, by the sum of their sizes. The specification counts in tokens.
+constexpr uint32_t kMostLevel = 3;
+inline uint32_t level_of(uint32_t size) {
+  return uint32_t(size >= 3) + uint32_t(size >= 8) + uint32_t(size >= 24);
+}
 constexpr uint8_t kNext[4] = {1, 2, 0, 1};  // the corners after a corner of a triangle
 
 template <class Coder>
@@ -683,13 +687,13 @@ uint32_t PageCoder<Coder>::code_values(MeshletRow& m, uint32_t s, uint32_t first
   for (uint32_t i = 0; i < count; i++) {
     const Step& step = (*steps)[begin + i];
     const uint32_t number = id[step.vertex];
-    uint32_t prediction_class = step.candidates > 0, spread, around, match = 0;
+    uint32_t prediction_class = step.candidates > 0, spread, level, match = 0;
     Vertex prediction;
     if (step.candidates) {
       const uint32_t c = step.corner[0], base = c & ~3u, p = corner[base + kNext[c & 3]],
                      q = corner[base + kNext[(c & 3) + 1]], across = corner[opposite[c]];
       const Vertex a = load(values, p), b = load(values, q), o = load(values, across);
-      around = token_of(uint32_t(sizes[p]) + sizes[q] + sizes[across]);
+      level = level_of(uint32_t(sizes[p]) + sizes[q] + sizes[across]);
       prediction = a + b - o;
       uint32_t apart = distance(a, b);
       if (step.candidates == 2 && s == 0) {
@@ -724,7 +728,7 @@ uint32_t PageCoder<Coder>::code_values(MeshletRow& m, uint32_t s, uint32_t first
       const Vertex a = load(values, n ? p : 0), b = load(values, n > 1 ? q : 0);
       prediction = n == 2 ? shifted(a + b, 1) : n == 1 ? a : last_;
       spread = n == 2 ? token_of(distance(a, b)) : n;
-      around = n ? token_of(3u * sizes[p]) : 15;
+      level = n ? level_of(3u * sizes[p]) : kMostLevel;
       if (repeats) match = code_match(s, m.vertex + step.vertex, n);
     }
     uint32_t size = 0;
@@ -734,7 +738,6 @@ uint32_t PageCoder<Coder>::code_values(MeshletRow& m, uint32_t s, uint32_t first
       if (mask != ~0u) prediction = clamped(prediction, zero, top);
       Vertex difference = {};
       if (kEncodes) difference = source_value(s, m.vertex + step.vertex) - prediction;
-      const uint32_t level = kLevel[around];
       uint32_t token;
       difference[0] = signed_number(difference[0], token, models.large,
                                     models.first[prediction_class][spread][level]);
