@@ -485,8 +485,8 @@ bool PageCoder<Coder>::code_symbols(MeshletRow& m) {
       if (!on && !(ends && k == 0)) continue;
       const uint32_t local = to.run_vertex(owner, o, on ? o.length - k : 0),
                      triangles = valence_[to.streams[0].id[owner.vertex + local]];
-      ring.node[v].state = uint8_t(k ? Ring::kOnRun + least(triangles - 1, 6)
-                                     : Ring::kRunEnd + least(triangles, 4));
+      ring.node[v].state =
+          uint8_t(k ? Ring::kOnRun + least(triangles - 1, 6) : Ring::kRunEnd + least(triangles, 4));
     }
     if (r.loop_end) {
       ring.join(uint8_t(ring.nodes - 1), ring.loop_begin[ring.loops]);
