@@ -13,7 +13,6 @@ enum Kind : uint8_t { kOwned, kForeign, kPrivate };
 enum Symbol : uint8_t { kC, kL, kE, kR, kS };
 
 inline uint32_t lowest(uint64_t mask) { return uint32_t(__builtin_ctzll(mask)); }
-inline uint32_t highest(uint64_t mask) { return 63u - uint32_t(__builtin_clzll(mask)); }
 inline uint32_t count_of(uint64_t mask) { return uint32_t(__builtin_popcountll(mask)); }
 inline uint64_t below(uint32_t n) { return n < 64 ? (1ull << n) - 1 : ~0ull; }
 // The n-th bit that is set, from 0 on; kNone if there are fewer.
@@ -37,7 +36,7 @@ class Buffer {
   uint32_t size() const { return size_; }
   void clear() { size_ = 0; }
   void push(const T& value) { *grow(1) = value; }
-  // Takes the memory of another buffer, which is empty then.
+  // Takes the memory of another buffer, which is empty then: in WebAssembly nothing is freed.
   void take(Buffer& other) {
     delete[] bytes_;
     bytes_ = other.bytes_;
@@ -110,12 +109,6 @@ struct Stream {
   Buffer<uint32_t> values;  // four per vertex
   uint32_t vertices;
   bool numbered_as_first;  // `id` is that of stream 0 and not filled here
-
-  // Takes the memory of another stream, which is empty then.
-  void take(Stream& other) {
-    id.take(other.id);
-    values.take(other.values);
-  }
 };
 
 // What predicts a meshlet's vertices in a stream.

@@ -908,9 +908,11 @@ void PageCoder<Coder>::end_part(uint32_t part) {
 template <class Coder>
 bool PageCoder<Coder>::begin_stream(uint32_t s) {
   Stream& stream = to.streams[s];
-  if (s == 0) steps_.reserve(stream.vertices);
-  if (s > 0) {
-    if (s > 1) stream.take(to.streams[s - 1]);
+  if (s == 0) {
+    steps_.reserve(stream.vertices);
+  } else {
+    if (s > 1) stream.id.take(to.streams[s - 1].id);
+    if (s > 1) stream.values.take(to.streams[s - 1].values);
     stream.numbered_as_first = shared_ >> s & 1;
     stream.vertices = stream.numbered_as_first ? to.streams[0].vertices : 0;
     if (!stream.numbered_as_first) stream.id.reserve(to.streams[0].id.size());
