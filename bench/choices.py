@@ -11,10 +11,10 @@ import argparse
 import math
 import tempfile
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import gltf_ext
 from bench.common import markdown_table, origin_line, progress
@@ -88,46 +88,45 @@ def totals(path: Path, folder: Path, **options) -> tuple[dict, Path]:
     return gltf_ext.inspect(output)["totals"], output
 
 
-Row = Mapping[str, Any]  # of the stream table, for _codec.encode
-Chooser = Callable[[int, Row], int]
+Chooser = Callable[[int, _codec.Stream], int]
 
 
 def one_for_all(predictor: int) -> Chooser:
     """The predictor for every stream that allows it; of the others the encoder chooses."""
 
-    def choose(s: int, row: Row) -> int:
-        return predictor if is_allowed(predictor, s, row) else CHOOSE
+    def choose(s: int, stream: _codec.Stream) -> int:
+        return predictor if is_allowed(predictor, s, stream) else CHOOSE
 
     return choose
 
 
-def is_allowed(predictor: int, s: int, row: Row) -> bool:
+def is_allowed(predictor: int, s: int, stream: _codec.Stream) -> bool:
     """True if stream s may have the predictor; stream 0 has positions."""
     if predictor == GEO:
-        return s > 0 and row["kind"] == OCT
-    if predictor == AFFINE and (s == 0 or row["kind"] in (OCT, SIGN)):
+        return s > 0 and stream.kind == OCT
+    if predictor == AFFINE and (s == 0 or stream.kind in (OCT, SIGN)):
         return False
-    return row["bits"] <= MAX_PREDICTED_BITS
+    return stream.bits <= MAX_PREDICTED_BITS
 
 
 @contextmanager
 def encoder(choose: Chooser | None = None, cheapest_of: Sequence[int] = (), **options):
     """Makes gltf_ext.compress use other predictors and other options of _codec.encode.
 
-    choose: (number of a stream, its row of the table) -> predictor
+    choose: (number of a stream, the stream) -> predictor
     cheapest_of: instead, each stream gets the one of these with the fewest bits
     """
     original = _codec.encode
 
     def encode(triangles, ids, positions, streams, values, **rest):
         def with_predictors(choose: Chooser):
-            rows = [{**row, "predictor": choose(s, row)} for s, row in enumerate(streams)]
-            return original(triangles, ids, positions, rows, values, **rest, **options)
+            chosen = [replace(t, predictor=choose(s, t)) for s, t in enumerate(streams)]
+            return original(triangles, ids, positions, chosen, values, **rest, **options)
 
         if cheapest_of:
             bits = {p: with_predictors(one_for_all(p))[1]["bits"]["streams"] for p in cheapest_of}
             best = [min(bits, key=lambda p: bits[p][s]) for s in range(len(streams))]
-            return with_predictors(lambda s, row: one_for_all(best[s])(s, row))
+            return with_predictors(lambda s, stream: one_for_all(best[s])(s, stream))
         return with_predictors(choose or one_for_all(CHOOSE))
 
     _codec.encode = encode

@@ -173,31 +173,28 @@ def spherical(normals: np.ndarray, bits: int) -> np.ndarray:
     return np.stack([np.rint(polar), np.rint(azimuth) % 2**bits], axis=1).astype(np.uint32)
 
 
-def quantised(part: Part, bits: Bits) -> tuple[list[dict], list[np.ndarray]]:
-    """(stream table rows for _codec.encode, integers): positions, normals, texture coordinates."""
+def quantised(part: Part, bits: Bits) -> tuple[list[_codec.Stream], list[np.ndarray]]:
+    """(streams, integers): positions, normals, texture coordinates."""
     arrays = [(GRID, bits.position, np.rint(part.positions))]
     if part.normals is not None:
         arrays.append((INTEGER, bits.normal, spherical(part.normals, bits.normal)))
     if part.texcoords is not None:
         arrays.append((GRID, bits.texcoord, np.rint(part.texcoords)))
-    rows = [
-        {"kind": kind, "components": values.shape[1], "bits": width, "step": 1.0}
-        for kind, width, values in arrays
-    ]
-    return rows, [np.ascontiguousarray(values, np.uint32) for _, _, values in arrays]
+    streams = [_codec.Stream(kind, v.shape[1], width, 1.0) for kind, width, v in arrays]
+    return streams, [np.ascontiguousarray(values, np.uint32) for _, _, values in arrays]
 
 
 def mesh_of(part: Part, bits: Bits, fill: float) -> Mesh:
     """A part cut into meshlets as in the paper; fill: 0 for its default, see _codec.encode."""
-    rows, values = quantised(part, bits)
+    streams, values = quantised(part, bits)
     mesh = part.triangles, position_ids(part.positions), part.positions
-    blob, _ = _codec.encode(*mesh, rows, values, fill=fill, effort="high")
+    blob, _ = _codec.encode(*mesh, streams, values, fill=fill, effort="high")
     triangles, arrays = _codec.decode(blob)
     packed, width = np.zeros(len(arrays[0]), np.uint64), 0
-    for row, array in zip(rows[1:], arrays[1:]):
+    for stream, array in zip(streams[1:], arrays[1:]):
         for column in array.T:
             packed |= column.astype(np.uint64) << np.uint64(width)
-            width += row["bits"]
+            width += stream.bits
     kinds = (part.normals is not None) + 2 * (part.texcoords is not None)
     disks = _disks(blob, triangles)
     return Mesh(arrays[0].tolist(), packed.tolist(), width, kinds, disks, _boundaries(disks))

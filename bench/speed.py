@@ -72,8 +72,7 @@ def encoder_arguments(primitives: list[Primitive]) -> list[tuple]:
         plan = plan_primitive(source.attributes, [], grids[source.mesh], Bits(), "")
         positions = np.ascontiguousarray(source.attributes["POSITION"])
         triangles = np.ascontiguousarray(source.indices)
-        rows = [stream.table_row() for stream in plan.streams]
-        arguments.append((triangles, position_ids(positions), positions, rows, plan.values))
+        arguments.append((triangles, position_ids(positions), positions, plan.streams, plan.values))
     return arguments
 
 

@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import ctypes
 import functools
-import numbers
 import operator
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from ctypes import byref, c_float, c_size_t, c_uint8, c_uint32, c_uint64, c_void_p
+from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any, NoReturn
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,10 +34,31 @@ UInt32s = NDArray[np.uint32]
 Floats = NDArray[np.float32]
 
 
+@dataclass(frozen=True)
+class Stream:
+    """A row of a blob's stream table (appendix A.3 of the specification).
+
+    kind: KIND_. elements: integers per vertex, 1 to 4. bits: of each, 1 to 32. step, offset (a
+    float for each element, or none for 0): GRID's value = offset + integer * step. predictor:
+    PREDICT_, or -1 to let the encoder choose.
+    """
+
+    kind: int
+    elements: int
+    bits: int
+    step: float = 0.0
+    offset: tuple[float, ...] = ()
+    predictor: int = -1
+
+    @property
+    def width(self) -> int:
+        """Accessor components that the stream stands for."""
+        return 3 if self.kind == KIND_OCT else self.elements
+
+
 # --- the interface ---
 
 _PROGRESS = ctypes.CFUNCTYPE(ctypes.c_int, c_void_p, c_float)
-_CHOOSE_PREDICTOR = 255
 # Types of fields and arguments, by a letter each; p is any pointer.
 _NUMBERS = (c_uint8, c_uint32, c_uint64, ctypes.c_int32, c_float, c_size_t)
 _ARRAYS = (c_uint32 * 4, c_uint64 * 5, c_float * 4, c_uint64 * BLOB_MAX_STREAMS)
@@ -74,78 +95,44 @@ class _Struct(ctypes.Structure):
         return byref(self)
 
 
-class _Counts(_Struct):
-    _fields_ = _fields("uuuuqqq", "size blobs streams suspicious triangles vertices meshlets")
+def _struct(types: str, names: str) -> type[_Struct]:
+    return type("_Struct", (_Struct,), {"_fields_": _fields("u" + types, "size " + names)})
 
 
-class _Blob(_Struct):
-    _fields_ = _fields(
-        "uuqqqqqqqq",
-        "size data_offset offset bytes triangles vertices meshlets first_triangle first_vertex "
-        "first_meshlet",
-    )
-
-
-class StreamHeader(ctypes.Structure):
-    """A row of a blob's stream table: kind (KIND_), elements (integers per vertex, 1 to 4), bits
-    (of each, 1 to 32), predictor (PREDICT_), three bases of codes' parameters, step (GRID: value =
-    offset + integer * step), and offset (a float for each element)."""
-
+class _Stream(ctypes.Structure):
     _fields_ = _fields(
         "bbbbbbbbfo",
-        "kind elements bits predictor chain_base interior_base anchor_base reserved step offsets",
-    )
-
-    @property
-    def offset(self) -> list[float]:
-        return list(self.offsets[: self.elements])
-
-    def row(self) -> dict[str, Any]:
-        """The row as encode takes it."""
-        names = ("kind", "bits", "predictor", "chain_base", "interior_base", "anchor_base")
-        row = {name: getattr(self, name) for name in (*names, "step", "offset")}
-        return {**row, "components": self.elements}
-
-
-class _Statistics(_Struct):
-    _fields_ = _fields(
-        "ui4qqs5qqqq",
-        "size iterations histogram connectivity references streams symbols disks owned private "
-        "foreign",
+        "kind elements bits predictor chain_base interior_base anchor_base reserved step offset",
     )
 
 
-class _Arrays(_Struct):
-    _fields_ = _fields(
-        "uuqqpppqq",
-        "size first_vertex triangle_room vertex_room triangles integers values triangles_out "
-        "vertices_out",
-    )
-
-
-class _Mesh(_Struct):
-    _fields_ = _fields(
-        "uupqqppppppppqqq",
-        "size stream_count triangles triangle_count vertex_count position_ids positions streams "
-        "values order disk_begin meshlet_begin group_begin disk_begin_count meshlet_begin_count "
-        "group_begin_count",
-    )
-
-
-class _Options(_Struct):
-    _fields_ = _fields(
-        "uuuuiffuuqcp",
-        "size effort max_triangles max_vertices threads lambda_ fill weight_of_choe separate_seams "
-        "page_bytes progress user",
-    )
-
-
-class _Groups(_Struct):
-    _fields_ = _fields("uppqq", "size triangles begin triangle_count begin_count")
-
-
-class _Carried(_Struct):
-    _fields_ = _fields("upppq", "size vertices begin areas count")
+_Counts = _struct("uuuqqq", "blobs streams suspicious triangles vertices meshlets")
+_Blob = _struct(
+    "uqqqqqqqq",
+    "data_offset offset bytes triangles vertices meshlets first_triangle first_vertex "
+    "first_meshlet",
+)
+_Statistics = _struct(
+    "i4qqs5qqqq",
+    "iterations histogram connectivity references streams symbols disks owned private foreign",
+)
+_Arrays = _struct(
+    "uqqpppqq",
+    "first_vertex triangle_room vertex_room triangles integers values triangles_out vertices_out",
+)
+_Mesh = _struct(
+    "upqqppppppppqqq",
+    "stream_count triangles triangle_count vertex_count position_ids positions streams values "
+    "order disk_begin meshlet_begin group_begin disk_begin_count meshlet_begin_count "
+    "group_begin_count",
+)
+_Options = _struct(
+    "uuuiffuuqcp",
+    "effort max_triangles max_vertices threads lambda_ fill weight_of_choe separate_seams "
+    "page_bytes progress user",
+)
+_Groups = _struct("ppqq", "triangles begin triangle_count begin_count")
+_Carried = _struct("pppq", "vertices begin areas count")
 
 
 class _Cancelled(Exception):
@@ -244,14 +231,17 @@ class _View(_Object):
         self.vertex_count: int = self._counts.vertices
         self.meshlet_count: int = self._counts.meshlets
 
-    def rows(self) -> list[StreamHeader]:
-        """The stream table of the first blob. Predictors and bases of others may differ."""
-        rows = [StreamHeader() for _ in range(self._counts.streams)]
-        for s, row in enumerate(rows):
+    @property
+    def streams(self) -> list[Stream]:
+        """The stream table of the first blob. Predictors of others may differ."""
+        found, row = [], _Stream()
+        for s in range(self._counts.streams):
             _c.get_stream(self, 0, s, byref(row))
-        return rows
+            offset = tuple(row.offset[: row.elements])
+            found.append(Stream(row.kind, row.elements, row.bits, row.step, offset, row.predictor))
+        return found
 
-    def blobs(self) -> list[_Blob]:
+    def blobs(self) -> list[_Struct]:
         blobs = [_Blob() for _ in range(self._counts.blobs)]
         for b, blob in enumerate(blobs):
             _c.get_blob(self, b, blob)
@@ -261,17 +251,17 @@ class _View(_Object):
         if self._counts.suspicious:
             _c.validate(self, threads)
         triangles, arrays = np.empty((self.triangle_count, 3), np.uint32), []
-        for row in self.rows():
-            elements = 3 if as_values and row.kind == KIND_OCT else row.elements
-            dtype = np.float32 if as_values and row.kind != KIND_INTEGER else np.uint32
+        for stream in self.streams:
+            elements = stream.width if as_values else stream.elements
+            dtype = np.float32 if as_values and stream.kind != KIND_INTEGER else np.uint32
             arrays.append(np.empty((self.vertex_count, elements), dtype))
         room = {"triangle_room": self.triangle_count, "vertex_room": self.vertex_count}
         lists = {"values" if as_values else "integers": _pointers(arrays)}
         _c.decode(self, threads, _Arrays(triangles=triangles, **room, **lists))
         return triangles, arrays
 
-    def description(self, statistics: _Statistics) -> dict[str, Any]:
-        rows, s = self.rows(), statistics
+    def description(self, s: _Struct) -> dict[str, Any]:
+        """What describe returns, of these _Statistics."""
         bits = {"connectivity": s.connectivity, "references": s.references}
         return {
             "blobs": self._counts.blobs,
@@ -279,23 +269,19 @@ class _View(_Object):
             "vertices": self.vertex_count,
             "meshlets": self.meshlet_count,
             "components": s.disks,
-            "streams": [row.row() for row in rows],
-            "bits": {**bits, "streams": s.streams[: len(rows)]},
+            "bits": {**bits, "streams": s.streams[: self._counts.streams]},
             "symbols": dict(zip("CLERS", s.symbols)),
             "references": {"owned": s.owned, "private": s.private, "foreign": s.foreign},
         }
 
 
 class Header(_View):
-    """The header and tables of a blob; see read_header."""
+    """The header and tables of a blob. Decodes nothing."""
 
     def __init__(self, blob: Bytes) -> None:
         super().__init__(blob)
-        first, *others = self.blobs()
-        if others:
+        if self._counts.blobs > 1:
             raise ValueError("the header's byte length is not the blob's")
-        self.data_offset: int = first.data_offset  # bytes of header and tables
-        self.streams = self.rows()
         self.meshlet_triangles = np.empty(self.meshlet_count, np.uint32)  # of each meshlet
         _c.get_meshlet_triangles(self, 0, self.meshlet_triangles.ctypes, self.meshlet_count)
 
@@ -304,61 +290,53 @@ class Decoder(_View):
     """Decodes single meshlets of a view, numbered on through its blobs. One thread at a time: else
     raises ValueError.
 
-    kept: the arrays that decode_kept writes, (uint8[64, 3], [uint32[64, components] per stream]).
+    kept: the arrays that decode_kept writes, (uint8[64, 3], [uint32[64, elements] per stream]).
     """
 
     def __init__(self, view: Bytes) -> None:
         super().__init__(view)
-        elements = [row.elements for row in self.rows()]
+        elements = [stream.elements for stream in self.streams]
         integers = np.empty(MESHLET_VERTICES * sum(elements), np.uint32)
         ends = np.cumsum(elements) * MESHLET_VERTICES
         streams = [a.reshape(MESHLET_VERTICES, -1) for a in np.split(integers, ends[:-1])]
         self.kept = np.empty((MESHLET_TRIANGLES, 3), np.uint8), streams
-        self._number, self._sizes = c_uint32(), (c_uint32 * 2)()
-        arrays = (c_void_p(_address(array)) for array in (self._sizes, self.kept[0], integers))
-        # A function without types and check: conversions would take a tenth of the time.
+        self._numbers = (c_uint32 * 3)()  # of a meshlet, of its triangles, of its vertices
+        meshlet = ctypes.addressof(self._numbers)
+        arrays = meshlet + 4, _address(self.kept[0]), _address(integers)
+        arguments = self._as_parameter_.value, meshlet, 1, *arrays
+        # Converts the arguments once, for a function without types and check: to do it in each call
+        # would take a tenth of the time.
         function = library["gltf_meshlet_decode_meshlets"]
-        one_meshlet = self._as_parameter_, byref(self._number), c_size_t(1)
-        self._decode = functools.partial(function, *one_meshlet, *arrays)
-
-    @property
-    def streams(self) -> list[dict[str, Any]]:
-        """The stream table as dicts, as encode takes them."""
-        return [row.row() for row in self.rows()]
+        self._decode = functools.partial(function, *map(c_void_p.from_param, arguments))
 
     def decode_kept(self, index: int) -> tuple[int, int]:
         """Decodes a meshlet to the beginnings of the arrays in `kept`, without making new ones.
         Returns its numbers of triangles and vertices. Raises IndexError, ValueError."""
         if not 0 <= index < self.meshlet_count:
             raise IndexError("no such meshlet")
-        self._number.value = operator.index(index)
+        numbers = self._numbers
+        numbers[0] = operator.index(index)
         if status := self._decode():
             _check(status)
-        triangles, vertices = self._sizes
-        return triangles, vertices
+        return numbers[1], numbers[2]  # Unpacked, they take 0.45 us more: an exception ends it.
 
     def decode_meshlet(self, index: int) -> tuple[NDArray[np.uint8], list[UInt32s]]:
-        """Returns (triangles: uint8[t, 3] local ids, [uint32[v, components] per stream]). Raises
+        """Returns (triangles: uint8[t, 3] local ids, [uint32[v, elements] per stream]). Raises
         IndexError, ValueError."""
         triangles, vertices = self.decode_kept(index)
         local, streams = self.kept
         return local[:triangles].copy(), [stream[:vertices].copy() for stream in streams]
 
 
-def read_header(blob: Bytes) -> Header:
-    """Reads and checks header and tables; decodes nothing."""
-    return Header(blob)
-
-
 def decode(view: Bytes, threads: int = 0) -> tuple[UInt32s, list[UInt32s]]:
     """Decodes a view: one blob or several, one on each thread.
-    Returns (triangles: uint32[T, 3], [uint32[V, components] per stream])."""
+    Returns (triangles: uint32[T, 3], [uint32[V, elements] per stream])."""
     return _View(view).decode(threads, False)
 
 
 def decode_values(view: Bytes, threads: int = 0) -> tuple[UInt32s, list[NDArray[Any]]]:
-    """Returns (triangles: uint32[T, 3], [values per stream]): uint32[V, components] for INTEGER,
-    float32[V, 3] unit vectors for OCT, float32[V, components] otherwise."""
+    """Returns (triangles: uint32[T, 3], [values per stream]): uint32[V, elements] for INTEGER,
+    float32[V, 3] unit vectors for OCT, float32[V, elements] otherwise."""
     return _View(view).decode(threads, True)
 
 
@@ -368,7 +346,7 @@ def split(view: Bytes) -> list[tuple[int, int]]:
 
 
 def describe(view: Bytes) -> dict[str, Any]:
-    """Returns counts, streams and numbers of bits; the entries of 'bits' sum to 8 * len(view)."""
+    """Returns counts and numbers of bits; the entries of 'bits' sum to 8 * len(view)."""
     opened, statistics = _View(view), _Statistics()
     _c.get_statistics(opened, statistics)
     return opened.description(statistics)
@@ -432,36 +410,18 @@ def scan_lines(
     return result.array(0, np.float64), result.array(1), result.array(2)
 
 
-def _refuse(problem: str) -> NoReturn:
-    raise ValueError(f"a stream{problem}")
+def _row_of(stream: Stream) -> _Stream:
+    """The stream as C has it, which checks it. -1 becomes 255: GLTF_MESHLET_CHOOSE_PREDICTOR."""
+    integers = stream.kind, stream.elements, stream.bits, stream.predictor
+    if not all(-1 <= number <= 255 for number in integers):
+        raise ValueError(f"{stream} has a number that is not from -1 to 255")
+    if len(stream.offset) > STREAM_MAX_ELEMENTS:
+        raise ValueError(f"{stream} has more than {STREAM_MAX_ELEMENTS} offsets")
+    offset = (c_float * STREAM_MAX_ELEMENTS)(*stream.offset)
+    return _Stream(*map(operator.index, integers), step=stream.step, offset=offset)
 
 
-def _stream_of(row: Mapping[str, Any]) -> StreamHeader:
-    """The stream of encode's dict."""
-
-    def integer(key: str, lowest: int) -> int:
-        if key not in row:
-            _refuse(f" lacks '{key}'")
-        if not isinstance(row[key], numbers.Integral) or not lowest <= row[key] <= 255:
-            _refuse(f"'s '{key}' is not an integer from {lowest} to 255")
-        return int(row[key])
-
-    def real(number: Any) -> float:
-        if not isinstance(number, numbers.Real):
-            _refuse("'s step or offset is not a number")
-        return float(number)
-
-    predictor = integer("predictor", -1) if "predictor" in row else -1
-    offset = [real(number) for number in row.get("offset", ())]
-    if len(offset) > STREAM_MAX_ELEMENTS:
-        _refuse(" has more than 4 offsets")
-    sizes = [integer(key, 0) for key in ("kind", "components", "bits")]
-    step = real(row.get("step", 1.0))
-    chosen = _CHOOSE_PREDICTOR if predictor < 0 else predictor
-    return StreamHeader(*sizes, chosen, step=step, offsets=tuple(offset))
-
-
-def _options(max_triangles: int, max_vertices: int, effort: str, **others: Any) -> _Options:
+def _options(max_triangles: int, max_vertices: int, effort: str, **others: Any) -> _Struct:
     if not (1 <= max_triangles <= MESHLET_TRIANGLES and 3 <= max_vertices <= MESHLET_VERTICES):
         raise ValueError("a meshlet holds 1 to 64 triangles and 3 to 64 vertices")
     efforts = {"normal": 0, "fast": 1, "high": 2}
@@ -483,7 +443,7 @@ def encode(
     triangles: UInt32s,
     position_ids: UInt32s,
     positions: Floats,
-    streams: Sequence[Mapping[str, Any]],
+    streams: Sequence[Stream],
     values: Sequence[UInt32s],
     max_triangles: int = 64,
     max_vertices: int = 64,
@@ -500,28 +460,26 @@ def encode(
     """Encodes one primitive.
 
     triangles: uint32[T, 3], no index twice in a triangle. position_ids: uint32[V], below V, equal
-    where positions are. positions: float32[V, 3]. streams: dicts of kind, components (integers per
-    vertex), bits, step, offset, predictor (-1: the encoder chooses). values: uint32[V, components]
-    per stream. lambda_, fill: 0 means the default. weight: 'paper' or 'choe'. Fill and weight are
-    there to measure the paper's Table 1, share_seams to measure its gain. progress: called with a
-    fraction from 0 to 1; what it raises cancels. page_bytes: 0 for one blob, else pages, blobs of
-    at most so many bytes. meshlets: those of the caller, as uint32 arrays (triangles, disk begins,
-    meshlet begins, group begins; each of the begins ends with the number of its items). Pages then
-    hold whole groups in their order; without page_bytes, each holds one. effort: 'fast', 'normal'
-    or 'high'.
+    where positions are. positions: float32[V, 3]. values: uint32[V, elements] per stream. lambda_,
+    fill: 0 means the default. weight: 'paper' or 'choe'. Fill and weight are there to measure the
+    paper's Table 1, share_seams to measure its gain. progress: called with a fraction from 0 to 1;
+    what it raises cancels. page_bytes: 0 for one blob, else pages, blobs of at most so many bytes.
+    meshlets: those of the caller, as uint32 arrays (triangles, disk begins, meshlet begins, group
+    begins; each of the begins ends with the number of its items). Pages then hold whole groups in
+    their order; without page_bytes, each holds one. effort: 'fast', 'normal' or 'high'.
 
     Returns (view, statistics): those of describe, and 'generation': {'histogram', 'iterations'}.
     Raises ValueError for bad arguments.
     """
     vertices = _vertices(position_ids, positions)
     triangles = _array(triangles, np.uint32, -1, 3)
-    rows = [_stream_of(row) for row in streams]
     values = [_array(v, np.uint32, -1, -1) for v in values]
-    if len(rows) != len(values):
+    if len(streams) != len(values):
         raise ValueError("streams and values differ in number")
-    if any(v.shape != (len(positions), row.elements) for v, row in zip(values, rows)):
+    if any(v.shape != (len(positions), s.elements) for v, s in zip(values, streams)):
         raise ValueError("a stream's values have the wrong shape")
-    table, counts = (StreamHeader * len(rows))(*rows), {"triangle_count": len(triangles)}
+    table = (_Stream * len(streams))(*map(_row_of, streams))
+    counts = {"triangle_count": len(triangles), "stream_count": len(streams)}
     given: dict[str, Any] = {}
     if meshlets is not None:
         names = ("order", "disk_begin", "meshlet_begin", "group_begin")
@@ -530,7 +488,7 @@ def encode(
             raise ValueError("the meshlets do not hold each triangle once")
         counts |= {f"{name}_count": len(given[name]) for name in names[1:]}
     given |= {"triangles": triangles, "streams": table, "values": _pointers(values)}
-    mesh = _Mesh(stream_count=len(rows), **vertices, **counts, **given)
+    mesh = _Mesh(**vertices, **counts, **given)
     weights = {"paper": 0, "choe": 1}
     options = _options(
         max_triangles,
@@ -567,7 +525,7 @@ def encode(
 # --- levels of detail ---
 
 
-def _groups(triangles: UInt32s, begin: UInt32s) -> _Groups:
+def _groups(triangles: UInt32s, begin: UInt32s) -> _Struct:
     triangles, begin = _array(triangles, np.uint32, -1, 3), _array(begin, np.uint32, -1)
     counts = {"triangle_count": len(triangles), "begin_count": len(begin)}
     return _Groups(triangles=triangles, begin=begin, **counts)

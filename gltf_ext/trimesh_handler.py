@@ -19,7 +19,7 @@ from trimesh.exchange.gltf.extensions import register_handler
 from gltf_ext import _codec
 from gltf_ext.commands.decompress import decompress
 from gltf_ext.compression.extension import EXTENSION
-from gltf_ext.compression.streams import Stream, streams_of, to_accessor
+from gltf_ext.compression.streams import streams_of, to_accessor
 
 
 def decode_into_accessors(context: dict[str, Any]) -> None:
@@ -29,7 +29,7 @@ def decode_into_accessors(context: dict[str, Any]) -> None:
     """
     extension, primitive, accessors = context["data"], context["primitive"], context["accessors"]
     blob = bytes(context["views"][extension["bufferView"]])
-    streams = [Stream.from_row(row) for row in _codec.Decoder(blob).streams]
+    streams = _codec.Decoder(blob).streams
     triangles, values = _codec.decode_values(blob)
     sets = [
         (extension["attributes"], primitive["attributes"]),

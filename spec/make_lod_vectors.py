@@ -47,15 +47,14 @@ Move = Callable[[dict[str, Any], bytes], bytes]
 class Vertices:
     """Streams, and the integers [V, elements] of all vertices of level 0 in each."""
 
-    rows: list[dict[str, Any]]
+    streams: list[_codec.Stream]
     values: list[np.ndarray]
 
 
-def row(kind: int, elements: int, bits: int, predictor: int = -1, step: float = 1.0) -> dict:
-    result = {"kind": kind, "components": elements, "bits": bits, "step": step}
-    if predictor >= 0:
-        result["predictor"] = predictor
-    return {**result, "offset": [0.0] * elements}
+def stream(
+    kind: int, elements: int, bits: int, predictor: int = -1, step: float = 1.0
+) -> _codec.Stream:
+    return _codec.Stream(kind, elements, bits, step, predictor=predictor)
 
 
 def blob(clusters: list[Triangles], vertices: Vertices) -> bytes:
@@ -68,7 +67,7 @@ def blob(clusters: list[Triangles], vertices: Vertices) -> bytes:
         triangles,
         np.arange(len(values[0]), dtype=np.uint32),
         values[0].astype(np.float32),
-        vertices.rows,
+        vertices.streams,
         values,
         meshlets=(
             np.arange(len(triangles), dtype=np.uint32),
@@ -113,7 +112,7 @@ class File:
         pages, groups, first_group = [], [], 0
         runs: list[bytes] = []
         for number, (data, members) in enumerate(self.pages):
-            header = _codec.read_header(data)
+            header = _codec.Header(data)
             counts = header.triangle_count, header.vertex_count
             pages.append(struct.pack("<4I", len(data), first_group, *counts))
             first_group += len(members)
@@ -218,7 +217,7 @@ def strip_vertices(columns: int) -> Vertices:
     positions = [
         (x, y, x % 2 * (x % (2 * COLUMNS) > 0)) for x in range(columns + 1) for y in (0, 1)
     ]
-    return Vertices([row(GRID, 3, 12)], [np.array(positions)])
+    return Vertices([stream(GRID, 3, 12)], [np.array(positions)])
 
 
 def sphere(first: int, last: int) -> tuple[tuple[float, float, float], float]:
@@ -336,7 +335,7 @@ PATCHES: list[Box] = [
 ]  # fmt: skip
 LEFT, RIGHT = (0, 0, SIDE, 2 * SIDE), (SIDE, 0, 2 * SIDE, 2 * SIDE)
 WHOLE = (0, 0, 2 * SIDE, 2 * SIDE)
-PLAIN = Vertices([row(GRID, 3, 12)], [sheet_positions()])
+PLAIN = Vertices([stream(GRID, 3, 12)], [sheet_positions()])
 
 
 def sheet_file(coarse: Vertices = PLAIN, fine: Vertices = PLAIN) -> File:
@@ -425,7 +424,7 @@ def streams_file() -> File:
 
     def vertices(*predictors: int) -> Vertices:
         shapes = (GRID, 3, 12), (OCT, 2, 8), (GRID, 2, 12), (GRID, 3, 4)
-        return Vertices([row(*s, p) for s, p in zip(shapes, predictors)], values)
+        return Vertices([stream(*s, p) for s, p in zip(shapes, predictors)], values)
 
     file = sheet_file(
         vertices(PARALLELOGRAM, COPY, MEAN, PARALLELOGRAM), vertices(MEAN, GEO, AFFINE, COPY)
@@ -809,9 +808,11 @@ def malformed_pages() -> dict[str, bytes]:
         return with_page(file, 0, blob(coarse, vertices)).glb()
 
     def vertices_with(**changes: Any) -> Vertices:
-        return Vertices([{**plain.rows[0], **changes}], plain.values)
+        return Vertices([replace(plain.streams[0], **changes)], plain.values)
 
-    two_streams = Vertices([*plain.rows, row(GRID, 1, 12)], [*plain.values, plain.values[0][:, :1]])
+    two_streams = Vertices(
+        [*plain.streams, stream(GRID, 1, 12)], [*plain.values, plain.values[0][:, :1]]
+    )
     damaged = bytearray(file.pages[2][0])
     damaged[-12] ^= 0xFF
     damaged[-13] ^= 0xFF
@@ -826,7 +827,7 @@ def malformed_pages() -> dict[str, bytes]:
         "page_damaged": with_page(file, 2, bytes(damaged)).glb(file.tables()),
         "page_without_magic": with_page(file, 2, bytes(no_magic)).glb(file.tables()),
         "page_with_another_step": coarse_with(vertices_with(step=2.0)),
-        "page_with_another_offset": coarse_with(vertices_with(offset=[0.0, 1.0, 0.0])),
+        "page_with_another_offset": coarse_with(vertices_with(offset=(0.0, 1.0, 0.0))),
         "page_with_other_bits": coarse_with(vertices_with(bits=13)),
         "page_with_another_stream": coarse_with(two_streams),
     }
@@ -841,10 +842,10 @@ def malformed_replacements() -> dict[str, bytes]:
     elsewhere = [strip(0, 48, 4), strip(48, columns, 4)]
     raised = plain.values[0].copy()
     raised[corner(36, 0), 2] = 1
-    border = Vertices(plain.rows, [raised])
+    border = Vertices(plain.streams, [raised])
     inner = plain.values[0].copy()
     inner[corner(60, 0), 2] = 2
-    new_vertex = Vertices(plain.rows, [inner])
+    new_vertex = Vertices(plain.streams, [inner])
     coarse = [strip(0, 36, 4), strip(36, columns, 4)]
     sheet = sheet_file()
     # The border of the right patches lacks a vertex where the left ones have it.
@@ -860,7 +861,7 @@ def malformed_replacements() -> dict[str, bytes]:
             sheet, 2, blob([rim, fan(PATCHES[3])], PLAIN)
         ).glb(),
         "replacement_twice": with_page(
-            sheet, 2, blob([fan(PATCHES[2]), again], Vertices(PLAIN.rows, [twice]))
+            sheet, 2, blob([fan(PATCHES[2]), again], Vertices(PLAIN.streams, [twice]))
         ).glb(),
     }
 

@@ -52,26 +52,12 @@ EXAMPLE_END = "<!-- worked example: end -->\n"
 # --- encoded meshes ---
 
 
-def position_stream(bits: int = 12, predictor: int = -1) -> dict:
-    return {
-        "kind": GRID,
-        "components": 3,
-        "bits": bits,
-        "predictor": predictor,
-        "step": 0.25,
-        "offset": [-1.0, 0.0, 2.0],
-    }
+def position_stream(bits: int = 12, predictor: int = -1) -> _codec.Stream:
+    return _codec.Stream(GRID, 3, bits, 0.25, (-1.0, 0.0, 2.0), predictor)
 
 
-def stream(kind: int, components: int, bits: int, predictor: int = -1) -> dict:
-    return {
-        "kind": kind,
-        "components": components,
-        "bits": bits,
-        "predictor": predictor,
-        "step": 1.0,
-        "offset": [0.0] * components,
-    }
+def stream(kind: int, elements: int, bits: int, predictor: int = -1) -> _codec.Stream:
+    return _codec.Stream(kind, elements, bits, 1.0, predictor=predictor)
 
 
 def encode(

@@ -48,7 +48,7 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
         environment.missing(*marker.args)
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def model() -> Callable[[str], Path]:
     """Returns the path of a model by its name ("nasty/Box.glb"); reports it missing if it is."""
 

@@ -66,4 +66,4 @@ def _or_constant(
 
 def meshlet_triangles(blob: bytes) -> np.ndarray:
     """int64[M]: triangles of each meshlet."""
-    return _codec.read_header(blob).meshlet_triangles.astype(np.int64)
+    return _codec.Header(blob).meshlet_triangles.astype(np.int64)

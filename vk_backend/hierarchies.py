@@ -174,7 +174,7 @@ def _with_levels(primitive: Primitive) -> LodPrimitive:
 
 def _flat(compressed: Compressed, primitive: Primitive) -> LodPrimitive:
     blobs = compressed.blobs
-    headers = [_codec.read_header(blob) for blob in blobs]
+    headers = [_codec.Header(blob) for blob in blobs]
     meshlets = np.array([h.meshlet_count for h in headers])
     of_page = -(-meshlets // MAX_CLUSTERS)
     pages = np.zeros(len(blobs), PAGE)

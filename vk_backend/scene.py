@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from gltf_ext import _codec
+from gltf_ext._codec import Stream
 from gltf_ext.compression.extension import (
     EXTENSION,
     Compressed,
@@ -20,7 +21,6 @@ from gltf_ext.compression.streams import (
     GRID,
     OCT,
     SIGN,
-    Stream,
     from_ordered_bits,
     streams_of,
 )

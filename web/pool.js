@@ -19,7 +19,7 @@ export async function createDecoderPool({ workers, source, createWorker = module
     throw new RangeError(`a pool cannot have ${count} workers`);
   const module = await compileDecoder(source);
   const started = await Promise.all(Array.from({ length: count }, () => createWorker()));
-  return new DecoderPool(await createDecoder(module), module, started);
+  return new DecoderPool(await createDecoder(module), module, started, createWorker);
 }
 
 async function moduleWorker() {
@@ -32,17 +32,22 @@ async function moduleWorker() {
 
 class DecoderPool {
   #planner; // reads headers only
+  #module;
+  #createWorker;
   #members;
   #waiting = []; // jobs without a member
-  #ended = null; // the error of all calls from now on
+  works = false; // a Worker has done a job; for members
+  ended = null; // the error of all calls from now on; for gltf-meshlet/stream, too
 
-  constructor(planner, module, workers) {
+  constructor(planner, module, workers, createWorker) {
     this.#planner = planner;
+    this.#module = module;
+    this.#createWorker = createWorker;
     this.#members = workers.map((worker) => new Member(worker, module, this));
   }
 
   async decodePrimitive(view, { integers = false, signal, onProgress } = {}) {
-    const plan = this.#plan(view, integers, signal);
+    const plan = this.#planner.plan(view, integers);
     const { blobs, total } = plan;
     let triangles = 0;
     const onTriangles = (count) => {
@@ -75,7 +80,7 @@ class DecoderPool {
   }
 
   async validate(view, { signal } = {}) {
-    const plan = this.#plan(view, false, signal);
+    const plan = this.#planner.plan(view, false);
     const validateBlob = async (blob) => {
       try {
         await this.run({ task: 'validate', bytes: blob.bytes }, signal);
@@ -92,10 +97,25 @@ class DecoderPool {
 
   // Rejects all jobs, now and later. For members.
   end(error) {
-    if (this.#ended) return;
-    this.#ended = error;
+    if (this.ended) return;
+    this.ended = error;
     for (const job of this.#waiting.splice(0)) job.reject(error);
     for (const member of this.#members) member.end(error);
+  }
+
+  // A member's Worker has failed. Where Workers do work, its job is to blame: only that rejects, and
+  // another Worker takes the member's place. For members.
+  async replace(member, error) {
+    if (!member.busy || !this.works) return this.end(error);
+    member.end(error); // and stays busy
+    try {
+      const worker = await this.#createWorker();
+      if (this.ended) worker.terminate();
+      else this.#members[this.#members.indexOf(member)] = new Member(worker, this.#module, this);
+      this.next();
+    } catch (failed) {
+      this.end(failed);
+    }
   }
 
   // Gives waiting jobs to members without one. For members.
@@ -104,15 +124,9 @@ class DecoderPool {
       if (!member.busy && this.#waiting.length > 0) member.start(this.#waiting.shift());
   }
 
-  #plan(view, integers, signal) {
-    signal?.throwIfAborted();
-    if (this.#ended) throw this.#ended;
-    return this.#planner.plan(view, integers);
-  }
-
   // Does a job: task, bytes, options and onTriangles. For this class and gltf-meshlet/stream.
   async run(given, signal) {
-    if (this.#ended) throw this.#ended;
+    if (this.ended) throw this.ended;
     signal?.throwIfAborted();
     let abort;
     try {
@@ -143,7 +157,10 @@ class Member {
     this.#worker = worker;
     this.#pool = pool;
     const failed = ({ message }) =>
-      pool.end(new Error(`a decoder's Worker failed: ${message ?? 'its script cannot be loaded'}`));
+      pool.replace(
+        this,
+        new Error(`a decoder's Worker failed: ${message ?? 'it cannot be loaded'}`),
+      );
     if (worker.on) {
       worker.on('message', (answer) => this.#receive(answer)).on('error', failed); // Node
     } else {
@@ -181,6 +198,7 @@ class Member {
       return;
     }
     this.#job = null;
+    this.#pool.works = true;
     this.#worker.unref?.();
     if (!error) resolve(result);
     else reject(error.malformed ? new MalformedError(error.message) : new Error(error.message));

@@ -174,7 +174,6 @@ int gltf_meshlet_get_meshlet_triangles(const gltf_meshlet_view* view, uint32_t b
 
 int gltf_meshlet_get_statistics(const gltf_meshlet_view* view, gltf_meshlet_statistics* out) {
   return with<OpenView>(view, [&](const OpenView& open) {
-    if (!has_size(out)) return bad_argument(kWrongSize);
     BitStatistics bits, one;
     for (size_t b = 0; b < open.view.blobs.size(); b++) {
       if (const Problem problem = count_bits(open.view.blobs[b], one))

@@ -86,7 +86,7 @@ class GpuDecoder:
         """
         table = _codec.Decoder(blob)
         meshlets, streams = table.meshlet_count, len(table.streams)
-        elements = sum(stream["components"] for stream in table.streams)
+        elements = sum(stream.elements for stream in table.streams)
         if streams > MAX_STREAMS or elements > MAX_ELEMENTS:
             raise ValueError(f"there is no room for {streams} streams of {elements} elements")
         sizes = (len(blob), 4 * meshlets, 256 * meshlets, 256 * elements * meshlets)

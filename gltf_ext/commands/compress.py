@@ -34,7 +34,6 @@ from gltf_ext.compression.primitives import (
     weld,
 )
 from gltf_ext.compression.streams import (
-    MAX_STREAMS,
     Bits,
     Grid,
     Plan,
@@ -290,7 +289,9 @@ def _identity(primitive: pygltflib.Primitive) -> Identity:
 
 def _source(document: Document, mesh: int, index: int) -> tuple[Primitive, Dropped]:
     source, dropped = read_triangles(document, mesh, index)
-    if len(source.arrays) > MAX_STREAMS:  # It stays uncompressed: welding would only take memory.
+    if (
+        len(source.arrays) > _codec.BLOB_MAX_STREAMS
+    ):  # It stays uncompressed: welding would only take memory.
         return source, dropped
     source, more = weld(source)
     dropped.add(more)
@@ -364,13 +365,15 @@ def _encode_job(job: Job, options: Options, threads: int, progress: Advance | No
         return
     job.source_vertices = source.vertex_count
     streams = len(source.arrays)  # one or more for each array
-    if streams <= MAX_STREAMS:
+    if streams <= _codec.BLOB_MAX_STREAMS:
         job.plan = plan_primitive(
             source.attributes, source.targets, job.grid, _bits(options), source.where
         )
         streams = len(job.plan.streams)
-    if streams > MAX_STREAMS:
-        job.reason_kept = f"it takes {streams} streams, at most {MAX_STREAMS} are possible"
+    if streams > _codec.BLOB_MAX_STREAMS:
+        job.reason_kept = (
+            f"it takes {streams} streams, at most {_codec.BLOB_MAX_STREAMS} are possible"
+        )
         return
     if options.lod:
         from gltf_ext.lod.writing import encode_with_levels  # slow to load, as meshoptimizer is
@@ -384,7 +387,7 @@ def _encode_job(job: Job, options: Options, threads: int, progress: Advance | No
         np.ascontiguousarray(source.indices),
         position_ids(positions),
         np.ascontiguousarray(positions, np.float32),
-        [s.table_row() for s in job.plan.streams],
+        job.plan.streams,
         job.plan.values,
         progress=progress,
         threads=threads,

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from gltf_ext import _codec
+from gltf_ext._codec import Stream
 from gltf_ext.compression.extension import (
     Compressed,
     has_compressed,
@@ -32,7 +33,6 @@ from gltf_ext.compression.streams import (
     OCT,
     SIGN,
     WEIGHT_SUM_TOLERANCE,
-    Stream,
     octahedral_bound,
     quantise_like,
     semantic,

@@ -11,6 +11,7 @@ import numpy as np
 import pygltflib
 
 from gltf_ext import _codec
+from gltf_ext._codec import Stream
 from gltf_ext.compression.primitives import (
     Dropped,
     Primitive,
@@ -19,7 +20,7 @@ from gltf_ext.compression.primitives import (
     place,
     read_primitive,
 )
-from gltf_ext.compression.streams import GRID, OCT, SIGN, Stream, streams_of, to_accessor
+from gltf_ext.compression.streams import GRID, OCT, SIGN, streams_of, to_accessor
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.accessors import Format, accessor_format
 from gltf_ext.gltf.document import Document, item
@@ -211,7 +212,7 @@ def read_compressed(document: Document, mesh: int, index: int) -> Compressed:
             extension,
             extension["bufferView"],
             blob,
-            [Stream.from_row(row) for row in decoder.streams],
+            decoder.streams,
             decoder.triangle_count,
             decoder.vertex_count,
             attributes,

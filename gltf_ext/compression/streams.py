@@ -24,22 +24,19 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 
+from gltf_ext._codec import GRID_MAX_BITS, STREAM_MAX_ELEMENTS, Stream
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.accessors import bounds
 
 GRID, OCT, INTEGER, FLOAT32, SIGN = range(5)
-MAX_STREAM_ELEMENTS = 4
-MAX_GRID_BITS = 24
-MAX_STREAMS = 64
 # Skin weights whose sum differs from one by less than this are taken to sum to one.
 WEIGHT_SUM_TOLERANCE = 1e-3
 SMALLEST_STEP = float(np.finfo(np.float32).tiny)  # GPUs flush smaller ones to zero
 
-Quantised = tuple["Stream", np.ndarray]  # a stream, and its values uint32[V, elements]
+Quantised = tuple[Stream, np.ndarray]  # a stream, and its values uint32[V, elements]
 
 
 @dataclass(frozen=True)
@@ -60,35 +57,6 @@ class Bits:
             "TEXCOORD": self.texcoord,
             "COLOR": self.color,
         }.get(semantic, self.position)
-
-
-@dataclass(frozen=True)
-class Stream:
-    """One row of the blob's stream table (appendix A.3 of the specification)."""
-
-    kind: int
-    elements: int
-    bits: int
-    step: float = 0.0
-    offset: tuple[float, ...] = field(default_factory=tuple)
-    predictor: int = -1
-
-    @property
-    def width(self) -> int:
-        """Accessor components that the stream stands for."""
-        return 3 if self.kind == OCT else self.elements
-
-    def table_row(self) -> dict[str, Any]:
-        """The row as _codec.encode takes it."""
-        offset = list(self.offset) or [0.0] * self.elements
-        return {**vars(self), "components": self.elements, "offset": offset}
-
-    @staticmethod
-    def from_row(row: dict[str, Any]) -> Stream:
-        """The stream of a row as _codec.Decoder.streams has it."""
-        elements = row["components"]
-        offset = tuple(row["offset"][:elements])
-        return Stream(row["kind"], elements, row["bits"], row["step"], offset, row["predictor"])
 
 
 @dataclass(frozen=True)
@@ -116,11 +84,11 @@ def position_grid(low: np.ndarray, high: np.ndarray, bits: int, step: float | No
     extent = float(np.max(np.asarray(high, np.float64) - low))
     chosen = _step(extent, bits) if step is None else max(float(np.float32(step)), SMALLEST_STEP)
     cells = extent / chosen
-    if np.rint(cells) >= 2**MAX_GRID_BITS:
+    if np.rint(cells) >= 2**GRID_MAX_BITS:
         raise MeshletError(
-            f"step {chosen if step is None else step:g} needs more than {MAX_GRID_BITS} bits "
+            f"step {chosen if step is None else step:g} needs more than {GRID_MAX_BITS} bits "
             f"for a box of {extent:g}",
-            f"use a step of at least {extent / (2**MAX_GRID_BITS - 1):.3g}",
+            f"use a step of at least {extent / (2**GRID_MAX_BITS - 1):.3g}",
         )
     x, y, z = (float(v) for v in low)
     return Grid((x, y, z), chosen)
@@ -161,10 +129,10 @@ def _fit_bits(name: str, stream: Stream, values: np.ndarray) -> Quantised:
     """Quantises the values; the stream gets the bits that they need. Raises MeshletError."""
     quantised = grid_values(values, stream)
     bits = _needed_bits(quantised.max())
-    if bits > MAX_GRID_BITS:
+    if bits > GRID_MAX_BITS:
         raise MeshletError(
             f"{name} needs {bits} bits at step {stream.step:g}, "
-            f"at most {MAX_GRID_BITS} are possible",
+            f"at most {GRID_MAX_BITS} are possible",
             "use fewer bits or a larger step",
         )
     return replace(stream, bits=bits), quantised
@@ -197,7 +165,7 @@ def _delta_grid(name: str, values: np.ndarray, step: float) -> Stream:
     """A grid on which zero decodes to exactly zero: -offset is a power of two times the step."""
     lowest, highest = (np.rint(v.astype(np.float64) / step) for v in bounds(values))
     below = [2 ** int(-k - 1).bit_length() if k < 0 else 0 for k in lowest]
-    if max(highest + below) >= 2**MAX_GRID_BITS:
+    if max(highest + below) >= 2**GRID_MAX_BITS:
         # No room for the power of two: zero decodes to within rounding.
         below = [int(-k) for k in lowest]
     offset = tuple(float(np.float32(-b * step)) for b in below)
@@ -374,8 +342,8 @@ def _attribute_streams(
 def _chunks(values: np.ndarray, encode: Callable[[np.ndarray], Quantised]) -> list[Quantised]:
     """Streams of at most four elements each."""
     return [
-        encode(values[:, c : c + MAX_STREAM_ELEMENTS])
-        for c in range(0, values.shape[1], MAX_STREAM_ELEMENTS)
+        encode(values[:, c : c + STREAM_MAX_ELEMENTS])
+        for c in range(0, values.shape[1], STREAM_MAX_ELEMENTS)
     ]
 
 

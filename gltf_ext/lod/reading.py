@@ -62,8 +62,7 @@ class LodPrimitive:
     def cluster_triangles(self) -> np.ndarray:
         """int64[C]: number of triangles of each cluster. Reads all pages' headers."""
         of_pages = [
-            _codec.read_header(self.page(p)).meshlet_triangles
-            for p in range(len(self.tables.pages))
+            _codec.Header(self.page(p)).meshlet_triangles for p in range(len(self.tables.pages))
         ]
         counts = np.concatenate(of_pages).astype(np.int64)
         if len(counts) != self.tables.cluster_begin[-1]:
@@ -112,7 +111,7 @@ class LodPrimitive:
         chosen, blob = self.drawn_of_page(page, drawn), self.page(page)
         with malformed_from(f"{self.where}: page {page}"):
             triangles, values = _codec.decode_values(blob, threads=1)
-        triangle_begin = begins(_codec.read_header(blob).meshlet_triangles)
+        triangle_begin = begins(_codec.Header(blob).meshlet_triangles)
         return triangles[members(triangle_begin, chosen)], values
 
     def check_page(self, number: int, blob: bytes | None = None) -> None:
@@ -122,7 +121,7 @@ class LodPrimitive:
         """
         blob = self.page(number) if blob is None else blob
         with malformed_from(f"{self.where}: page {number}"):
-            header = _codec.read_header(blob)
+            header = _codec.Header(blob)
         row, begin = self.tables.pages[number], self.tables.cluster_begin
         first, last = self.groups_of(number)
         stated = (row["triangles"], row["vertices"], begin[last] - begin[first])

@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 
 from gltf_ext import _codec
+from gltf_ext._codec import Stream
 from gltf_ext.compression.options import Options
 from gltf_ext.compression.primitives import Primitive, position_ids
-from gltf_ext.compression.streams import Plan, Stream, semantic
+from gltf_ext.compression.streams import Plan, semantic
 from gltf_ext.lod import simplifier
 from gltf_ext.lod.builder import Hierarchy, build
 from gltf_ext.lod.document import Levels
@@ -227,7 +228,7 @@ def _pack(
         np.ascontiguousarray(used),
         ids,
         positions,
-        [stream.table_row() for stream in plan.streams],
+        plan.streams,
         values,
         threads=threads,
         meshlets=(
@@ -239,7 +240,7 @@ def _pack(
         page_bytes=limit,
     )
     blobs = [view[start : start + size] for start, size in _codec.split(view)]
-    headers = [_codec.read_header(blob) for blob in blobs]
+    headers = [_codec.Header(blob) for blob in blobs]
     ends = np.cumsum([header.meshlet_count for header in headers])
     rows = [
         np.array([(len(blob), 0, header.triangle_count, header.vertex_count)], PAGE)

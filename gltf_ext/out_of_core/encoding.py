@@ -258,7 +258,7 @@ def _encoded(
         primitive.indices,
         vertices.position_ids,
         np.ascontiguousarray(primitive.attributes["POSITION"], np.float32),
-        [s.table_row() for s in plan.streams],
+        plan.streams,
         plan.values,
         threads=threads,
         page_bytes=options.page_bytes or DEFAULT_PAGE_BYTES,

@@ -12,12 +12,12 @@ from functools import cached_property
 import numpy as np
 
 from gltf_ext import _codec
+from gltf_ext._codec import Stream
 from gltf_ext.compression.primitives import Primitive, place
 from gltf_ext.compression.streams import (
     Bits,
     Grid,
     Plan,
-    Stream,
     dequantise,
     plan_primitive,
     quantise_like,

@@ -79,8 +79,7 @@ def test_python_declares_what_the_header_declares(tmp_path):
         assert len(declared[name].split(",")) == len(types), name
     expected, printed = [], []
     for name, body in re.findall(r"typedef struct (gltf_meshlet_\w+) \{(.*?)\n\}", text, re.S):
-        short = name.removeprefix("gltf_meshlet_").capitalize()
-        struct = _codec.StreamHeader if short == "Stream" else getattr(_codec, f"_{short}")
+        struct = getattr(_codec, f"_{name.removeprefix('gltf_meshlet_').capitalize()}")
         fields = [getattr(struct, field) for field, _ in struct._fields_]
         expected += [ctypes.sizeof(struct), *(field.offset for field in fields)]
         body = re.sub(r"\(\*(\w+)\)\([^)]*\)", r"\1", body)
@@ -103,7 +102,7 @@ def test_what_the_progress_function_raises_cancels():
         raise Enough(str(fraction))
 
     triangles, positions = np.array([[0, 1, 2]], np.uint32), np.eye(3, dtype=np.float32)
-    stream = {"kind": _codec.KIND_INTEGER, "components": 1, "bits": 1}
+    stream = _codec.Stream(_codec.KIND_INTEGER, 1, 1)
     values = [np.array([[0], [1], [0]], np.uint32)]
     with pytest.raises(Enough):
         _codec.encode(triangles, triangles[0], positions, [stream], values, progress=progress)

@@ -88,7 +88,7 @@ def test_many_small_meshlets_with_far_references():
         .astype(np.uint32)
     )
     values = np.stack([x, y, x * y % 7], axis=1).astype(np.uint32)
-    stream = {"kind": _codec.KIND_GRID, "components": 3, "bits": 8, "step": 1.0, "offset": [0] * 3}
+    stream = _codec.Stream(_codec.KIND_GRID, 3, 8, 1.0)
     count = len(triangles)
     begins = np.arange(count + 1, dtype=np.uint32)
     order = np.random.default_rng(1).permutation(count).astype(np.uint32)

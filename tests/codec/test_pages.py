@@ -32,13 +32,7 @@ class Mesh:
     def arguments(self) -> tuple:
         ids = _codec.weld(np.ascontiguousarray(self.positions).view(np.uint8))[0]
         streams = [
-            {
-                "kind": kind,
-                "components": v.shape[1],
-                "bits": bits,
-                "step": 0.5,
-                "offset": [1.0] * v.shape[1],
-            }
+            _codec.Stream(kind, v.shape[1], bits, 0.5, (1.0,) * v.shape[1])
             for kind, v, bits in zip(
                 (_codec.KIND_GRID, _codec.KIND_INTEGER), self.values, self.bits
             )

@@ -125,9 +125,7 @@ def test_the_native_decoder_dequantises_alike():
         "here",
     )
     triangles = np.array([[0, 1, 2]], np.uint32)
-    blob, _ = _codec.encode(
-        triangles, triangles[0], positions, [s.table_row() for s in plan.streams], plan.values
-    )
+    blob, _ = _codec.encode(triangles, triangles[0], positions, plan.streams, plan.values)
     _, integers = _codec.decode(blob)
     _, values = _codec.decode_values(blob)
     for stream, quantised, native in zip(plan.streams, integers, values):

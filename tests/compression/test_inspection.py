@@ -58,7 +58,7 @@ def test_the_encoders_statistics_are_those_of_the_blob(original):
             primitive.indices,
             position_ids(positions),
             positions,
-            [stream.table_row() for stream in plan.streams],
+            plan.streams,
             plan.values,
         )
         assert statistics.pop("generation")

@@ -28,7 +28,8 @@ def lavapipe_environment() -> dict[str, str]:
     """The environment of a program that is to find no other Vulkan device."""
     if not LAVAPIPE.is_file():
         environment.missing("no lavapipe (Debian: apt install mesa-vulkan-drivers)")
-    return {**os.environ, "VK_ICD_FILENAMES": str(LAVAPIPE)}
+    # Chromium sets the older variable itself.
+    return {**os.environ, "VK_ICD_FILENAMES": str(LAVAPIPE), "VK_DRIVER_FILES": str(LAVAPIPE)}
 
 
 def browser_command(browser: str) -> list[str | Path]:

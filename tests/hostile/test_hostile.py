@@ -7,7 +7,7 @@ from tests.helpers import environment
 
 MUTANTS, EACH = 2_000, 3
 SEED = 25
-MINUTES = 15  # on a busy machine; one to two minutes otherwise
+MINUTES = 15  # on a busy machine; half a minute otherwise
 
 
 def test_mutants_are_refused_or_harmless():

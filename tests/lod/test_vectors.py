@@ -85,7 +85,7 @@ def surface(primitive, cut):
     for page in cut.pages:
         triangles, values = _codec.decode(primitive.page(page))
         joined = np.concatenate(values, axis=1)
-        begin = np.cumsum([0, *_codec.read_header(primitive.page(page)).meshlet_triangles])
+        begin = np.cumsum([0, *_codec.Header(primitive.page(page)).meshlet_triangles])
         for m in primitive.drawn_of_page(page, cut.drawn):
             found += joined[triangles[begin[m] : begin[m + 1]]].tolist()
     return found

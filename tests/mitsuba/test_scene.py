@@ -12,7 +12,7 @@ import pytest
 from PIL import Image
 
 import gltf_ext
-from gltf_ext.compression.streams import MAX_STREAMS
+from gltf_ext._codec import BLOB_MAX_STREAMS
 from gltf_ext.gltf.importers import open_model
 from gltf_meshlet.cli import main
 from tests.helpers.gltf_builder import Builder, everything
@@ -206,7 +206,7 @@ def test09_uncompressed_primitives(variant, tmp_path):
     builder = Builder()
     shown = {name: values[name] for name in ("POSITION", "NORMAL", "TEXCOORD_0")}
     builder.mesh(shown, triangles)
-    too_many = {f"_A{i}": values["_ID"].astype(np.float32) for i in range(MAX_STREAMS)}
+    too_many = {f"_A{i}": values["_ID"].astype(np.float32) for i in range(BLOB_MAX_STREAMS)}
     builder.mesh({**shown, **too_many}, triangles)
     builder.properties["nodes"] = [{"mesh": 0}, {"mesh": 1, "translation": [0, 1, 0]}]
     builder.properties["scenes"] = [{"nodes": [0, 1]}]

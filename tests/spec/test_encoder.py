@@ -23,7 +23,7 @@ from spec.blob_writer import (
 CHOOSE = -1  # in place of a predictor: the encoder chooses
 
 
-def random_stream(rng: random.Random) -> dict:
+def random_stream(rng: random.Random) -> _codec.Stream:
     kind = rng.choice([GRID, OCT, INTEGER, FLOAT32, SIGN])
     elements = {OCT: 2, FLOAT32: 1, SIGN: 1}.get(kind) or rng.randint(1, 4)
     bits = random_bits(rng, kind)
@@ -49,11 +49,11 @@ def random_sheet(rng: random.Random, bits: int):
     return np.array(triangles or [[0, 1, columns + 2]]), positions, columns
 
 
-def random_values(rng: random.Random, positions: np.ndarray, stream: dict) -> np.ndarray:
+def random_values(rng: random.Random, positions: np.ndarray, stream: _codec.Stream) -> np.ndarray:
     """Values that follow the positions, with some noise."""
     noise = np.random.default_rng(rng.getrandbits(32))
-    largest = (1 << stream["bits"]) - 1
-    source = positions[:, [c % 3 for c in range(stream["components"])]] / max(positions.max(), 1)
+    largest = (1 << stream.bits) - 1
+    source = positions[:, [c % 3 for c in range(stream.elements)]] / max(positions.max(), 1)
     values = source * largest + noise.normal(0, rng.choice([0, 1, largest / 20]), source.shape)
     return np.rint(values).clip(0, largest).astype(np.uint64).astype(np.uint32)
 

@@ -31,11 +31,18 @@ const browser = await puppeteer.launch({
   extraPrefsFirefox: firefox,
   env: { ...process.env, LIBGL_ALWAYS_SOFTWARE: '1' },
 });
+// Ends Chromium's GPU process, as a driver that fails does.
+async function loseGpu() {
+  const session = await browser.target().createCDPSession();
+  await session.send('Browser.crashGpuProcess');
+}
+
 const results = [];
 for (const file of files) {
   const tab = await browser.newPage();
   tab.setDefaultTimeout(TIMEOUT);
   await tab.setViewport({ width: 640, height: 480 });
+  await tab.exposeFunction('loseGpu', loseGpu);
   await tab.goto(`${server.url}/${page}?file=/files/${file}`);
   const done = await tab.waitForFunction('window.done');
   results.push(await done.jsonValue());

@@ -25,6 +25,21 @@ const IDENTITY = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1];
 const PLANNED = 11 * 65_536; // bytes of a Worker
 const pause = (milliseconds) => new Promise((resolve) => setTimeout(resolve, milliseconds));
 
+// Makes pauses shorter, such as those before another try.
+function hurryTimers() {
+  const { setTimeout: later } = globalThis;
+  globalThis.setTimeout = (action, milliseconds, ...more) =>
+    later(action, milliseconds / 100, ...more);
+}
+
+// Makes clocks faster, too, but for Date.
+function hurry() {
+  hurryTimers();
+  const { now } = performance;
+  performance.now = () => 100 * now.call(performance);
+}
+const PATIENT = { stallMs: 1e7 }; // options of streams in a hurry, on a busy machine
+
 // Looks at the first primitive from `distance` radii, at an angle.
 function viewOf(streamer, distance = 2.5, angle = 0) {
   const [x, y, z, radius] = streamer.primitives[0]?.tables.spheres ?? [0, 0, 0, 1];
@@ -61,9 +76,9 @@ const hasProblem = ({ told, refused }) =>
 // Updates until nothing is missing, until the condition holds, or for so many milliseconds. Returns
 // the largest total of bytes.
 async function rest(streamer, view, { pixels = 1, limit = 300_000, until = () => false } = {}) {
-  const end = performance.now() + limit;
+  const end = Date.now() + limit;
   let most = 0;
-  while (performance.now() < end && streamer.told.broken.length === 0 && !until(streamer)) {
+  while (Date.now() < end && streamer.told.broken.length === 0 && !until(streamer)) {
     streamer.update(view, pixels);
     const { complete, waiting, bytes } = streamer.statistics;
     most = Math.max(most, bytes.total);
@@ -76,7 +91,14 @@ async function rest(streamer, view, { pixels = 1, limit = 300_000, until = () =>
 // Residency of 40 equal pages of a primitive, without a file. read(page) and decode(page) may reject;
 // decode gives the bytes of a Worker's memory. run() ends if so many pages are resident, or with the
 // stream. Returns how often each page was read, and what was told.
-function fortyPages({ read = async () => {}, decode, givenUp = [], rootPages = 0, workers = 4 }) {
+function fortyPages({
+  read = async () => {},
+  decode,
+  givenUp = [],
+  rootPages = 0,
+  workers = 4,
+  ended = false,
+}) {
   const [length, count] = [20_000, 40];
   const pool = { byteLength: 20e6, fits: () => true, insert: () => ({}), remove() {} };
   const tables = { rootPages, pageClusters: (p) => p };
@@ -105,6 +127,7 @@ function fortyPages({ read = async () => {}, decode, givenUp = [], rootPages = 0
     document: { held: 0 },
     signal: new AbortController().signal,
     decoders: {
+      ended,
       async run({ options }) {
         await pause(3);
         return { memory: await decode(owner.pages[options.expected.clusters]) };
@@ -124,6 +147,18 @@ function fortyPages({ read = async () => {}, decode, givenUp = [], rootPages = 0
       await pause(4);
     }
     return { ...result, resident: resident() };
+  };
+}
+
+// What a session calls of an engine; told: the messages of each type.
+function placing(told) {
+  return {
+    load() {},
+    show(streamer) {
+      for (const one of streamer.primitives) streamer.addInstance(one).place(IDENTITY);
+    },
+    clear() {},
+    tell: (type, message) => told[type]?.push(message),
   };
 }
 
@@ -223,6 +258,7 @@ const tasks = {
 
   // What becomes of malformed files: refused levels, warnings, an error.
   async malformed(files) {
+    hurry();
     const results = {};
     for (const file of files) {
       try {
@@ -485,13 +521,75 @@ const tasks = {
     return fortyPages({ read, decode: async () => PLANNED, rootPages: 4 })();
   },
 
-  // A Worker that dies.
+  // Workers that cannot go on.
   dead: () =>
     fortyPages({
       decode: async () => {
         throw new Error('a Worker failed');
       },
+      ended: true,
     })(),
+
+  // A session on a file of which a page kills each Worker that decodes it: what it told, the
+  // pages that are missing at the end, and how often that page was decoded.
+  async killers([file]) {
+    hurry();
+    const bytes = readFileSync(file);
+    const server = await serveFile(bytes);
+    let killer = null;
+    let kills = 0;
+    const createWorker = () => {
+      const worker = new Worker(pathToFileURL(path.join(web, 'stream', 'worker.js')));
+      const post = worker.postMessage.bind(worker);
+      worker.postMessage = (message, transfer) => {
+        if (!killer?.equals(message.bytes ?? Buffer.alloc(0))) return post(message, transfer);
+        kills++;
+        worker.emit('error', new Error('out of memory'));
+      };
+      return worker;
+    };
+    const told = { load: [], warning: [], error: [] };
+    const session = new Session(server.url, { ...PATIENT, createWorker }, placing(told));
+    await session.ready;
+    const [{ pages }] = session.streamer.primitives;
+    const page = pages.find(
+      ({ number, owner, state }) => number > owner.firstPages && state === NONE,
+    );
+    killer = bytes.subarray(page.begin, page.begin + page.length);
+    const view = viewOf(session.streamer);
+    const end = Date.now() + 10_000;
+    let last;
+    do {
+      session.streamer?.update(view, 0);
+      await pause(300);
+      last = session.streamer?.statistics;
+    } while (Date.now() < end && (kills < 3 || last?.waiting !== 0));
+    session.close();
+    server.close();
+    return { ...told, number: page.number, missing: last?.missing, kills };
+  },
+
+  // What a session told, up to ten pictures, on a server that gives the file another ETag after each
+  // one. seconds: how long a picture lasts, at least.
+  async flapping([file, seconds]) {
+    hurryTimers();
+    const told = { load: [], warning: [], error: [] };
+    const { now } = performance;
+    let late = 0;
+    performance.now = () => now.call(performance) + late;
+    const server = await serveFile(readFileSync(file));
+    const session = new Session(server.url, PATIENT, placing(told));
+    await session.ready;
+    while (told.load.length < 10 && told.error.length === 0) {
+      late = 1000 * seconds * told.load.length;
+      server.etag = `"picture ${told.load.length}"`;
+      session.streamer?.update(viewOf(session.streamer), 0);
+      await pause(300);
+    }
+    session.close();
+    server.close();
+    return told;
+  },
 
   // Whether all is there at the end if a page updates only when the stream says so, and has time for
   // one decoded page a frame.

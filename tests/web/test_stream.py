@@ -34,11 +34,12 @@ def stream(task: str, *given: object) -> Any:
     return json.loads(done.stdout)
 
 
-@pytest.fixture
-def bunny(model, tmp_path) -> Path:
+@pytest.fixture(scope="module")
+def bunny(model, tmp_path_factory) -> Path:
     environment.need_package("meshoptimizer")
-    compress(model("bunny.glb"), tmp_path / "bunny.glb", lod=True)
-    return tmp_path / "bunny.glb"
+    path = tmp_path_factory.mktemp("bunny") / "bunny.glb"
+    compress(model("bunny.glb"), path, lod=True)
+    return path
 
 
 def test_cuts_are_those_of_the_vectors():
@@ -175,16 +176,37 @@ def test_refused_root_pages_break_the_stream():
     assert len(result["warnings"]) == result["reads"][3] == 3
 
 
+def test_pages_that_kill_their_workers_are_given_up(bunny):
+    """Other Workers take their place, and all else is drawn."""
+    result = stream("killers", bunny)
+    assert (len(result["load"]), result["error"]) == (1, [])
+    assert (result["kills"], result["missing"]) == (3, 1)
+    (warning,) = result["warning"]
+    assert warning == (
+        f"mesh 0 primitive 0: page {result['number']}: a decoder's Worker failed: out of memory"
+    )
+
+
+def test_restarts_end(bunny):
+    """Of a stream whose file changes soon after each picture."""
+    result = stream("flapping", bunny, 0)
+    (error,) = result["error"]
+    assert "the file has changed" in error
+    assert len(result["warning"]) == 5 and len(result["load"]) == 6
+    assert stream("flapping", bunny, 61)["error"] == []
+
+
 def test_dead_workers_break_the_stream():
     result = stream("dead")
     assert result["broken"][0] == "a Worker failed"
     assert result["warnings"] == []
 
 
-@pytest.fixture
-def two_layouts(tmp_path) -> Path:
+@pytest.fixture(scope="module")
+def two_layouts(tmp_path_factory) -> Path:
     """Two balls, one of them with colours, so that their vertices lie in different pools."""
     environment.need_package("meshoptimizer")
+    folder = tmp_path_factory.mktemp("layouts")
     scene = trimesh.Scene()
     for number, x in enumerate((0.0, 50.0)):
         ball = trimesh.creation.icosphere(6, 1.0)
@@ -193,9 +215,9 @@ def two_layouts(tmp_path) -> Path:
         if number:
             ball.visual.vertex_colors = np.full((len(ball.vertices), 4), 200, np.uint8)
         scene.add_geometry(ball)
-    scene.export(tmp_path / "balls.glb")
-    compress(tmp_path / "balls.glb", tmp_path / "lod.glb", lod=True)
-    return tmp_path / "lod.glb"
+    scene.export(folder / "balls.glb")
+    compress(folder / "balls.glb", folder / "lod.glb", lod=True)
+    return folder / "lod.glb"
 
 
 def test_memory_moves_to_the_layout_in_view(two_layouts):

@@ -33,18 +33,29 @@ TWO_FRAMES = "new Promise((end) => requestAnimationFrame(() => requestAnimationF
 PAINTED = ["evaluate", TWO_FRAMES]
 
 
-@pytest.fixture
-def browse(tmp_path) -> Callable[..., list[dict[str, Any]]]:
-    """Runs steps of view.mjs on pages, and checks whom they asked."""
+@pytest.fixture(scope="module")
+def browser() -> Iterator[subprocess.Popen[str]]:
+    """view.mjs with a browser for all tests."""
     environment.need_npm_package("playwright-core")
     chromium = environment.need_program("chromium", "Debian: apt install chromium")
+    command = ["node", str(DRIVER), str(NODE_MODULES), chromium]
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
+    # A page takes 8 s of processor time with Chromium's own SwiftShader, 3 s with lavapipe.
+    faster = browsers.lavapipe_environment() if browsers.LAVAPIPE.is_file() else None
+    with subprocess.Popen(command, text=True, env=faster, **pipes) as process:
+        yield process
+        process.stdin.close()
+
+
+@pytest.fixture
+def browse(browser) -> Callable[..., list[list[Any]]]:
+    """Runs steps of view.mjs on pages, and checks whom they asked."""
 
     def run(*pages: dict[str, Any], errors: bool = False) -> list[list[Any]]:
-        (tmp_path / "pages.json").write_text(json.dumps(pages))
-        command = ["node", DRIVER, NODE_MODULES, chromium, tmp_path / "pages.json"]
-        done = subprocess.run(list(map(str, command)), capture_output=True, text=True, timeout=500)
-        assert done.returncode == 0, done.stderr
-        answers = json.loads(done.stdout)
+        browser.stdin.write(json.dumps(pages) + "\n")
+        browser.stdin.flush()
+        answers = json.loads(browser.stdout.readline() or '{"error": "view.mjs has ended"}')
+        assert "error" not in answers, answers["error"]
         for page, answer in zip(pages, answers):
             own = urlsplit(page["address"]).netloc
             asked = {urlsplit(url.removeprefix("blob:")).netloc for url in answer["requests"]}
@@ -102,6 +113,15 @@ def static(tmp_path) -> Iterator[Callable[[Path], str]]:
 def torus(tmp_path) -> Path:
     trimesh.creation.torus(2.0, 0.7).export(tmp_path / "torus.glb")
     return tmp_path / "torus.glb"
+
+
+@pytest.fixture(scope="module")
+def bunny(model, tmp_path_factory) -> Path:
+    """With levels."""
+    environment.need_package("meshoptimizer")
+    path = tmp_path_factory.mktemp("bunny") / "bunny.glb"
+    gltf_ext.compress(model("bunny.glb"), path, lod=True)
+    return path
 
 
 def pixels(path: Path) -> np.ndarray:
@@ -204,17 +224,15 @@ def test_views_of_a_model(browse, serve, torus, tmp_path):
     assert (pixels(to["light"])[0, 0] == SCENE["light"]).all()
 
 
-def test_models_with_levels_stream(browse, serve, model, tmp_path):
+def test_models_with_levels_stream(browse, serve, bunny, tmp_path):
     """Sliders, colours, the frozen cut and what the page tells."""
-    environment.need_package("meshoptimizer")
-    gltf_ext.compress(model("bunny.glb"), tmp_path / "bunny.glb", lod=True)
     coarse, fine, by_level = (str(tmp_path / f"{name}.png") for name in "abc")
     slide = "pixels.value = {}; pixels.dispatchEvent(new Event('input'))"
     told = "parseFloat(/{}\\s+([\\d.,]+)/.exec(details.innerText)?.[1])"
     choose = "colour.value = '{}'; colour.dispatchEvent(new Event('change'))"
     (results,) = browse(
         {
-            "address": serve(tmp_path / "bunny.glb"),
+            "address": serve(bunny),
             "steps": [
                 SHOWN,
                 ["evaluate", slide.format(5)],
@@ -245,15 +263,13 @@ def test_models_with_levels_stream(browse, serve, model, tmp_path):
     assert (pixels(by_level) != pixels(fine)).mean() > 0.05
 
 
-def test_picture_comes_back_after_a_lost_context(browse, serve, model, tmp_path):
-    environment.need_package("meshoptimizer")
-    gltf_ext.compress(model("bunny.glb"), tmp_path / "bunny.glb", lod=True)
+def test_picture_comes_back_after_a_lost_context(browse, serve, bunny, tmp_path):
     before, after = str(tmp_path / "before.png"), str(tmp_path / "after.png")
     context = "document.getElementById('canvas').getContext('webgl2')"
     at_one_pixel = "/Error in pixels\\s+(1|0\\.\\d+)\\s/.test(details.innerText)"
     (results,) = browse(
         {
-            "address": serve(tmp_path / "bunny.glb"),
+            "address": serve(bunny),
             "steps": [
                 SHOWN,
                 ["until", at_one_pixel],

@@ -66,7 +66,7 @@ def expected(blob: bytes) -> dict[str, Any]:
     """What decodeToGPU must make of a blob with sound tables: malformed meshlets draw nothing."""
     decoder = _codec.Decoder(blob)
     indices, problem = [], None
-    elements = [stream["components"] for stream in decoder.streams]
+    elements = [stream.elements for stream in decoder.streams]
     integers = [np.zeros((decoder.meshlet_count, 64, n), np.uint32) for n in elements]
     for m in range(decoder.meshlet_count):
         try:

@@ -1,13 +1,15 @@
 // Opens pages in Chromium, acts on them and tells what they show.
-// Usage: node view.mjs NODE_MODULES CHROMIUM FILE
-// FILE: JSON, [{"address", "width", "height", "scheme", "steps": [[action, ...arguments], ...]}]
-// Prints JSON: per page {"results": one for each step, "requests": addresses, "problems": what the
-// console says of errors}.
+// Usage: node view.mjs NODE_MODULES CHROMIUM
+// Reads lines of JSON, [{"address", "width", "height", "scheme", "steps": [[action, ...arguments],
+// ...]}], and answers each with a line: per page {"results": one for each step, "requests":
+// addresses, "problems": what the console says of errors}, or {"error": text}. One browser for all
+// lines: the driver compiles its shaders for the first page.
 import { readFile } from 'node:fs/promises';
 import { createRequire } from 'node:module';
 import path from 'node:path';
+import { createInterface } from 'node:readline';
 
-const [modules, executablePath, file] = process.argv.slice(2);
+const [modules, executablePath] = process.argv.slice(2);
 const { chromium } = createRequire(path.join(modules, 'x.js'))('playwright-core');
 const TIMEOUT = 400_000; // milliseconds: software rendering on a busy machine
 
@@ -78,10 +80,8 @@ const actions = {
 
 const args = ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'];
 const browser = await chromium.launch({ executablePath, args });
-const pages = [];
-for (const { address, width = 760, height = 480, scheme = 'dark', steps } of JSON.parse(
-  await readFile(file, 'utf8'),
-)) {
+
+async function show({ address, width = 760, height = 480, scheme = 'dark', steps }) {
   const context = await browser.newContext({
     viewport: { width, height },
     colorScheme: scheme,
@@ -94,11 +94,24 @@ for (const { address, width = 760, height = 480, scheme = 'dark', steps } of JSO
   page.on('request', (request) => requests.push(request.url()));
   page.on('console', (message) => message.type() === 'error' && problems.push(message.text()));
   page.on('pageerror', (error) => problems.push(String(error)));
-  await page.goto(address);
-  const results = [];
-  for (const [action, ...rest] of steps) results.push(await actions[action](page, ...rest));
-  pages.push({ results, requests, problems });
-  await context.close();
+  try {
+    await page.goto(address);
+    const results = [];
+    for (const [action, ...rest] of steps) results.push(await actions[action](page, ...rest));
+    return { results, requests, problems };
+  } finally {
+    await context.close();
+  }
+}
+
+async function showAll(pages) {
+  const shown = [];
+  for (const page of pages) shown.push(await show(page));
+  return shown;
+}
+
+for await (const line of createInterface({ input: process.stdin })) {
+  const answer = await showAll(JSON.parse(line)).catch(({ stack }) => ({ error: stack }));
+  process.stdout.write(`${JSON.stringify(answer)}\n`);
 }
 await browser.close();
-process.stdout.write(JSON.stringify(pages));

@@ -7,7 +7,7 @@ import { delayAfter, SourceError } from './source.js';
 
 const REQUESTS = 6; // at a time: what browsers send to one server with HTTP/1.1
 const REQUEST_BYTES = 131_072; // of neighbouring pages, if that many may wait
-const TRIES = 3; // of a page that is malformed, or refused by the server
+const TRIES = 3; // of a page that is malformed, kills its Worker, or is refused by the server
 const INSERT_MS = 3; // a frame, for copying decoded pages
 
 export class Residency {
@@ -180,21 +180,21 @@ export class Residency {
       });
   }
 
-  // A malformed page, or a dead Worker. Without a root page there are no levels, without Workers
-  // there is no stream.
+  // A page that is malformed, or that a Worker has failed with. Without a root page there are no
+  // levels, without Workers there is no stream.
   #bad(page, error) {
     if (this.#given.signal.aborted) return;
     page.state = STORED;
     this.#forget(page);
-    if (!(error instanceof MalformedError)) return this.#given.onBroken(error);
+    if (this.#given.decoders.ended) return this.#given.onBroken(error);
     const { owner, number } = page;
     const problem = `${owner.name}: page ${number}: ${error.message}`;
     if (number < owner.tables.rootPages) {
       page.retryAt = Number.POSITIVE_INFINITY;
       return this.#given.refuse(owner, new MalformedError(problem));
     }
-    this.#given.onWarning(problem);
     this.#postpone(page, error);
+    if (page.tries >= TRIES) this.#given.onWarning(problem);
   }
 
   // Copies decoded pages to their places, as long as a frame has time.

@@ -7,7 +7,8 @@ import { delayAfter, pause } from './source.js';
 import { openStreamer } from './streamer.js';
 import { LOD } from './tables.js';
 
-const RESTARTS = 5; // without a picture in between
+const RESTARTS = 5; // without a picture in between that lasts
+const LASTING_MS = 60_000; // longer than the pauses before all restarts take together
 const TASK_MS = 10; // of making the scene, at a time
 
 const nextTask = () => new Promise((resolve) => setTimeout(resolve));
@@ -19,6 +20,7 @@ export class Session {
   #signal; // the page's
   #abort = new AbortController();
   #restarts = 0;
+  #shown = 0; // when the picture came
   #wake = () => {};
 
   // streamer: null unless its scene is shown. engine: an adapter's
@@ -33,17 +35,20 @@ export class Session {
     this.#options = { ...options, signal: this.#abort.signal };
     this.#engine = engine;
     this.streamer = null;
-    this.ready = this.#start([]);
-    this.ready.catch((error) => engine.tell('error', error.message, error));
+    this.ready = this.#start();
+    this.#tellFailure(this.ready);
   }
 
-  async #start(exclude) {
+  #tellFailure(promise) {
+    promise.catch((error) => this.#engine.tell('error', error.message, error));
+  }
+
+  async #start() {
     const engine = this.#engine;
     let streamer;
     let broken = null;
     streamer = await openStreamer(this.#place, {
       ...this.#options,
-      exclude,
       onWarning: (message) => engine.tell('warning', message),
       onChange: () => {
         this.#wake();
@@ -80,23 +85,29 @@ export class Session {
     } catch (error) {
       streamer.close();
       engine.clear();
-      if (this.#abort.signal.aborted || ++this.#restarts > RESTARTS) throw error;
       if (!error.changed && streamer.refused.length === 0) throw error;
-      engine.tell('warning', `${error.message}; starting again`);
-      await pause(delayAfter(this.#restarts), this.#abort.signal);
-      return this.#start([...exclude, ...streamer.refused.map(({ key }) => key)]);
+      return this.#again(streamer, error);
     }
-    this.#restarts = 0;
+    this.#shown = performance.now();
     await nextTask();
   }
 
-  // The file has changed, or its levels turned out to be malformed.
+  // Starts again after an error of a streamer, later each time, and not for ever.
+  async #again({ refused }, error) {
+    if (this.#abort.signal.aborted || ++this.#restarts > RESTARTS) throw error;
+    this.#engine.tell('warning', `${error.message}; starting again`);
+    const { exclude = [] } = this.#options;
+    this.#options.exclude = [...exclude, ...refused.map(({ key }) => key)];
+    await pause(delayAfter(this.#restarts), this.#abort.signal);
+    return this.#start();
+  }
+
+  // The file has changed, its levels turned out to be malformed, or Workers cannot go on.
   #restart(error) {
-    const engine = this.#engine;
-    const exclude = this.streamer.refused.map(({ key }) => key);
-    engine.tell('warning', `${error.message}; starting again`);
+    const { streamer } = this;
+    if (performance.now() - this.#shown > LASTING_MS) this.#restarts = 0;
     this.#end();
-    this.#start(exclude).catch((failed) => engine.tell('error', failed.message, failed));
+    this.#tellFailure(this.#again(streamer, error));
   }
 
   #end() {

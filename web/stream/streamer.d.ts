@@ -27,7 +27,7 @@ export interface CoreOptions extends StreamOptions {
   onWarning?: (message: string) => void;
   /** Data has arrived: call `update`. */
   onChange?: () => void;
-  /** The stream cannot go on: the file has changed, or its levels are malformed. */
+  /** The stream cannot go on: the file has changed, its levels are malformed, or Workers do not start. */
   onBroken?: (error: Error) => void;
   /** Keys of primitives that are not streamed. */
   exclude?: string[];

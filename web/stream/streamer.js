@@ -52,7 +52,8 @@ export class Streamer {
     this.threshold = 0; // pixels, as raised to fit
     this.colour = 'none'; // tags of ranges: none, page, level or meshlet
     const { signal } = options;
-    signal?.addEventListener('abort', () => this.close(signal.reason));
+    // Until it is closed: else the page's signal keeps it in memory.
+    signal?.addEventListener('abort', () => this.close(signal.reason), this.#abort);
     if (signal?.aborted) this.close(signal.reason);
   }
 
@@ -79,8 +80,7 @@ export class Streamer {
   // --- opening ---
 
   async open(place) {
-    const { requestInit, stallMs, onWarning, unpacker } = this.#options;
-    const { source, createWorker, exclude } = this.#options;
+    const { onWarning, source, createWorker, exclude } = this.#options;
     const { signal } = this.#abort;
     signal.throwIfAborted();
     const starting = createDecoderPool({
@@ -90,8 +90,7 @@ export class Streamer {
     });
     starting.catch(() => {});
     try {
-      const options = { signal, requestInit, stallMs, onWarning, unpacker };
-      this.#document = await openDocument(place, options);
+      this.#document = await openDocument(place, { ...this.#options, signal });
     } finally {
       this.decoders = await starting;
       if (signal.aborted) this.decoders.close();

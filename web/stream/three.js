@@ -21,10 +21,8 @@ import { meshletPlugin } from '../three_plugin.js';
 import { View } from './cut.js';
 import { forStreamed, Session } from './session.js';
 
+// Of attributes, where they differ from glTF's in lower case.
 const NAMES = {
-  POSITION: 'position',
-  NORMAL: 'normal',
-  TANGENT: 'tangent',
   TEXCOORD_0: 'uv',
   TEXCOORD_1: 'uv1',
   TEXCOORD_2: 'uv2',
