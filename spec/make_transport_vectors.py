@@ -51,6 +51,14 @@ def large_numbers() -> bytes:
     )
 
 
+def halves() -> bytes:
+    """Pairs of integers of 32 bits that differ by 2^31: twice their residuals is 0, modulo 2^32."""
+    positions = make_vectors.grid_positions(9, 7, 400)
+    integers = np.random.default_rng(7).integers(0, 2, (len(positions), 2)) << 31
+    streams = [position_stream(13), stream(INTEGER, 2, 32)]
+    return encode(make_vectors.grid_triangles(9, 7), positions, streams, [integers])
+
+
 VALID = {
     "quad": make_vectors.quad,
     "pages": make_vectors.encoded_pages,
@@ -60,6 +68,7 @@ VALID = {
     "normals_and_texcoords": make_vectors.normals_and_texcoords,
     "separate_quads": separate_quads,
     "large_numbers": large_numbers,
+    "halves": halves,
     **{
         name: make_vectors.VALID[name][0]
         for name in ("every_kind", "every_predictor", "several_disks", "several_groups")

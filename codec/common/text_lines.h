@@ -9,7 +9,7 @@ namespace meshlet {
 
 // What the words after a line's keyword are.
 enum class Words {
-  kAny,      // not read
+  kAny,      // not read; no backslash continues them, as paths may end with one
   kNumbers,  // numbers
   kCorners,  // 1, 2 or 3 integers between slashes, as in an OBJ's faces; a word gives 3 numbers, 0
              // for one that is not there

@@ -742,11 +742,14 @@ uint32_t PageCoder<Coder>::code_values(MeshletRow& m, uint32_t s, uint32_t first
       difference[0] = signed_number(difference[0], token, models.large,
                                     models.first[prediction_class][spread][level]);
       size = magnitude(difference[0]);
+      // Known before the number, but for large ones: twice 2^31 is 0.
+      uint32_t context = token < kLargeToken ? kDoubled[token] : token_of(2 * size);
       for (uint32_t e = 1; e < elements; e++) {
-        Model& by_size = models.around[e - 1][e == 1 ? kDoubled[token] : token_of(size)][level];
+        Model& by_size = models.around[e - 1][context][level];
         difference[e] = signed_number(difference[e], token, models.large,
                                       models.near[e - 1][prediction_class][spread], by_size);
         size += magnitude(difference[e]);
+        context = token_of(size);
       }
       last_ = (prediction + difference) & top;
     }

@@ -289,10 +289,8 @@ def _identity(primitive: pygltflib.Primitive) -> Identity:
 
 def _source(document: Document, mesh: int, index: int) -> tuple[Primitive, Dropped]:
     source, dropped = read_triangles(document, mesh, index)
-    if (
-        len(source.arrays) > _codec.BLOB_MAX_STREAMS
-    ):  # It stays uncompressed: welding would only take memory.
-        return source, dropped
+    if len(source.arrays) > _codec.BLOB_MAX_STREAMS:
+        return source, dropped  # It stays uncompressed: welding would only take memory.
     source, more = weld(source)
     dropped.add(more)
     check_finite(source)
@@ -371,9 +369,8 @@ def _encode_job(job: Job, options: Options, threads: int, progress: Advance | No
         )
         streams = len(job.plan.streams)
     if streams > _codec.BLOB_MAX_STREAMS:
-        job.reason_kept = (
-            f"it takes {streams} streams, at most {_codec.BLOB_MAX_STREAMS} are possible"
-        )
+        most = _codec.BLOB_MAX_STREAMS
+        job.reason_kept = f"it takes {streams} streams, at most {most} are possible"
         return
     if options.lod:
         from gltf_ext.lod.writing import encode_with_levels  # slow to load, as meshoptimizer is

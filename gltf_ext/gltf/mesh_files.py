@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -62,9 +63,11 @@ def read_rows(file: BinaryIO, row: np.dtype, most: int) -> np.ndarray:
 def text_blocks(file: BinaryIO) -> Iterator[bytes]:
     """The rest of a file in blocks of whole lines. Raises MeshletError if it is not text.
 
-    A line that a backslash continues stays in one block.
+    A line that a backslash continues stays in one block. A file's byte order mark is left out.
     """
     size = block_bytes(file)
+    if file.tell() == 0 and file.read(len(codecs.BOM_UTF8)) != codecs.BOM_UTF8:
+        file.seek(0)
     while start := file.read(size):
         pieces, end = [start], start[-3:]
         while line := file.readline():

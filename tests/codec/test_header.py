@@ -32,14 +32,14 @@ def test_header_of_a_damaged_blob():
 @pytest.mark.parametrize(
     "wrong, problem",
     [
-        ({"kind": 256}, "number that is not from -1 to 255"),
+        ({"kind": 256}, "number that is not from -1 to 254"),
         ({"kind": -1}, "kind"),
-        ({"kind": 10**400}, "number that is not from -1 to 255"),
-        ({"bits": 288}, "number that is not from -1 to 255"),
+        ({"kind": 10**400}, "number that is not from -1 to 254"),
+        ({"bits": 288}, "number that is not from -1 to 254"),
         ({"bits": -1}, "bits"),
         ({"elements": 257}, "shape"),
-        ({"predictor": 256 + _codec.PREDICT_COPY}, "number that is not from -1 to 255"),
-        ({"predictor": -2}, "number that is not from -1 to 255"),
+        ({"predictor": 256 + _codec.PREDICT_COPY}, "number that is not from -1 to 254"),
+        ({"predictor": -2}, "number that is not from -1 to 254"),
         ({"offset": (0.0,) * 5}, "more than 4 offsets"),
     ],
 )

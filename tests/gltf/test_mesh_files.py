@@ -1,5 +1,6 @@
 """The readers of .obj, .ply and .stl: what they keep, blocks of any size, what they refuse."""
 
+import codecs
 import io
 import random
 import tracemalloc
@@ -9,6 +10,7 @@ import pytest
 import trimesh
 from PIL import Image
 
+from gltf_ext import _codec
 from gltf_ext.compression.primitives import read_primitive
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf import mesh_files
@@ -143,6 +145,30 @@ def test_obj_keywords_in_any_case(tmp_path):
     (tmp_path / "a.obj").write_text("V 0 0 0\nv 1 0 0\nV 0 1 0\nVN 0 0 1\nF 1//1 2//1 3//1\n")
     ((triangles, attributes),) = read(tmp_path / "a.obj").values()
     assert triangles.tolist() == [[0, 1, 2]] and attributes["NORMAL"].tolist() == [[0, 0, 1]] * 3
+
+
+@pytest.mark.parametrize("name", [b"o \\", b"usemtl \\", b"usemtl a\\"])
+def test_no_backslash_continues_a_name(tmp_path, name):
+    (tmp_path / "a.obj").write_bytes(b"v 0 0 0\nv 1 0 0\nv 0 1 0\n" + name + b"\nf 1 2 3\n")
+    ((triangles, _),) = read(tmp_path / "a.obj").values()
+    assert triangles.tolist() == [[0, 1, 2]]
+
+
+@pytest.mark.parametrize("line", [b"\\\n", b"\\\nusemtl\n", b"v \\\n"])
+def test_continued_lines_take_linear_time(line):
+    """Where time is quadratic, this takes ten minutes."""
+    scanned = _codec.scan_lines(line * (1 << 20), {"usemtl": "any"})
+    assert len(scanned[0][2]) == (1 << 20) * (b"usemtl" in line)
+
+
+@pytest.mark.parametrize("name", ["a.obj", "a.stl"])
+def test_a_byte_order_mark_is_left_out(folder, tmp_path, name):
+    expected = read(folder / name)
+    data = (folder / name).read_bytes().removeprefix(codecs.BOM_UTF8)
+    (tmp_path / name).write_bytes(codecs.BOM_UTF8 + data)
+    for (triangles, attributes), found in zip(expected.values(), read(tmp_path / name).values()):
+        assert np.array_equal(triangles, found[0])
+        assert np.array_equal(attributes["POSITION"], found[1]["POSITION"])
 
 
 def test_obj_colors(tmp_path):
