@@ -65,7 +65,7 @@ hooks: .venv/lint .venv/biome  ## run make lint's checks before every git commit
 	@$(PIP) pre-commit && $(BIN)/pre-commit install
 
 fuzz: .venv/installed .venv/mitsuba .venv/extras .venv/web  ## 100,000 mutated blobs, packed views and levels through the readers under ASan and UBSan, packed views in WebAssembly, and glTF files through all commands
-	@folder=$$(CXX=$${CXX:-$$(command -v clang++ || command -v g++)} $(BIN)/python -m tools.native_build MESHLET_FUZZ) \
+	@folder=$$(CXX=$${CXX:-$$(command -v g++ || command -v clang++)} $(BIN)/python -m tools.native_build MESHLET_FUZZ) \
 	  && $$folder/fuzz_decoder spec/vectors && $$folder/fuzz_transport spec/transport_vectors
 	@node tests/web/unpack.mjs web spec/transport_vectors 100000
 	@$(BIN)/python -m tools.sanitized tools.fuzz_levels

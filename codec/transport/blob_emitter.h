@@ -7,12 +7,28 @@ namespace meshlet {
 inline namespace MESHLET_BUILD {
 namespace transport {
 
-// Appends bits, the lowest first. The bytes after its place must be writable.
+constexpr uint32_t kSpare = 8;  // bytes that may be touched behind those that are written or read
+
+// Reads bits, the lowest first.
+struct BitReader {
+  const uint8_t* bytes;
+  uint64_t at;
+
+  // n <= 32.
+  uint32_t take(uint32_t n) {
+    uint64_t word;
+    std::memcpy(&word, bytes + (at >> 3), 8);
+    word >>= at & 7;
+    at += n;
+    return uint32_t(word & ((1ull << n) - 1));
+  }
+};
+
+// Appends bits likewise. The bytes after its place must be writable.
 class BitWriter {
  public:
-  static constexpr uint32_t kSpare = 8;  // bytes that it may touch behind what it wrote
-
-  explicit BitWriter(uint8_t* place) : place_(place) {}
+  explicit BitWriter(uint8_t* place) : begin_(place), place_(place) {}
+  uint64_t bits() const { return 8 * uint64_t(place_ - begin_) + filled_; }
   // value < 2^bits, bits <= 32.
   void put(uint32_t value, uint32_t bits) {
     word_ |= uint64_t(value) << filled_;
@@ -30,6 +46,10 @@ class BitWriter {
     for (; quotient >= 31; quotient -= 31) put(0, 31);
     put(1u << quotient, quotient + 1);
   }
+  void copy(BitReader& from, uint32_t bits) {
+    for (; bits > 32; bits -= 32) put(from.take(32), 32);
+    put(from.take(bits), bits);
+  }
   // Fills the last byte with zeros; returns the place after it.
   uint8_t* align() {
     if (filled_) *place_++ = uint8_t(word_);
@@ -39,7 +59,7 @@ class BitWriter {
   }
 
  private:
-  uint8_t* place_;
+  uint8_t *begin_, *place_;
   uint64_t word_ = 0;
   uint32_t filled_ = 0;
 };
@@ -56,8 +76,13 @@ struct Code {
 
 class BlobEmitter {
  public:
-  // Writes the blob. Returns false if it does not have `size` bytes.
-  bool emit(const Page& page, uint8_t* out, size_t size);
+  // The blob has `size` bytes and these streams and meshlets.
+  void begin(const Page& page, size_t size);
+  // Writes the bits of stream s of all meshlets, of which the page needs no values from then on.
+  // Streams come in order. Returns false if the blob has fewer bytes.
+  bool add_stream(uint32_t s);
+  // Writes the blob. Returns false if it has another number of bytes.
+  bool emit(uint8_t* out);
 
  private:
   struct Group {
@@ -66,10 +91,10 @@ class BlobEmitter {
 
   Group measure(uint32_t first, uint32_t end) const;
   uint32_t owned_vertices(const MeshletRow& m) const;
-  void emit_meshlet(uint32_t number, const Group& group);
+  uint8_t* emit_meshlet(uint8_t* place, uint32_t number, const Group& group);
   void emit_symbols(BitWriter& w, const MeshletRow& m, const Group& group) const;
   void emit_references(BitWriter& w, uint32_t number, uint32_t flags, const Group& group) const;
-  void emit_anchors(BitWriter& w, uint32_t s);
+  void emit_anchors(BitWriter& w, const StreamRow& row);
   void emit_low(BitWriter& w, const List& list, const Code& code, uint32_t elements) const;
   void emit_unary(BitWriter& w, const List& list, const Code& code) const;
   Code emit_code(BitWriter& w, const List& list, const StreamRow& row, bool chain) const;
@@ -78,11 +103,31 @@ class BlobEmitter {
     return r.kind == kForeign && (r.shares & page_->all_streams()) == page_->all_streams();
   }
 
+  // The bits of a stream of a meshlet, in the order in which the blob has them, between those of
+  // the other streams.
+  enum Part : uint8_t {
+    kCodes,
+    kAnchors,
+    kChainLow,
+    kChainUnary,
+    kInteriorUnary,
+    kInteriorLow,
+    kParts
+  };
+  struct Lengths {
+    uint16_t of[kParts];
+  };
+  // The shortest code of a list takes at most 32 bits and a little for each number.
+  static constexpr size_t kStreamRoom = STREAM_MAX_ELEMENTS * (64 * 5 + 16) + kSpare;
+
   const Page* page_ = nullptr;
+  size_t size_ = 0;
+  Buffer<uint8_t> bits_;     // of all streams
+  uint8_t* bits_end_;        // of those so far
+  Buffer<Lengths> lengths_;  // by stream and meshlet
+  BitReader stream_[BLOB_MAX_STREAMS];
   Buffer<uint8_t> data_;  // of a group's meshlets
-  uint8_t* end_ = nullptr;
   ResidentValues values_;
-  Code chain_[BLOB_MAX_STREAMS], interior_[BLOB_MAX_STREAMS];
 };
 
 inline uint32_t BlobEmitter::flags_of(const MeshletRow& m) const {
@@ -226,9 +271,8 @@ inline Code BlobEmitter::emit_code(BitWriter& w, const List& list, const StreamR
   return fixed;
 }
 
-inline void BlobEmitter::emit_anchors(BitWriter& w, uint32_t s) {
-  const StreamRow& row = page_->rows[s];
-  List& list = values_.anchors[s];
+inline void BlobEmitter::emit_anchors(BitWriter& w, const StreamRow& row) {
+  List& list = values_.anchors;
   const uint32_t elements = row.elements(), bits = row.bits(), base = row.anchor_base();
   if (!list.count) return;
   for (uint32_t e = 0; e < elements; e++) w.put(list.u[e], bits);
@@ -284,37 +328,73 @@ inline void BlobEmitter::emit_unary(BitWriter& w, const List& list, const Code& 
   for (; i < list.count; i++) w.put_unary(code.quotient(list.u[i]));
 }
 
-inline void BlobEmitter::emit_meshlet(uint32_t number, const Group& group) {
+inline void BlobEmitter::begin(const Page& page, size_t size) {
+  page_ = &page;
+  size_ = size;
+  bits_.clear();
+  bits_end_ = bits_.grow(size + kStreamRoom);
+  lengths_.clear();
+}
+
+inline bool BlobEmitter::add_stream(uint32_t s) {
+  const StreamRow& row = page_->rows[s];
+  const uint32_t elements = row.elements(), meshlets = page_->meshlets.size();
+  const List &chains = values_.chains, &interior = values_.interior;
+  const uint64_t room = 8 * uint64_t(bits_.data() + size_ - bits_end_);
+  stream_[s] = {bits_end_, 0};
+  BitWriter w(bits_end_);
+  Lengths* lengths = lengths_.grow(meshlets);
+  for (uint32_t i = 0; i < meshlets; i++) {
+    const MeshletRow& m = page_->meshlets[i];
+    uint64_t before = w.bits();
+    if (before > room) return false;
+    const auto end = [&](Part part) {
+      lengths[i].of[part] = uint16_t(w.bits() - before);
+      before = w.bits();
+    };
+    values_.compute(*page_, m, s);
+    const Code chain = m.owned ? emit_code(w, chains, row, true) : Code{};
+    const Code inner = emit_code(w, interior, row, false);
+    end(kCodes);
+    emit_anchors(w, row);
+    end(kAnchors);
+    emit_low(w, chains, chain, elements);
+    end(kChainLow);
+    emit_unary(w, chains, chain);
+    end(kChainUnary);
+    emit_unary(w, interior, inner);
+    end(kInteriorUnary);
+    emit_low(w, interior, inner, elements);
+    end(kInteriorLow);
+  }
+  bits_end_ = w.align();
+  return bits_end_ <= bits_.data() + size_;
+}
+
+// Returns the place after it.
+inline uint8_t* BlobEmitter::emit_meshlet(uint8_t* place, uint32_t number, const Group& group) {
   const MeshletRow& m = page_->meshlets[number];
   const uint32_t streams = page_->stream_count(), flags = flags_of(m);
-  BitWriter w(end_);
+  BitWriter w(place);
   w.put(m.triangles - 1u, BLOB_TRIANGLE_BITS);
   w.put(m.stored_references, group.reference_width);
   for (uint32_t flag : {FLAG_LOOPS, FLAG_PRIVATE, FLAG_SEAMS})
     if (group.flags & flag) w.put((flags & flag) != 0, 1);
   emit_symbols(w, m, group);
   if (m.stored_references) emit_references(w, number, flags, group);
-  values_.compute(*page_, m);
-  for (uint32_t s = 0; s < streams; s++) {
-    const StreamRow& row = page_->rows[s];
-    if (m.owned) chain_[s] = emit_code(w, values_.chains[s], row, true);
-    interior_[s] = emit_code(w, values_.interior[s], row, false);
-  }
-  for (uint32_t s = 0; s < streams; s++) emit_anchors(w, s);
-  for (uint32_t s = 0; m.owned && s < streams; s++)
-    emit_low(w, values_.chains[s], chain_[s], page_->rows[s].elements());
-  for (uint32_t s = 0; m.owned && s < streams; s++) emit_unary(w, values_.chains[s], chain_[s]);
-  for (uint32_t part = 0; part < 2; part++) {
-    const uint32_t first = part, end = part ? streams : 1;
-    for (uint32_t s = first; s < end; s++) emit_unary(w, values_.interior[s], interior_[s]);
+  const auto copy = [&](uint32_t part, uint32_t first, uint32_t end) {
     for (uint32_t s = first; s < end; s++)
-      emit_low(w, values_.interior[s], interior_[s], page_->rows[s].elements());
-  }
-  end_ = w.align();
+      w.copy(stream_[s], lengths_[size_t(s) * page_->meshlets.size() + number].of[part]);
+  };
+  for (uint32_t part = 0; part < kInteriorUnary; part++) copy(part, 0, streams);
+  for (uint32_t first : {0u, 1u})
+    for (uint32_t part : {kInteriorUnary, kInteriorLow}) copy(part, first, first ? streams : 1);
+  return w.align();
 }
 
-inline bool BlobEmitter::emit(const Page& page, uint8_t* out, size_t size) {
-  page_ = &page;
+inline bool BlobEmitter::emit(uint8_t* out) {
+  const Page& page = *page_;
+  const size_t size = size_;
   const uint32_t streams = page.stream_count(), meshlets = page.meshlets.size(),
                  groups = (meshlets + BLOB_GROUP_MESHLETS - 1) / BLOB_GROUP_MESHLETS;
   const uint32_t group_table = BLOB_HEADER_BYTES + BLOB_STREAM_BYTES * streams,
@@ -325,24 +405,23 @@ inline bool BlobEmitter::emit(const Page& page, uint8_t* out, size_t size) {
   std::memcpy(out, header, sizeof header);
   std::memcpy(out + BLOB_HEADER_BYTES, page.rows.data(), BLOB_STREAM_BYTES * streams);
   size_t at = tables;
-  uint32_t vertices = 0, widths = 0;
-  for (uint32_t s = 0; s < streams; s++) widths += page.rows[s].elements();
-  // The shortest code of a list takes at most 32 bits and a little for each number.
+  uint32_t vertices = 0;
+  // Connectivity and references take at most 1024 bytes.
   data_.clear();
-  data_.grow(BLOB_GROUP_MESHLETS * size_t(1024 + widths * (64 * 5 + 16)));
+  data_.grow(BLOB_GROUP_MESHLETS * 1024 + size_t(bits_end_ - bits_.data()));
   const auto put_word = [&](size_t place, uint32_t word) { std::memcpy(out + place, &word, 4); };
   for (uint32_t g = 0; g < groups; g++) {
     const uint32_t first = g * BLOB_GROUP_MESHLETS,
                    count = least(meshlets - first, BLOB_GROUP_MESHLETS);
     const Group group = measure(first, first + count);
     uint32_t starts[BLOB_GROUP_MESHLETS];
-    end_ = data_.data();
+    uint8_t* end = data_.data();
     for (uint32_t i = 0; i < count; i++) {
-      starts[i] = uint32_t(end_ - data_.data());
+      starts[i] = uint32_t(end - data_.data());
       vertices += owned_vertices(page.meshlets[first + i]);
-      emit_meshlet(first + i, group);
+      end = emit_meshlet(end, first + i, group);
     }
-    const uint32_t length = uint32_t(end_ - data_.data());
+    const uint32_t length = uint32_t(end - data_.data());
     int32_t stride = int32_t(least(length / count, 0xFFFF)), lowest_entry, highest_entry;
     for (;; stride /= 2) {
       lowest_entry = highest_entry = 0;
@@ -361,7 +440,7 @@ inline bool BlobEmitter::emit(const Page& page, uint8_t* out, size_t size) {
                           group.slot_width << GROUP_SLOT_SHIFT |
                           group.reference_width << GROUP_REFERENCE_SHIFT |
                           group.flags << GROUP_FLAGS_SHIFT | group.table << GROUP_TABLE_SHIFT);
-    uint8_t entries[4 * BLOB_GROUP_MESHLETS + BitWriter::kSpare];
+    uint8_t entries[4 * BLOB_GROUP_MESHLETS + kSpare];
     BitWriter w(entries);
     for (uint32_t i = 0; i < count; i++)
       w.put(uint32_t(int32_t(starts[i]) - stride * int32_t(i) - lowest_entry), width);

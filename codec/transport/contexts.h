@@ -22,6 +22,8 @@ constexpr Tokens kTokens;
 inline uint32_t token_of(uint32_t x) { return x < 256 ? kTokens.of[x] : kLargeToken; }
 constexpr uint8_t kTokenBase[15] = {0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128};
 constexpr uint8_t kTokenBits[15] = {0, 0, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5, 7};
+// The token of twice a number, by the number's.
+constexpr uint8_t kDoubled[kSymbols] = {0, 2, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 14, 15, 15};
 constexpr uint32_t kLargeLength = 9, kManyBits = 24;  // lengths of numbers of kLargeToken
 
 constexpr uint32_t kStates = 24;  // of a vertex of a gate

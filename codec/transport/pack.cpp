@@ -83,7 +83,9 @@ std::vector<uint8_t> encode(const Page& page) {
   const auto attempt = [&](const Settings& settings) {
     coder.coder.reset();
     coder.settings = settings;
-    return coder.code(&page, triangles, meshlets);
+    bool valid = coder.begin(&page, triangles, meshlets);
+    for (uint32_t s = 0; valid && s < page.stream_count(); s++) valid = coder.code_stream(s);
+    return valid;
   };
   Settings best;
   if (!attempt(best)) return {};

@@ -13,7 +13,6 @@ enum Kind : uint8_t { kOwned, kForeign, kPrivate };
 enum Symbol : uint8_t { kC, kL, kE, kR, kS };
 
 inline uint32_t lowest(uint64_t mask) { return uint32_t(__builtin_ctzll(mask)); }
-inline uint32_t highest(uint64_t mask) { return 63u - uint32_t(__builtin_clzll(mask)); }
 inline uint32_t count_of(uint64_t mask) { return uint32_t(__builtin_popcountll(mask)); }
 inline uint64_t below(uint32_t n) { return n < 64 ? (1ull << n) - 1 : ~0ull; }
 // The n-th bit that is set, from 0 on; kNone if there are fewer.
@@ -37,15 +36,27 @@ class Buffer {
   uint32_t size() const { return size_; }
   void clear() { size_ = 0; }
   void push(const T& value) { *grow(1) = value; }
+  // Takes the memory of another buffer, which is empty then: in WebAssembly nothing is freed.
+  void take(Buffer& other) {
+    delete[] bytes_;
+    bytes_ = other.bytes_;
+    capacity_ = other.capacity_;
+    size_ = 0;
+    other.bytes_ = nullptr;
+    other.capacity_ = other.size_ = 0;
+  }
+  // Makes room for so many elements in all.
+  void reserve(size_t count) {
+    if (count < capacity_) return;
+    capacity_ = count + 1;
+    uint8_t* bytes = new uint8_t[capacity_ * sizeof(T)];
+    if (size_) std::memcpy(bytes, bytes_, size_ * sizeof(T));
+    delete[] bytes_;
+    bytes_ = bytes;
+  }
   // Appends elements and returns the first of them; never null.
   T* grow(size_t count) {
-    if (size_ + count >= capacity_) {
-      capacity_ = 2 * size_t(size_) + count + 1;  // exact if it was empty: most grow once
-      uint8_t* bytes = new uint8_t[capacity_ * sizeof(T)];
-      if (size_) std::memcpy(bytes, bytes_, size_ * sizeof(T));
-      delete[] bytes_;
-      bytes_ = bytes;
-    }
+    if (size_ + count >= capacity_) reserve(2 * size_t(size_) + count);
     size_ += uint32_t(count);
     return data() + size_ - count;
   }
@@ -100,16 +111,26 @@ struct Stream {
   bool numbered_as_first;  // `id` is that of stream 0 and not filled here
 };
 
+// What predicts a meshlet's vertices in a stream.
+struct Corners {
+  uint32_t number[4 * MESHLET_TRIANGLES];  // per corner; at 4 p + 3: across border position p
+  uint64_t known;  // bit p: it is of an earlier meshlet, and the stream has no seam there
+};
+
 struct Page {
+  static constexpr uint8_t kAbsent = 255;
+
   Buffer<StreamRow> rows;
   Buffer<MeshletRow> meshlets;
   Buffer<uint32_t> triangles;  // packed as in serial_decoder.glsl
   Buffer<uint32_t> traversed;  // likewise: those that introduce a vertex, in the blob's order
   Buffer<Reference> references;
-  Buffer<uint8_t> border;          // local ids of the loops
-  Buffer<uint32_t> border_corner;  // the corner opposite to the edge that begins there, or kNone
-  // Corner 4 t + k is vertex k of triangle t; corners 4 t + 3 mean nothing.
-  Buffer<uint32_t> opposite;  // the corner across the edge opposite to a corner, or kNone
+  Buffer<uint8_t> border;         // local ids of the loops
+  Buffer<uint8_t> border_corner;  // the corner opposite to the edge that begins there, or kAbsent
+  // Corner 4 t + k of a meshlet is vertex k of its triangle t. Four per triangle: the corner across
+  // the edge opposite to a corner, the corner itself if there is none, or 4 p + 3 if it is that of
+  // another meshlet, across border position p.
+  Buffer<uint8_t> opposite;
   Stream streams[BLOB_MAX_STREAMS];
   SerialDecoder serial;  // of the last meshlet's connectivity
 
@@ -145,6 +166,12 @@ struct Page {
     meshlets.push(m);
     return meshlets[meshlets.size() - 1];
   }
+  // The least bits that the blob has for the connectivity and the codes of a meshlet.
+  uint32_t least_bits(const MeshletRow& m) const {
+    const uint32_t stored = m.triangles - 1u, r = count_of(m.symbols[kR]),
+                   e = count_of(m.symbols[kE]) - 1, s = count_of(m.symbols[kS]);
+    return BLOB_TRIANGLE_BITS + 2 * stored - r + e + 2 * s + CODE_BITS * stream_count();
+  }
   // Of corner k of a packed triangle.
   static uint32_t local(uint32_t triangle, uint32_t k) { return triangle >> 8 * k & 255; }
 
@@ -167,8 +194,10 @@ struct Page {
   bool decode_connectivity(MeshletRow& m);
   bool place_references(MeshletRow& m);  // and lists the traversed triangles
   void link_corners(const MeshletRow& m);
+
   // Numbers the vertices of stream s. Any time later, but in the order of meshlets.
   bool number_vertices(const MeshletRow& m, uint32_t s);
+  void list_corners(const MeshletRow& m, uint32_t s, Corners& corners) const;
 
  private:
   uint32_t hop(uint32_t reference, uint32_t s) const;
@@ -285,10 +314,8 @@ inline bool Page::number_vertices(const MeshletRow& m, uint32_t s) {
 
 // Of two equal directed edges in a meshlet the later one counts.
 inline void Page::link_corners(const MeshletRow& m) {
-  constexpr uint8_t absent = 255;
   uint8_t edge[MESHLET_VERTICES][MESHLET_VERTICES];  // the corner opposite to a directed edge
-  std::memset(edge, absent, sizeof edge[0] * m.vertices);
-  const uint32_t begin = 4 * m.triangle;
+  std::memset(edge, kAbsent, sizeof edge[0] * m.vertices);
   const uint32_t* triangle = &triangles[m.triangle];
   for (uint32_t t = 0; t < m.triangles; t++) {
     const uint32_t a = local(triangle[t], 0), b = local(triangle[t], 1), v = local(triangle[t], 2);
@@ -296,32 +323,57 @@ inline void Page::link_corners(const MeshletRow& m) {
     edge[v][a] = uint8_t(4 * t + 1);
     edge[a][b] = uint8_t(4 * t + 2);
   }
-  const auto corner_of = [&](uint8_t c) { return c == absent ? kNone : begin + c; };
-  uint32_t* across = opposite.grow(4u * m.triangles);
-  for (uint32_t t = 0; t < m.triangles; t++, across += 4) {
+  uint8_t* across = opposite.grow(4u * m.triangles);
+  for (uint32_t t = 0; t < m.triangles; t++) {
     const uint32_t a = local(triangle[t], 0), b = local(triangle[t], 1), v = local(triangle[t], 2);
-    across[0] = corner_of(edge[v][b]);
-    across[1] = corner_of(edge[a][v]);
-    across[2] = corner_of(edge[b][a]);
+    const uint8_t corners[3] = {edge[v][b], edge[a][v], edge[b][a]};
+    for (uint32_t k = 0; k < 3; k++)
+      across[4 * t + k] = corners[k] == kAbsent ? uint8_t(4 * t + k) : corners[k];
   }
-  uint32_t* corner = border_corner.grow(m.border_size);
+  uint8_t* corner = border_corner.grow(m.border_size);
   for (uint32_t j = 0; j < m.references; j++) {
     const Reference& r = references[m.reference + j];
-    for (uint32_t k = 0; k < r.length; k++) {
-      corner[along(r, k)] = corner_of(edge[run_vertex(m, r, k)][run_vertex(m, r, k + 1)]);
-    }
+    for (uint32_t k = 0; k < r.length; k++)
+      corner[along(r, k)] = edge[run_vertex(m, r, k)][run_vertex(m, r, k + 1)];
   }
   for (uint32_t j = 0; j < m.references; j++) {
     const Reference& r = references[m.reference + j];
     if (r.kind != kForeign) continue;
     const Reference& o = references[r.partner];
-    const uint32_t owner = meshlets[o.meshlet].border;
+    const MeshletRow& owner = meshlets[o.meshlet];
     for (uint32_t k = 0; k < r.length; k++) {
-      const uint32_t c = border_corner[m.border + along(r, k)],
-                     d = border_corner[owner + along(o, r.length - 1u - k)];
-      if (c == kNone || d == kNone) continue;
-      opposite[c] = d;
-      opposite[d] = c;
+      const uint32_t p = along(r, k), q = along(o, r.length - 1u - k);
+      const uint8_t c = corner[p], d = border_corner[owner.border + q];
+      if (c == kAbsent || d == kAbsent) continue;
+      const bool inside = &owner == &m;
+      across[c] = inside ? d : uint8_t(4 * p + 3);
+      opposite[4 * owner.triangle + d] = inside ? c : uint8_t(4 * q + 3);
+    }
+  }
+}
+
+inline void Page::list_corners(const MeshletRow& m, uint32_t s, Corners& corners) const {
+  const Buffer<uint32_t>& numbers = ids(s);
+  const uint32_t* id = &numbers[m.vertex];
+  for (uint32_t t = 0; t < m.triangles; t++)
+    for (uint32_t k = 0; k < 3; k++)
+      corners.number[4 * t + k] = id[local(triangles[m.triangle + t], k)];
+  corners.known = 0;
+  for (uint32_t j = 0; j < m.references; j++) {
+    const Reference& r = references[m.reference + j];
+    if (r.kind != kForeign || r.partner >= m.reference) continue;
+    const Reference& o = references[r.partner];
+    const MeshletRow& owner = meshlets[o.meshlet];
+    const uint32_t* owner_id = &numbers[owner.vertex];
+    for (uint32_t k = 0; k < r.length; k++) {
+      const uint32_t p = along(r, k), back = r.length - 1u - k,
+                     d = border_corner[owner.border + along(o, back)];
+      if (d == kAbsent) continue;
+      const bool seam =
+          s > 0 && (id[run_vertex(m, r, k)] != owner_id[run_vertex(owner, o, back + 1)] ||
+                    id[run_vertex(m, r, k + 1)] != owner_id[run_vertex(owner, o, back)]);
+      corners.number[4 * p + 3] = owner_id[local(triangles[owner.triangle + (d >> 2)], d & 3)];
+      corners.known |= uint64_t(!seam) << p;
     }
   }
 }

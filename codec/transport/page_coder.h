@@ -19,7 +19,11 @@ struct Settings {
 // Connectivity and positions; other values; normals.
 constexpr uint32_t kParts = 3;
 
-constexpr uint8_t kLevel[kSymbols] = {0, 0, 0, 1, 1, 1, 2, 2, 2, 3, 3, 3, 3, 3, 3, 3};
+// Of the residuals around, by the sum of their sizes. The specification counts in tokens.
+constexpr uint32_t kMostLevel = 3;
+inline uint32_t level_of(uint32_t size) {
+  return uint32_t(size >= 3) + uint32_t(size >= 8) + uint32_t(size >= 24);
+}
 constexpr uint8_t kNext[4] = {1, 2, 0, 1};  // the corners after a corner of a triangle
 
 template <class Coder>
@@ -29,17 +33,22 @@ class PageCoder {
 
   Coder coder;
   Settings settings;
+  uint64_t room = ~0ull;  // bits of the blob
   uint64_t cost[kParts];  // of the packed page's parts
 
-  // Returns false if the page is malformed. triangles, meshlets: of the page.
-  bool code(const Page* from, uint32_t triangles, uint32_t meshlets);
+  // Codes settings, streams and connectivity. Returns false if the page is malformed. triangles,
+  // meshlets: of the page.
+  bool begin(const Page* from, uint32_t triangles, uint32_t meshlets);
+  // Codes the values of stream s; then only streams 0 and s have theirs. Streams come in order.
+  // Returns false if the page is malformed.
+  bool code_stream(uint32_t s);
 
  private:
   struct Ring;
   // How a vertex is predicted: from the triangles opposite to some of its corners, or from some of
   // its neighbours.
   struct Step {
-    uint32_t corner[2];  // of the vertex; of neighbours
+    uint8_t corner[2];  // of the vertex; of neighbours
     uint8_t vertex, candidates, neighbours;
   };
 
@@ -47,7 +56,7 @@ class PageCoder {
 
   uint32_t unsigned_number(Model& a, Model& b, Model& large, uint32_t x);
   template <class... Models>
-  uint32_t signed_number(uint32_t x, Model& large, Models&... models);
+  uint32_t signed_number(uint32_t x, uint32_t& token, Model& large, Models&... models);
   uint32_t large_number(Model& large, uint32_t x, uint32_t sign);
   void code_settings();
   bool code_rows();
@@ -62,10 +71,12 @@ class PageCoder {
   uint32_t code_values(MeshletRow& m, uint32_t s, uint32_t first);
   uint32_t code_match(uint32_t s, size_t local, uint32_t neighbours);
   void end_part(uint32_t part);
-  void begin_stream(uint32_t s);
+  void count_triangles(const MeshletRow& m);
+  bool begin_stream(uint32_t s);
   void sum_normals(uint32_t s);
   void code_normals(uint32_t s);
 
+  bool may_repeat(uint32_t s) const { return s ? settings.copies : settings.matches; }
   const Reference& source(uint32_t reference) const { return from->references[reference]; }
   Vertex source_value(uint32_t s, size_t local) const {
     return load(from->streams[s].values.data(), from->streams[s].id[local]);
@@ -74,18 +85,16 @@ class PageCoder {
   const Page* from = nullptr;
   Page& to;
   Contexts x;
-  Buffer<uint8_t> valence_;        // triangles so far, per vertex of stream 0
-  Buffer<uint8_t> sizes_;          // of the residuals, per vertex of the stream being coded
-  Buffer<uint32_t> corner_id_[2];  // per corner its vertex in stream 0; in the stream being coded
-  Buffer<Step> steps_;             // of stream 0
-  Buffer<Step> other_steps_;       // of a meshlet in another stream
-  Buffer<uint32_t> order_;         // vertices of the stream as they were coded
+  Buffer<uint8_t> valence_;   // triangles so far, per vertex of stream 0
+  Buffer<uint8_t> sizes_;     // of the residuals, per vertex of the stream being coded
+  Buffer<Step> steps_;        // of stream 0
+  Buffer<Step> other_steps_;  // of a meshlet in another stream
+  Buffer<uint32_t> order_;    // vertices of the stream as they were coded, if values may repeat
+  Corners corners_;           // of a meshlet in the stream being coded
+  Corners positions_;         // of it in stream 0
 
-  const uint32_t* corner_ids(uint32_t s) const {
-    return corner_id_[s > 0 && !to.streams[s].numbered_as_first].data();
-  }
-
-  Vertex last_;  // value
+  uint64_t shared_;  // bit s: all references share stream s
+  Vertex last_;      // value
   uint32_t last_match_;
   bool bad_;  // a number that the unpacker read is impossible
 };
@@ -110,13 +119,14 @@ uint32_t PageCoder<Coder>::unsigned_number(Model& a, Model& b, Model& large, uin
   return kTokenBase[token] + coder.bits(x - kTokenBase[token], kTokenBits[token]);
 }
 
-// The sign is the lowest of the plain bits, 1 for negative numbers; 0 has none. models: one or two,
-// then that of large numbers.
+// The sign is the lowest of the plain bits, 1 for negative numbers; 0 has none. models: one or two.
+// token: of the magnitude. A context made of it instead of the number is known sooner.
 template <class Coder>
 template <class... Models>
-uint32_t PageCoder<Coder>::signed_number(uint32_t x, Model& large, Models&... models) {
+uint32_t PageCoder<Coder>::signed_number(uint32_t x, uint32_t& token, Model& large,
+                                         Models&... models) {
   const uint32_t size = magnitude(x), negative = x >> 31;
-  const uint32_t token = coder.symbol(models..., kEncodes ? token_of(size) : 0);
+  token = coder.symbol(models..., kEncodes ? token_of(size) : 0);
   if (token == kLargeToken) return large_number(large, size, 2 | negative);
   const uint32_t bits =
       coder.bits((size - kTokenBase[token]) << 1 | negative, kTokenBits[token] + (token > 0));
@@ -348,11 +358,13 @@ void PageCoder<Coder>::code_shares(MeshletRow& m, uint32_t j) {
 // of them; those that decoded neighbours have there are known from the start.
 template <class Coder>
 struct PageCoder<Coder>::Ring {
-  enum Place : uint8_t { kUnknown, kOnRun, kRunEnd, kInside };
+  // Of a vertex, by its place: the state with the fewest triangles. Each further one is the next.
+  enum State : uint8_t { kUnknown, kOnRun = 5, kRunEnd = 12, kInside = 17 };
+  static constexpr uint32_t kLast = 1u << 4 | 1u << 11 | 1u << 16 | 1u << 23;
   static constexpr uint8_t kAbsent = 255;
 
   struct Node {
-    uint8_t place, triangles, next, previous;
+    uint8_t state, next, previous;
   };
   struct Split {
     uint8_t a, lefts;  // the left part's gate; L symbols that left the known ring since
@@ -365,21 +377,15 @@ struct PageCoder<Coder>::Ring {
   bool known = true;  // the loops
   uint8_t a = 0, b = 0;
 
-  uint8_t add(uint8_t place) {
-    node[nodes] = {place, 0, kAbsent, kAbsent};
+  uint8_t add(uint8_t state) {
+    node[nodes] = {state, kAbsent, kAbsent};
     return uint8_t(nodes++);
   }
-  void count(uint8_t v) { node[v].triangles += node[v].triangles < 250; }
+  void count(uint8_t v) { node[v].state += ~kLast >> node[v].state & 1; }
   void join(uint8_t p, uint8_t q) {
     node[p].next = q;
     node[q].previous = p;
   }
-  // By place and number of triangles.
-  static constexpr uint8_t kState[4][8] = {{0, 1, 2, 3, 4, 4, 4, 4},
-                                           {5, 5, 6, 7, 8, 9, 10, 11},
-                                           {12, 13, 14, 15, 16, 16, 16, 16},
-                                           {17, 17, 18, 19, 20, 21, 22, 23}};
-  uint32_t state(uint8_t v) const { return kState[node[v].place][least(node[v].triangles, 7)]; }
   // The node after v; a placeholder if it is not known.
   uint8_t after(uint8_t v) {
     if (node[v].next == kAbsent) {
@@ -408,7 +414,6 @@ struct PageCoder<Coder>::Ring {
     switch (symbol) {
       case kC: {
         const uint8_t v = add(kInside);
-        count(v);
         join(a, v);
         join(v, b);
         a = v;
@@ -478,9 +483,10 @@ bool PageCoder<Coder>::code_symbols(MeshletRow& m) {
       const uint8_t v = ring.add(Ring::kUnknown);
       if (v) ring.join(uint8_t(v - 1), v);
       if (!on && !(ends && k == 0)) continue;
-      const uint32_t local = to.run_vertex(owner, o, on ? o.length - k : 0);
-      ring.node[v].place = k ? Ring::kOnRun : Ring::kRunEnd;
-      ring.node[v].triangles = valence_[to.streams[0].id[owner.vertex + local]];
+      const uint32_t local = to.run_vertex(owner, o, on ? o.length - k : 0),
+                     triangles = valence_[to.streams[0].id[owner.vertex + local]];
+      ring.node[v].state =
+          uint8_t(k ? Ring::kOnRun + least(triangles - 1, 6) : Ring::kRunEnd + least(triangles, 4));
     }
     if (r.loop_end) {
       ring.join(uint8_t(ring.nodes - 1), ring.loop_begin[ring.loops]);
@@ -495,7 +501,7 @@ bool PageCoder<Coder>::code_symbols(MeshletRow& m) {
     if (fresh) ring.begin_disk();
     uint32_t s = 0;
     while (kEncodes && !(symbols[s] >> t & 1)) s++;
-    s = coder.symbol(x.symbols[ring.state(ring.b)][ring.state(ring.a)], s);
+    s = coder.symbol(x.symbols[ring.node[ring.b].state][ring.node[ring.a].state], s);
     if (s > kS) return false;
     m.symbols[s] |= 1ull << t;
     fresh = ring.advance(s);
@@ -553,15 +559,16 @@ template <class Coder>
 void PageCoder<Coder>::plan_values(const MeshletRow& m, uint32_t s, uint32_t first,
                                    Buffer<Step>& steps) const {
   const uint32_t *id = &to.ids(s)[m.vertex], *triangle = &to.triangles[m.triangle],
-                 *opposite = to.opposite.data(), *corner = corner_ids(s);
+                 *corner = corners_.number;
+  const uint8_t* opposite = &to.opposite[4 * m.triangle];
   uint64_t fan[MESHLET_VERTICES] = {};  // the triangles around a local vertex
   for (uint32_t t = 0; t < m.triangles; t++)
     for (uint32_t k = 0; k < 3; k++) fan[Page::local(triangle[t], k)] |= 1ull << t;
-  const uint32_t begin = 4 * m.triangle, end = begin + 4 * m.triangles;
-  uint64_t unknown = 0;       // local vertices without a value
-  uint64_t lacking[4] = {};   // triangles by how many of them they have
-  uint64_t one = 0, two = 0;  // local vertices with so many candidates
-  uint32_t candidates[MESHLET_VERTICES][2] = {}, numbers = first;  // corners
+  uint64_t unknown = 0;                          // local vertices without a value
+  uint64_t lacking[4] = {};                      // triangles by how many of them they have
+  uint64_t one = 0, two = 0;                     // local vertices with so many candidates
+  uint8_t candidates[MESHLET_VERTICES][2] = {};  // corners
+  uint32_t numbers = first;
   for (uint32_t v = 0; v < m.vertices; v++) {
     unknown |= uint64_t(id[v] >= first) << v;
     numbers = most(numbers, id[v] + 1);
@@ -582,14 +589,16 @@ void PageCoder<Coder>::plan_values(const MeshletRow& m, uint32_t s, uint32_t fir
   // Triangle t lacks one vertex: adds it to the vertex's candidates if the one across is known.
   const auto add = [&](uint32_t t) __attribute__((always_inline)) {
     const uint32_t k = lacks(triangle[t], 1) + 2 * lacks(triangle[t], 2),
-                   v = Page::local(triangle[t], k), c = begin + 4 * t + k, across = opposite[c];
-    if (across >= end || !(unknown >> v & 1) || (two >> v & 1)) return;
-    if (across >= begin && lacks(triangle[(across - begin) >> 2], across & 3)) return;
-    if (s && (corner[kNext[across & 3] + (across & ~3u)] != corner[kNext[k + 1] + (c & ~3u)] ||
-              corner[kNext[(across & 3) + 1] + (across & ~3u)] != corner[kNext[k] + (c & ~3u)]))
+                   v = Page::local(triangle[t], k), c = 4 * t + k, across = opposite[c],
+                   u = across >> 2, side = across & 3;
+    if (!(unknown >> v & 1) || (two >> v & 1)) return;
+    if (side == 3 ? !(corners_.known >> u & 1) : lacks(triangle[u], side)) return;
+    if (s && side < 3 &&
+        (corner[4 * u + kNext[side]] != corner[4 * t + kNext[k + 1]] ||
+         corner[4 * u + kNext[side + 1]] != corner[4 * t + kNext[k]]))
       return;  // a seam
     const bool more = one >> v & 1;
-    candidates[v][more] = c;
+    candidates[v][more] = uint8_t(c);
     two |= uint64_t(more) << v;
     one ^= 1ull << v;
   };
@@ -610,7 +619,7 @@ void PageCoder<Coder>::plan_values(const MeshletRow& m, uint32_t s, uint32_t fir
           if (lacks(triangle[t], k))
             v = Page::local(triangle[t], k);
           else
-            step.corner[step.neighbours++] = begin + 4 * t + k;
+            step.corner[step.neighbours++] = uint8_t(4 * t + k);
         }
       }
     }
@@ -633,8 +642,8 @@ void PageCoder<Coder>::plan_values(const MeshletRow& m, uint32_t s, uint32_t fir
         const uint32_t t = lowest(whole), w = lowest(same);
         const uint32_t k =
             (Page::local(triangle[t], 1) == w) + 2 * (Page::local(triangle[t], 2) == w);
-        const uint32_t u = (opposite[begin + 4 * t + k] - begin) >> 2;
-        if (u < m.triangles && (lacking[1] >> u & 1)) add(u);
+        const uint32_t across = opposite[4 * t + k], u = across >> 2;
+        if ((across & 3) < 3 && (lacking[1] >> u & 1)) add(u);
       }
     }
   }
@@ -648,6 +657,7 @@ uint32_t PageCoder<Coder>::code_values(MeshletRow& m, uint32_t s, uint32_t first
   Stream& stream = to.streams[s];
   Buffer<Step>* steps = &steps_;
   uint32_t begin = m.step;
+  to.list_corners(m, s, corners_);
   if (s == 0) {
     m.step = begin = steps_.size();
     plan_values(m, s, first, steps_);
@@ -660,27 +670,30 @@ uint32_t PageCoder<Coder>::code_values(MeshletRow& m, uint32_t s, uint32_t first
   }
   const uint32_t count = steps == &steps_ ? m.steps : steps->size();
   const uint32_t elements = row.elements(), mask = row.mask();
-  const uint32_t *id = &to.ids(s)[m.vertex], *opposite = to.opposite.data(),
-                 *position = corner_ids(0), *corner = corner_ids(s),
+  const uint32_t *id = &to.ids(s)[m.vertex], *corner = corners_.number,
+                 *position = stream.numbered_as_first ? corner : positions_.number,
                  *positions = to.streams[0].values.data();
+  const uint8_t* opposite = &to.opposite[4 * m.triangle];
   uint32_t* values = stream.values.data();
   uint8_t* sizes = sizes_.data();
   const StreamClass kind = s == 0                                     ? kPositions
                            : row.kind() == KIND_GRID && elements == 2 ? kPairs
                                                                       : kOthers;
   ValueModels& models = x.values[kind];
+  if (kind == kPairs && !stream.numbered_as_first) to.list_corners(m, 0, positions_);
+  const bool repeats = may_repeat(s);
   const Vertex zero = {}, top = all_of(mask);
 
   for (uint32_t i = 0; i < count; i++) {
     const Step& step = (*steps)[begin + i];
     const uint32_t number = id[step.vertex];
-    uint32_t prediction_class = step.candidates > 0, spread, around, match = 0;
+    uint32_t prediction_class = step.candidates > 0, spread, level, match = 0;
     Vertex prediction;
     if (step.candidates) {
       const uint32_t c = step.corner[0], base = c & ~3u, p = corner[base + kNext[c & 3]],
                      q = corner[base + kNext[(c & 3) + 1]], across = corner[opposite[c]];
       const Vertex a = load(values, p), b = load(values, q), o = load(values, across);
-      around = token_of(uint32_t(sizes[p]) + sizes[q] + sizes[across]);
+      level = level_of(uint32_t(sizes[p]) + sizes[q] + sizes[across]);
       prediction = a + b - o;
       uint32_t apart = distance(a, b);
       if (step.candidates == 2 && s == 0) {
@@ -715,8 +728,8 @@ uint32_t PageCoder<Coder>::code_values(MeshletRow& m, uint32_t s, uint32_t first
       const Vertex a = load(values, n ? p : 0), b = load(values, n > 1 ? q : 0);
       prediction = n == 2 ? shifted(a + b, 1) : n == 1 ? a : last_;
       spread = n == 2 ? token_of(distance(a, b)) : n;
-      around = n ? token_of(3u * sizes[p]) : 15;
-      if (s ? settings.copies : settings.matches) match = code_match(s, m.vertex + step.vertex, n);
+      level = n ? level_of(3u * sizes[p]) : kMostLevel;
+      if (repeats) match = code_match(s, m.vertex + step.vertex, n);
     }
     uint32_t size = 0;
     if (match) {
@@ -725,20 +738,21 @@ uint32_t PageCoder<Coder>::code_values(MeshletRow& m, uint32_t s, uint32_t first
       if (mask != ~0u) prediction = clamped(prediction, zero, top);
       Vertex difference = {};
       if (kEncodes) difference = source_value(s, m.vertex + step.vertex) - prediction;
-      const uint32_t level = kLevel[around];
-      difference[0] =
-          signed_number(difference[0], models.large, models.first[prediction_class][spread][level]);
+      uint32_t token;
+      difference[0] = signed_number(difference[0], token, models.large,
+                                    models.first[prediction_class][spread][level]);
       size = magnitude(difference[0]);
       for (uint32_t e = 1; e < elements; e++) {
-        difference[e] =
-            signed_number(difference[e], models.large, models.near[e - 1][prediction_class][spread],
-                          models.around[e - 1][token_of(e == 1 ? 2 * size : size)][level]);
+        Model& by_size = models.around[e - 1][e == 1 ? kDoubled[token] : token_of(size)][level];
+        difference[e] = signed_number(difference[e], token, models.large,
+                                      models.near[e - 1][prediction_class][spread], by_size);
         size += magnitude(difference[e]);
       }
       last_ = (prediction + difference) & top;
     }
     store(values, number, last_);
     sizes[number] = uint8_t(least(size, 255));
+    if (!repeats) continue;
     if constexpr (kEncodes) coder.remember(last_, order_.size());
     order_.push(number);
   }
@@ -762,34 +776,45 @@ inline uint32_t angle_of(int32_t x, uint32_t y) {
 // The floor of the square root of x < 2^52.
 inline uint32_t root(uint64_t x) { return uint32_t(__builtin_sqrt(double(x))); }
 
+// Weighs the normal of a triangle with the edges e and f by its angles, for each of its corners.
+inline void weigh_by_angles(Vertex e, Vertex f, Vertex (&normals)[3]) {
+  const Vertex n = normals[0];
+  uint64_t square = 0;
+  for (uint32_t i = 0; i < 3; i++) square += uint64_t(int64_t(int32_t(n[i])) * int32_t(n[i]));
+  const uint32_t length = root(square);
+  const int64_t scale = length ? (int64_t(1) << 38) / length : 0;
+  Vertex unit = {};  // of 4096
+  for (uint32_t i = 0; i < 3; i++) unit[i] = uint32_t(int32_t(n[i]) * scale >> 26);
+  const uint32_t first = angle_of(int32_t(dot(e, f)), length),
+                 second = angle_of(int32_t(dot(e, e - f)), length);
+  normals[0] = unit * first;
+  normals[1] = unit * second;
+  normals[2] = unit * (kHalfTurn - first - second);
+}
+
 // For each vertex the sum of the vectors of all triangles around it, in the place of its value.
 template <class Coder>
 void PageCoder<Coder>::sum_normals(uint32_t s) {
   const uint32_t bits = to.rows[0].bits(), shift = bits > 12 ? bits - 12 : 0;
-  const uint32_t *positions = to.streams[0].values.data(), *position = corner_ids(0),
-                 *corner = corner_ids(s);
+  const uint32_t* positions = to.streams[0].values.data();
   uint32_t* sums = to.streams[s].values.data();
   std::memset(sums, 0, 16 * size_t(to.streams[s].vertices));
-  for (uint32_t c = 0; c < to.opposite.size(); c += 4) {
-    const Vertex a = load(positions, position[c]) >> shift,
-                 e = (load(positions, position[c + 1]) >> shift) - a,
-                 f = (load(positions, position[c + 2]) >> shift) - a, n = cross(e, f);
-    if (!settings.angles) {
-      for (uint32_t k = 0; k < 3; k++) store(sums, corner[c + k], load(sums, corner[c + k]) + n);
-      continue;
+  for (uint32_t i = 0; i < to.meshlets.size(); i++) {
+    const MeshletRow& m = to.meshlets[i];
+    const uint32_t *position = &to.streams[0].id[m.vertex], *id = &to.ids(s)[m.vertex];
+    for (uint32_t t = m.triangle; t < m.triangle + m.triangles; t++) {
+      const uint32_t triangle = to.triangles[t];
+      const auto point = [&](uint32_t k) {
+        return load(positions, position[Page::local(triangle, k)]) >> shift;
+      };
+      const Vertex a = point(0), e = point(1) - a, f = point(2) - a, n = cross(e, f);
+      Vertex parts[3] = {n, n, n};
+      if (settings.angles) weigh_by_angles(e, f, parts);
+      for (uint32_t k = 0; k < 3; k++) {
+        const uint32_t v = id[Page::local(triangle, k)];
+        store(sums, v, load(sums, v) + parts[k]);
+      }
     }
-    uint64_t square = 0;
-    for (uint32_t i = 0; i < 3; i++) square += uint64_t(int64_t(int32_t(n[i])) * int32_t(n[i]));
-    const uint32_t length = root(square);
-    if (length == 0) continue;
-    const int64_t scale = (int64_t(1) << 38) / length;
-    Vertex unit = {};  // of 4096
-    for (uint32_t i = 0; i < 3; i++) unit[i] = uint32_t(int32_t(n[i]) * scale >> 26);
-    const uint32_t first = angle_of(int32_t(dot(e, f)), length),
-                   second = angle_of(int32_t(dot(e, e - f)), length);
-    const uint32_t angles[3] = {first, second, kHalfTurn - first - second};
-    for (uint32_t k = 0; k < 3; k++)
-      store(sums, corner[c + k], load(sums, corner[c + k]) + unit * angles[k]);
   }
 }
 
@@ -849,11 +874,10 @@ void PageCoder<Coder>::code_normals(uint32_t s) {
     const uint32_t area = least(bit_length(any(absolute(normal))) / 2, 15);
     uint32_t size = 0, near = token_of(2 * last + before);
     for (uint32_t e = 0; e < 2; e++) {
-      const uint32_t d = signed_number(kEncodes ? uint32_t(wrapped(q[e] - p[e], centre)) : 0,
+      const uint32_t d = signed_number(kEncodes ? uint32_t(wrapped(q[e] - p[e], centre)) : 0, near,
                                        models.large, models.near[e][area][near]);
       bad_ = bad_ || magnitude(d) > uint32_t(2 * centre);
       size += magnitude(d);
-      near = token_of(size);
       q[e] = bad_ ? 0 : wrapped(p[e] + int32_t(d), centre);
     }
     before = last;
@@ -882,29 +906,45 @@ void PageCoder<Coder>::end_part(uint32_t part) {
 }
 
 template <class Coder>
-void PageCoder<Coder>::begin_stream(uint32_t s) {
+bool PageCoder<Coder>::begin_stream(uint32_t s) {
   Stream& stream = to.streams[s];
+  if (s == 0) {
+    steps_.reserve(stream.vertices);
+  } else {
+    if (s > 1) stream.id.take(to.streams[s - 1].id);
+    if (s > 1) stream.values.take(to.streams[s - 1].values);
+    stream.numbered_as_first = shared_ >> s & 1;
+    stream.vertices = stream.numbered_as_first ? to.streams[0].vertices : 0;
+    if (!stream.numbered_as_first) stream.id.reserve(to.streams[0].id.size());
+    for (uint32_t i = 0; i < to.meshlets.size() && !stream.numbered_as_first; i++)
+      if (!to.number_vertices(to.meshlets[i], s)) return false;
+  }
   stream.values.grow(4 * size_t(stream.vertices));
   sizes_.clear();
   sizes_.grow(stream.vertices);
   last_ = Vertex{};
   last_match_ = 0;
   order_.clear();
+  if (may_repeat(s)) order_.reserve(stream.vertices);
   if constexpr (kEncodes) coder.forget();
-  if (stream.numbered_as_first) return;
-  Buffer<uint32_t>& corners = corner_id_[s > 0];
-  corners.clear();
-  uint32_t* corner = corners.grow(to.opposite.size());
-  for (uint32_t i = 0; i < to.meshlets.size(); i++) {
-    const MeshletRow& m = to.meshlets[i];
-    const uint32_t* id = &stream.id[m.vertex];
-    for (uint32_t t = m.triangle; t < m.triangle + m.triangles; t++, corner += 4)
-      for (uint32_t k = 0; k < 3; k++) corner[k] = id[Page::local(to.triangles[t], k)];
+  return true;
+}
+
+// Of vertices at the border of a meshlet: others have no neighbours later.
+template <class Coder>
+void PageCoder<Coder>::count_triangles(const MeshletRow& m) {
+  uint8_t count[MESHLET_VERTICES] = {};
+  for (uint32_t t = m.triangle; t < m.triangle + m.triangles; t++)
+    for (uint32_t k = 0; k < 3; k++) count[Page::local(to.triangles[t], k)]++;
+  for (uint32_t i = m.border; i < m.border + m.border_size; i++) {
+    const uint32_t v = to.border[i];
+    uint8_t& valence = valence_[to.streams[0].id[m.vertex + v]];
+    valence = uint8_t(least(valence + count[v], 255));
   }
 }
 
 template <class Coder>
-bool PageCoder<Coder>::code(const Page* source_page, uint32_t triangles, uint32_t meshlets) {
+bool PageCoder<Coder>::begin(const Page* source_page, uint32_t triangles, uint32_t meshlets) {
   if (triangles >> 30) return false;  // corners have 32 bits
   from = source_page;
   to.clear();
@@ -913,42 +953,41 @@ bool PageCoder<Coder>::code(const Page* source_page, uint32_t triangles, uint32_
   steps_.clear();
   bad_ = false;
   for (uint64_t& c : cost) c = 0;
-  uint64_t shared = ~0ull;  // streams that all references share
+  shared_ = ~0ull;
   code_settings();
   if (!code_rows()) return false;
+  // Of blobs with a byte for each triangle or more, which most are, arrays do not grow further.
+  const size_t likely = least(triangles, uint32_t(room / 8));
+  to.triangles.reserve(likely);
+  to.opposite.reserve(4 * likely);
+  uint64_t bits = 0;
   for (uint32_t i = 0; i < meshlets; i++) {
     MeshletRow& m = to.begin_meshlet();
     if (!code_connectivity(m) || to.triangles.size() > triangles) return false;
+    // What a page takes is bounded by what the blob can hold.
+    bits += to.least_bits(m);
+    if (bits > room) return false;
     const uint32_t first = to.streams[0].vertices;
     if (!to.number_vertices(m, 0)) return false;
     to.link_corners(m);
-    shared &= m.shared;
+    shared_ &= m.shared;
     std::memset(valence_.grow(to.streams[0].vertices - first), 0, to.streams[0].vertices - first);
-    const uint32_t* id = &to.streams[0].id[m.vertex];
-    for (uint32_t t = m.triangle; t < m.triangle + m.triangles; t++)
-      for (uint32_t k = 0; k < 3; k++) {
-        uint8_t& valence = valence_[id[Page::local(to.triangles[t], k)]];
-        valence += valence < 255;
-      }
+    count_triangles(m);
   }
-  if (to.triangles.size() != triangles) return false;
-  for (uint32_t s = 1; s < to.stream_count(); s++) {
-    Stream& stream = to.streams[s];
-    stream.numbered_as_first = shared >> s & 1;
-    stream.vertices = stream.numbered_as_first ? to.streams[0].vertices : 0;
-    for (uint32_t i = 0; i < meshlets && !stream.numbered_as_first; i++)
-      if (!to.number_vertices(to.meshlets[i], s)) return false;
-  }
-  for (uint32_t s = 0; s < to.stream_count(); s++) {
-    begin_stream(s);
-    const bool normals = to.rows[s].predictor() == PREDICT_GEO;
-    uint32_t first = 0;
-    if (normals)
-      code_normals(s);
-    else
-      for (uint32_t i = 0; i < meshlets; i++) first += code_values(to.meshlets[i], s, first);
-    end_part(s == 0 ? 0 : normals ? 2 : 1);
-  }
+  return to.triangles.size() == triangles;
+}
+
+template <class Coder>
+bool PageCoder<Coder>::code_stream(uint32_t s) {
+  if (!begin_stream(s)) return false;
+  const bool normals = to.rows[s].predictor() == PREDICT_GEO;
+  uint32_t first = 0;
+  if (normals)
+    code_normals(s);
+  else
+    for (uint32_t i = 0; i < to.meshlets.size(); i++)
+      first += code_values(to.meshlets[i], s, first);
+  end_part(s == 0 ? 0 : normals ? 2 : 1);
   return !bad_;
 }
 

@@ -27,14 +27,22 @@ class Unpacker : public PageUnpacker {
     if (meshlets < 1 || triangles < meshlets || triangles > MESHLET_TRIANGLES * meshlets ||
         meshlets > page.bytes || triangles > 8 * uint64_t(page.bytes))
       return {"a packed page has impossible counts"};
-    if (!coder_.code(nullptr, uint32_t(triangles), uint32_t(meshlets)) || !finished())
-      return {"a packed page is damaged"};
-    if (!emitter_.emit(page_, out, page.bytes))
-      return {"a packed page does not have the length that its table says"};
-    return {};
+    coder_.room = 8 * uint64_t(page.bytes);
+    if (!coder_.begin(nullptr, uint32_t(triangles), uint32_t(meshlets))) return kDamaged;
+    emitter_.begin(page_, page.bytes);
+    for (uint32_t s = 0; s < page_.stream_count(); s++) {
+      if (!coder_.code_stream(s)) return kDamaged;
+      if (!emitter_.add_stream(s)) return kWrongLength;
+    }
+    if (!finished()) return kDamaged;
+    return emitter_.emit(out) ? Problem{} : kWrongLength;
   }
 
  private:
+  static constexpr Problem kDamaged = {"a packed page is damaged"};
+  static constexpr Problem kWrongLength = {
+      "a packed page does not have the length that its table says"};
+
   // Fuzzers go on with pages that end elsewhere, or they would hardly reach the emitter.
   bool finished() {
 #ifdef FUZZING_BUILD_MODE_UNSAFE_FOR_PRODUCTION

@@ -1,4 +1,5 @@
-// The residuals of a meshlet as its blob stores them (EXT_meshlet_edgebreaker, A.7), from values.
+// The residuals of a meshlet's stream as its blob stores them (EXT_meshlet_edgebreaker, A.7), from
+// values.
 #pragma once
 #include "transport/page.h"
 
@@ -47,13 +48,13 @@ struct List {
   }
 };
 
-// The lists of all streams of a meshlet.
+// The lists of a stream of a meshlet.
 class ResidentValues {
  public:
-  List anchors[BLOB_MAX_STREAMS], chains[BLOB_MAX_STREAMS], interior[BLOB_MAX_STREAMS];
+  List anchors, chains, interior;
 
-  // The values of the page are complete.
-  void compute(const Page& page, const MeshletRow& m);
+  // The page has the values of streams 0 and s.
+  void compute(const Page& page, const MeshletRow& m, uint32_t s);
 
  private:
   Vertex chain(const StreamRow& row, const uint8_t* run, uint32_t i, uint32_t n) const;
@@ -123,46 +124,43 @@ inline void ResidentValues::sum_normals(const Page& page, const MeshletRow& m) {
   }
 }
 
-inline void ResidentValues::compute(const Page& page, const MeshletRow& m) {
+inline void ResidentValues::compute(const Page& page, const MeshletRow& m, uint32_t s) {
   const Reference* references = &page.references[m.reference];
-  for (uint32_t s = 0; s < page.stream_count(); s++) {
-    const StreamRow& row = page.rows[s];
-    const uint32_t* id = &page.ids(s)[m.vertex];
+  const StreamRow& row = page.rows[s];
+  const bool geo = row.predictor() == PREDICT_GEO;
+  const uint32_t elements = row.elements(), unused = 32 - row.bits();
+  const auto gather = [&](uint32_t stream, uint32_t* values) {
+    const uint32_t* id = &page.ids(stream)[m.vertex];
     for (uint32_t v = 0; v < m.vertices; v++)
-      store(others_, v, load(page.streams[s].values.data(), id[v]));
-    if (s == 0) std::memcpy(positions_, others_, 16 * m.vertices);
-    const uint32_t elements = row.elements(), unused = 32 - row.bits();
-    for (List* list : {&anchors[s], &chains[s], &interior[s]}) list->clear();
-    const auto put = [&](List& list, uint32_t v, Vertex prediction) {
-      const Vertex x = shifted((load(others_, v) - prediction) << unused, unused);
-      list.push((x << 1) ^ shifted(x, 31), elements);
-    };
-    const auto put_chain = [&](List& list, const Reference& r) {
-      if (r.length < 2) return;
-      uint8_t run[MESHLET_VERTICES + 1];
-      for (uint32_t k = 0; k <= r.length; k++) run[k] = uint8_t(page.run_vertex(m, r, k));
-      for (uint32_t i = 1; i < r.length; i++) put(list, run[i], chain(row, run, i, r.length));
-    };
-    for (uint32_t j = 0; j < m.references; j++) {
-      const Reference& r = references[j];
-      if (!r.foreign(s) && !references[r.previous].foreign(s))
-        anchors[s].push(load(others_, page.border[m.border + r.first]), elements);
-      if (r.kind == kOwned) put_chain(chains[s], r);
-      if (r.kind == kForeign && !r.foreign(s)) put_chain(interior[s], r);
-    }
-    const uint32_t* triangle = page.traversed.data() + m.traversed;
-    if (row.predictor() == PREDICT_GEO) {
-      sum_normals(page, m);
-      for (uint32_t i = 0; i < m.traversed_size; i++) {
-        const uint32_t v = Page::local(triangle[i], 2);
-        put(interior[s], v, octahedral(load(normals_, v), row.bits()));
-      }
-    } else {
-      for (uint32_t i = 0; i < m.traversed_size; i++)
-        put(interior[s], Page::local(triangle[i], 2), apex(row, triangle[i]));
-    }
-    for (List* list : {&anchors[s], &chains[s], &interior[s]}) list->finish(elements);
+      store(values, v, load(page.streams[stream].values.data(), id[v]));
+  };
+  gather(s, others_);
+  if (geo || row.predictor() == PREDICT_AFFINE) gather(0, positions_);
+  if (geo) sum_normals(page, m);
+  for (List* list : {&anchors, &chains, &interior}) list->clear();
+  const auto put = [&](List& list, uint32_t v, Vertex prediction) {
+    const Vertex x = shifted((load(others_, v) - prediction) << unused, unused);
+    list.push((x << 1) ^ shifted(x, 31), elements);
+  };
+  const auto put_chain = [&](List& list, const Reference& r) {
+    if (r.length < 2) return;
+    uint8_t run[MESHLET_VERTICES + 1];
+    for (uint32_t k = 0; k <= r.length; k++) run[k] = uint8_t(page.run_vertex(m, r, k));
+    for (uint32_t i = 1; i < r.length; i++) put(list, run[i], chain(row, run, i, r.length));
+  };
+  for (uint32_t j = 0; j < m.references; j++) {
+    const Reference& r = references[j];
+    if (!r.foreign(s) && !references[r.previous].foreign(s))
+      anchors.push(load(others_, page.border[m.border + r.first]), elements);
+    if (r.kind == kOwned) put_chain(chains, r);
+    if (r.kind == kForeign && !r.foreign(s)) put_chain(interior, r);
   }
+  const uint32_t* triangle = page.traversed.data() + m.traversed;
+  for (uint32_t i = 0; i < m.traversed_size; i++) {
+    const uint32_t v = Page::local(triangle[i], 2);
+    put(interior, v, geo ? octahedral(load(normals_, v), row.bits()) : apex(row, triangle[i]));
+  }
+  for (List* list : {&anchors, &chains, &interior}) list->finish(elements);
 }
 
 }  // namespace transport
