@@ -67,7 +67,7 @@ _FUNCTIONS = """
 close p, get_array pupp, open pzp, get_counts pp, get_blob pup, get_stream puup, validate pi,
 get_meshlet_triangles pupz, get_statistics pp, decode pip, decode_meshlets ppzppp, encode pppp,
 weld pzzpp, scan_lines pzppzp, generate pppp, sort_points pzp, open_surface puqpfip,
-measure ppppzpip, get_distances pzppqipp, get_unpacked_bytes pzp, unpack pzipz, pack pzip
+measure ppppzpip, get_distances pzppqfipp, get_unpacked_bytes pzp, unpack pzipz, pack pzip
 """
 
 
@@ -613,13 +613,13 @@ class ReplacementErrors(_Object):
 
 
 def surface_distances(
-    points: Floats, positions: Floats, triangles: UInt32s, threads: int = 0
+    points: Floats, positions: Floats, triangles: UInt32s, enough: float = 0.0, threads: int = 0
 ) -> tuple[Floats, UInt32s]:
-    """Returns float32[N]: the distance of each point (float32[N, 3]) to the nearest triangle, and
-    uint32[N]: that triangle. Raises ValueError."""
+    """Returns float32[N]: the distance of each point (float32[N, 3]) to the nearest triangle, or to
+    any that is no farther than `enough`, and uint32[N]: that triangle. Raises ValueError."""
     points, positions = _array(points, np.float32, -1, 3), _array(positions, np.float32, -1, 3)
     surface = _groups(triangles, np.array([0, len(triangles)], np.uint32))
-    there = positions.ctypes, len(positions), threads
+    there = positions.ctypes, len(positions), enough, threads
     found, nearest = np.empty(len(points), np.float32), np.empty(len(points), np.uint32)
     _c.get_distances(points.ctypes, len(points), surface, *there, found.ctypes, nearest.ctypes)
     return found, nearest

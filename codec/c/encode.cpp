@@ -355,23 +355,24 @@ int gltf_meshlet_measure(const gltf_meshlet_surface* surface, const gltf_meshlet
 
 int gltf_meshlet_get_distances(const float* points, size_t point_count,
                                const gltf_meshlet_groups* triangles, const float* positions,
-                               uint64_t vertex_count, int32_t threads, float* distances,
-                               uint32_t* nearest) {
+                               uint64_t vertex_count, float enough, int32_t threads,
+                               float* distances, uint32_t* nearest) {
   return guarded([&] {
     require(distances || point_count == 0, kNull);
     check_points(points, point_count);
     check_points(positions, vertex_count);
     const GroupTriangles surface = groups_of(triangles, vertex_count, false);
     const TriangleTree tree(positions, surface.triangles, surface.begin, thread_count(threads));
-    for_blocks(thread_count(threads), point_count, kPointsAtOnce,
-               [&](size_t, size_t first, size_t last) {
-                 uint32_t hint = 0;
-                 for (size_t i = first; i < last; i++) {
-                   const float* p = points + 3 * i;
-                   distances[i] = std::sqrt(tree.squared_distance({p[0], p[1], p[2]}, hint));
-                   if (nearest) nearest[i] = tree.number(hint);
-                 }
-               });
+    for_blocks(
+        thread_count(threads), point_count, kPointsAtOnce, [&](size_t, size_t first, size_t last) {
+          uint32_t hint = 0;
+          for (size_t i = first; i < last; i++) {
+            const float* p = points + 3 * i;
+            const float squared = tree.squared_distance({p[0], p[1], p[2]}, hint, enough * enough);
+            distances[i] = std::sqrt(squared);
+            if (nearest) nearest[i] = tree.number(hint);
+          }
+        });
     return kOk;
   });
 }

@@ -324,12 +324,12 @@ GLTF_MESHLET_API int gltf_meshlet_measure(const gltf_meshlet_surface* surface,
                                           size_t chosen_count, const gltf_meshlet_carried* carried,
                                           int32_t threads, gltf_meshlet_result** result);
 
-/* Writes the distance of each point to the nearest triangle and, unless `nearest` is null, that
- * triangle's number. */
+/* Writes the distance of each point to the nearest triangle, or to any that is no farther than
+ * `enough`, and, unless `nearest` is null, that triangle's number. */
 GLTF_MESHLET_API int gltf_meshlet_get_distances(const float* points, size_t point_count,
                                                 const gltf_meshlet_groups* triangles,
                                                 const float* positions, uint64_t vertex_count,
-                                                int32_t threads, float* distances,
+                                                float enough, int32_t threads, float* distances,
                                                 uint32_t* nearest);
 #endif
 

@@ -86,12 +86,14 @@ float add_removed(const GroupCorners& before, const GroupCorners& after,
 // Finds the squared distance that only kOutside of a surface exceeds. Keeps the farthest samples.
 class Tail {
  public:
-  // area: of the surface; samples: the number of samples that stand for it.
-  Tail(float area, size_t samples)
-      : outside_(kOutside * area * std::max(0.0f, 1 - kFewSamples / float(samples + 1))) {}
+  // area: of the surface; samples: the number of samples that stand for it; least: a squared
+  // distance below which others do not matter.
+  Tail(float area, size_t samples, float least)
+      : least_(least),
+        outside_(kOutside * area * std::max(0.0f, 1 - kFewSamples / float(samples + 1))) {}
 
-  // The squared distance so far, 0 at first. Nearer samples do not change it.
-  float squared() const { return sum_ > outside_ ? heap_.front().squared : 0; }
+  // The squared distance so far, `least` at first. Nearer samples do not change it.
+  float squared() const { return sum_ > outside_ ? heap_.front().squared : least_; }
 
   void add(float squared, float area) {
     if (squared <= this->squared()) return;
@@ -112,7 +114,7 @@ class Tail {
   };
   std::vector<Sample> heap_;  // the nearest one first
   double sum_ = 0;
-  float outside_;
+  float least_, outside_;
 };
 
 // Points on a surface, and the area that each one stands for.
@@ -170,9 +172,9 @@ struct Replacement {
       const bool is_carried = are_few || i == 0 || first < passed;
       const float enough = is_carried ? 0 : tail.squared();
       const float own = level.squared_distance_to_group(group, point, place, enough);
-      uint32_t other = place;  // the group's own triangles are nearest as a rule
-      if (own > tail.squared())
-        tail.add(level.squared_distance(point, other, tail.squared()), samples.areas[i]);
+      if (own > tail.squared())  // the group's own triangles are nearest as a rule
+        tail.add(level.squared_distance_beyond(group, own, point, place, tail.squared()),
+                 samples.areas[i]);
       if (is_carried) {
         carried.samples.vertices.push_back(vertices[i]);
         carried.samples.areas.push_back(0);
@@ -229,14 +231,14 @@ std::vector<float> ReplacementErrors::measure(const GroupTriangles& before,
                       {carried.areas.begin() + first, carried.areas.begin() + last}};
       float area = add_removed(was, is, area_, samples);
       for (float a : samples.areas) area += a;
-      Tail tail(area, samples.vertices.size());
+      Tail tail(area, samples.vertices.size(), squared[i]);
       const Replacement replacement{level, chosen[i]};
       Carried on = replacement.carry_on(samples, most_carried, shapes_[s], tail);
       if (s == 0) next[i] = std::move(on);
       const SurfacePoints points = spread(shapes_[s], is, points_each);
-      Tail back(points.area, points.points.size());
+      Tail back(points.area, points.points.size(), tail.squared());
       add_distances(points, level_0_[s], back);
-      squared[i] = std::max({squared[i], tail.squared(), back.squared()});
+      squared[i] = back.squared();
     });
   }
   carried = {{}, {}, {0}, {}};

