@@ -33,6 +33,7 @@ class ErrorMeter:
     ) -> None:
         """shapes: float32[V, 3] each; triangles, begin: level 0 in groups; rows: the caller's
         numbers of the triangles."""
+        self._threads = threads
         # A point in every second triangle, or several in each.
         count = max(len(triangles) // 2, LEAST_POINTS)
         chosen = np.arange(count) * len(triangles) // count
@@ -104,7 +105,9 @@ class ErrorMeter:
         samples = self._samples[chosen]
         is_far = np.zeros(len(samples), bool)
         for points in self._shapes:
-            found, _ = _codec.surface_distances(points[samples], points, after, allowed)
+            found, _ = _codec.surface_distances(
+                points[samples], points, after, allowed, self._threads
+            )
             is_far |= found > allowed
         lost: np.ndarray = np.unique(self._before[self._at[chosen[is_far]]])
         return lost

@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from gltf_ext import _codec
 from gltf_ext.lod.errors import ErrorMeter
 from gltf_ext.lod.reduction import HIGH, TRIES, reduce_groups
 from gltf_ext.lod.surface import Surface
+from gltf_ext.lod.writing import _apart
 from gltf_ext.ranges import begins_of
 from tests.helpers import environment
 from tests.helpers.gltf_builder import grid_mesh
@@ -123,3 +125,34 @@ def test_a_spike_on_less_than_a_thousandth_of_the_area_does_not_count():
 def test_a_spike_counts_where_samples_are_few():
     found, height = spiked(12)
     assert found == pytest.approx(height, rel=0.01)
+
+
+def test_measuring_keeps_to_the_given_threads(monkeypatch):
+    asked = []
+    real = _codec.surface_distances
+
+    def spied(points, positions, triangles, enough=0.0, threads=0):
+        asked.append(threads)
+        return real(points, positions, triangles, enough, threads)
+
+    monkeypatch.setattr(_codec, "surface_distances", spied)
+    surface, groups = surface_of(2)
+    begin = np.array([0, *np.cumsum([len(group) for group in groups])])
+    rows = np.arange(len(surface.triangles), dtype=np.uint32)
+    meter = ErrorMeter([surface.points], surface.triangles, begin, rows, threads=1)
+    meter.begin_level(surface.triangles, begin, rows)
+    meter.lost(0, groups[0][:1], 0.5)
+    assert asked == [1]
+
+
+@pytest.mark.parametrize("first, is_parted", [(100, True), (1 << 23, False)])
+def test_touching_surfaces_are_parted_where_floats_have_room(first, is_parted):
+    """Two triangles that touch at a point; from 2^23 on, one float up is the next cell."""
+    x = [first, first + 1, first, first, first - 1, first]
+    points = np.array([x, [0, 0, 1, 0, 0, -1], [0] * 6], np.float32).T.copy()
+    same_position = np.uint32([0, 1, 2, 0, 3, 4])
+    numbers = np.arange(6, dtype=np.uint32)
+    triangles = numbers.reshape(2, 3)
+    apart = _apart(points, same_position, numbers, triangles, numbers)
+    assert (len(np.unique(apart, axis=0)) == 6) == is_parted
+    assert np.abs(apart - points).max() < 0.5
