@@ -334,6 +334,7 @@ inline void BlobEmitter::begin(const Page& page, size_t size) {
   bits_.clear();
   bits_end_ = bits_.grow(size + kStreamRoom);
   lengths_.clear();
+  lengths_.reserve(uint64_t(page.stream_count()) * page.meshlets.size());
 }
 
 inline bool BlobEmitter::add_stream(uint32_t s) {

@@ -45,25 +45,26 @@ class Buffer {
     other.bytes_ = nullptr;
     other.capacity_ = other.size_ = 0;
   }
-  // Makes room for so many elements in all.
-  void reserve(size_t count) {
+  // Makes room for so many elements in all. More bytes than an address counts are no memory.
+  void reserve(uint64_t count) {
     if (count < capacity_) return;
-    capacity_ = count + 1;
-    uint8_t* bytes = new uint8_t[capacity_ * sizeof(T)];
+    const uint64_t size = (count + 1) * sizeof(T), most = ~size_t(0);
+    uint8_t* bytes = new uint8_t[size_t(size < most ? size : most)];
     if (size_) std::memcpy(bytes, bytes_, size_ * sizeof(T));
     delete[] bytes_;
     bytes_ = bytes;
+    capacity_ = count + 1;
   }
   // Appends elements and returns the first of them; never null.
   T* grow(size_t count) {
-    if (size_ + count >= capacity_) reserve(2 * size_t(size_) + count);
+    if (size_ + count >= capacity_) reserve(2 * uint64_t(size_) + count);
     size_ += uint32_t(count);
     return data() + size_ - count;
   }
 
  private:
   uint8_t* bytes_ = nullptr;
-  size_t capacity_ = 0;
+  uint64_t capacity_ = 0;
   uint32_t size_ = 0;
 };
 
@@ -87,7 +88,8 @@ struct Reference {
   uint64_t shares;   // bit s: the values of stream s are the owner's; foreign ones only
   uint32_t partner;  // foreign: the owner's reference; owned: the last one that points at it
   uint32_t meshlet;
-  uint8_t kind, loop_end, slot;
+  uint8_t kind : 7, loop_end : 1;
+  uint8_t slot;
   uint8_t length;                        // 0: not known yet
   uint8_t first, loop_begin, loop_size;  // border positions in the meshlet
   uint8_t next, previous;                // references of the meshlet, along the loop
@@ -166,11 +168,15 @@ struct Page {
     meshlets.push(m);
     return meshlets[meshlets.size() - 1];
   }
-  // The least bits that the blob has for the connectivity and the codes of a meshlet.
-  uint32_t least_bits(const MeshletRow& m) const {
+  // The least bytes that the blob has for the connectivity, the references and the codes of a
+  // meshlet. It has a mask and a width for references, and a second code where one is owned.
+  uint32_t least_bytes(const MeshletRow& m) const {
     const uint32_t stored = m.triangles - 1u, r = count_of(m.symbols[kR]),
                    e = count_of(m.symbols[kE]) - 1, s = count_of(m.symbols[kS]);
-    return BLOB_TRIANGLE_BITS + 2 * stored - r + e + 2 * s + CODE_BITS * stream_count();
+    const uint32_t symbols = 2 * stored - r + e + 2 * s,
+                   references = m.stored_references ? m.stored_references + LENGTH_WIDTH_BITS : 0,
+                   codes = CODE_BITS * stream_count() * (m.owned ? 2 : 1);
+    return (BLOB_TRIANGLE_BITS + symbols + references + codes + 7) / 8;
   }
   // Of corner k of a packed triangle.
   static uint32_t local(uint32_t triangle, uint32_t k) { return triangle >> 8 * k & 255; }

@@ -33,8 +33,8 @@ class PageCoder {
 
   Coder coder;
   Settings settings;
-  uint64_t room = ~0ull;  // bits of the blob
-  uint64_t cost[kParts];  // of the packed page's parts
+  uint64_t room = ~0ull >> 3;  // bytes of the blob
+  uint64_t cost[kParts];       // of the packed page's parts
 
   // Codes settings, streams and connectivity. Returns false if the page is malformed. triangles,
   // meshlets: of the page.
@@ -72,6 +72,7 @@ class PageCoder {
   uint32_t code_match(uint32_t s, size_t local, uint32_t neighbours);
   void end_part(uint32_t part);
   void count_triangles(const MeshletRow& m);
+  void reserve_arrays(uint32_t triangles, uint32_t meshlets);
   bool begin_stream(uint32_t s);
   void sum_normals(uint32_t s);
   void code_normals(uint32_t s);
@@ -911,6 +912,9 @@ void PageCoder<Coder>::end_part(uint32_t part) {
 template <class Coder>
 bool PageCoder<Coder>::begin_stream(uint32_t s) {
   Stream& stream = to.streams[s];
+  // Each stream gets the arrays of the one before: they have room for the largest.
+  const bool alike = (shared_ & to.all_streams()) == to.all_streams();
+  const uint64_t most_vertices = alike ? to.streams[0].vertices : to.streams[0].id.size();
   if (s == 0) {
     steps_.reserve(stream.vertices);
   } else {
@@ -921,14 +925,16 @@ bool PageCoder<Coder>::begin_stream(uint32_t s) {
     if (!stream.numbered_as_first) stream.id.reserve(to.streams[0].id.size());
     for (uint32_t i = 0; i < to.meshlets.size() && !stream.numbered_as_first; i++)
       if (!to.number_vertices(to.meshlets[i], s)) return false;
+    stream.values.reserve(4 * most_vertices);
   }
   stream.values.grow(4 * size_t(stream.vertices));
   sizes_.clear();
+  sizes_.reserve(most_vertices);
   sizes_.grow(stream.vertices);
   last_ = Vertex{};
   last_match_ = 0;
   order_.clear();
-  if (may_repeat(s)) order_.reserve(stream.vertices);
+  if (may_repeat(s)) order_.reserve(most_vertices);
   if constexpr (kEncodes) coder.forget();
   return true;
 }
@@ -946,6 +952,28 @@ void PageCoder<Coder>::count_triangles(const MeshletRow& m) {
   }
 }
 
+// Makes room for all that the blob can have: no array of connectivity grows further. So what a page
+// takes depends on its counts alone, and is the same in WebAssembly, where nothing is freed.
+template <class Coder>
+void PageCoder<Coder>::reserve_arrays(uint32_t triangles, uint32_t meshlets) {
+  // A meshlet has a bit or more for each of its vertices: R adds one and takes a bit, L adds one
+  // and takes two, E adds three at most and takes three; the head has more than the last E adds.
+  uint64_t vertices = 8 * room;
+  for (uint64_t limit : {MESHLET_VERTICES * uint64_t(meshlets), 3 * uint64_t(triangles)})
+    if (limit < vertices) vertices = limit;
+  // A reference has a bit beside that of the vertex where it begins.
+  const uint64_t references = vertices < 4 * room ? vertices : 4 * room;
+  to.meshlets.reserve(meshlets);
+  to.triangles.reserve(triangles);
+  to.opposite.reserve(4 * uint64_t(triangles));
+  to.references.reserve(references);
+  to.streams[0].id.reserve(vertices);
+  to.traversed.reserve(vertices);
+  to.border.reserve(vertices);
+  to.border_corner.reserve(vertices);
+  valence_.reserve(vertices);
+}
+
 template <class Coder>
 bool PageCoder<Coder>::begin(const Page* source_page, uint32_t triangles, uint32_t meshlets) {
   if (triangles >> 30) return false;  // corners have 32 bits
@@ -959,17 +987,14 @@ bool PageCoder<Coder>::begin(const Page* source_page, uint32_t triangles, uint32
   shared_ = ~0ull;
   code_settings();
   if (!code_rows()) return false;
-  // Of blobs with a byte for each triangle or more, which most are, arrays do not grow further.
-  const size_t likely = least(triangles, uint32_t(room / 8));
-  to.triangles.reserve(likely);
-  to.opposite.reserve(4 * likely);
-  uint64_t bits = 0;
+  reserve_arrays(triangles, meshlets);
+  uint64_t bytes = 0;
   for (uint32_t i = 0; i < meshlets; i++) {
     MeshletRow& m = to.begin_meshlet();
     if (!code_connectivity(m) || to.triangles.size() > triangles) return false;
     // What a page takes is bounded by what the blob can hold.
-    bits += to.least_bits(m);
-    if (bits > room) return false;
+    bytes += to.least_bytes(m);
+    if (bytes > room) return false;
     const uint32_t first = to.streams[0].vertices;
     if (!to.number_vertices(m, 0)) return false;
     to.link_corners(m);

@@ -27,7 +27,7 @@ class Unpacker : public PageUnpacker {
     if (meshlets < 1 || triangles < meshlets || triangles > MESHLET_TRIANGLES * meshlets ||
         meshlets > page.bytes || triangles > 8 * uint64_t(page.bytes))
       return {"a packed page has impossible counts"};
-    coder_.room = 8 * uint64_t(page.bytes);
+    coder_.room = page.bytes;
     if (!coder_.begin(nullptr, uint32_t(triangles), uint32_t(meshlets))) return kDamaged;
     emitter_.begin(page_, page.bytes);
     for (uint32_t s = 0; s < page_.stream_count(); s++) {
