@@ -31,7 +31,7 @@ export interface PoolOptions {
 
 /**
  * Compiles the WebAssembly module once and starts the Workers. Rejects if the module cannot be
- * loaded. A Worker that cannot be started makes all calls reject. A Worker that dies of a call makes
- * that one reject; another Worker takes its place.
+ * loaded. A Worker that fails before any has answered makes all calls reject. Later, a Worker that dies
+ * of a call makes that one reject, and another takes its place.
  */
 export declare function createDecoderPool(options?: PoolOptions): Promise<DecoderPool>;

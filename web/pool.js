@@ -106,12 +106,14 @@ class DecoderPool {
   // A member's Worker has failed. Where Workers do work, its job is to blame: only that rejects, and
   // another Worker takes the member's place. For members.
   async replace(member, error) {
+    if (!this.#members.includes(member)) return; // it has failed before
     if (!member.busy || !this.works) return this.end(error);
-    member.end(error); // and stays busy
+    member.end(error);
+    this.#members = this.#members.filter((other) => other !== member);
     try {
-      const worker = await this.#createWorker();
-      if (this.ended) worker.terminate();
-      else this.#members[this.#members.indexOf(member)] = new Member(worker, this.#module, this);
+      const other = new Member(await this.#createWorker(), this.#module, this);
+      this.#members.push(other);
+      if (this.ended) other.end();
       this.next();
     } catch (failed) {
       this.end(failed);
@@ -159,7 +161,7 @@ class Member {
     const failed = ({ message }) =>
       pool.replace(
         this,
-        new Error(`a decoder's Worker failed: ${message ?? 'it cannot be loaded'}`),
+        new Error(`a decoder's Worker failed: ${message ?? 'not loaded'}`),
       );
     if (worker.on) {
       worker.on('message', (answer) => this.#receive(answer)).on('error', failed); // Node

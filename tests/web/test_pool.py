@@ -122,6 +122,26 @@ const { pathToFileURL } = require('url');
   const createWorker = () => new Worker('throw new Error("no such script")', { eval: true });
   const broken = await createDecoderPool({ workers: 1, createWorker });
   results.broken = await refused(broken.decodePrimitive(view));
+  // Its second job kills it: two errors, and an answer that comes too late.
+  const workers = [];
+  class Mortal extends require('events') {
+    jobs = 0;
+    postMessage({ task }) {
+      if (!task) return;
+      const dies = workers.length === 1 && ++this.jobs === 2;
+      const events = dies ? ['error', 'error', 'message'] : ['message'];
+      setTimeout(() => events.forEach((name) => this.emit(name, { message: 'dead', result: 1 })));
+    }
+    terminate() {
+      this.isEnded = true;
+    }
+  }
+  const start = () => workers[workers.push(new Mortal()) - 1];
+  const mortal = await createDecoderPool({ workers: 1, createWorker: start });
+  const jobs = [0, 1, 2, 3].map(() => refused(mortal.run({ task: 'validate', bytes: view })));
+  results.mortal = await Promise.all(jobs);
+  mortal.close();
+  results.ended = workers.map(({ isEnded }) => isEnded);
   console.log(JSON.stringify(results));
 })();
 """
@@ -139,6 +159,8 @@ def test_progress_abort_and_errors(model, tmp_path):
     assert results["shares"] == sorted(results["shares"])
     assert results["shares"][-1] == 1
     assert len(results["stopped"]) == 1
+    assert results["mortal"] == ["decoded", "a decoder's Worker failed: dead", "decoded", "decoded"]
+    assert results["ended"] == [True, True]
     assert results["aborted"] == ["stopped"] * 3
     assert results["failed"] == "failed"
     assert results["after"] == results["triangleCount"]
