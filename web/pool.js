@@ -159,10 +159,7 @@ class Member {
     this.#worker = worker;
     this.#pool = pool;
     const failed = ({ message }) =>
-      pool.replace(
-        this,
-        new Error(`a decoder's Worker failed: ${message ?? 'not loaded'}`),
-      );
+      pool.replace(this, new Error(`a decoder's Worker failed: ${message ?? 'not loaded'}`));
     if (worker.on) {
       worker.on('message', (answer) => this.#receive(answer)).on('error', failed); // Node
     } else {
