@@ -270,8 +270,8 @@ enum { GLTF_MESHLET_ANY = 0, GLTF_MESHLET_NUMBERS = 1, GLTF_MESHLET_CORNERS = 2 
  * keywords, which are in lower case; an empty one stands for all lines. words: what follows each.
  * GLTF_MESHLET_NUMBERS: numbers. GLTF_MESHLET_CORNERS: each word is 1 to 3 integers between slashes
  * and gives 3, 0 for a missing one. GLTF_MESHLET_ANY: words that are not read, without continued
- * lines. Three arrays of the result for each keyword: the numbers, of double, or of int32_t if they are corners; uint32_t, how
- * many each line has; uint32_t, the lines' offsets in the text. */
+ * lines. Three arrays of the result for each keyword: the numbers, of double, or of int32_t if they
+ * are corners; uint32_t, how many each line has; uint32_t, the lines' offsets in the text. */
 GLTF_MESHLET_API int gltf_meshlet_scan_lines(const char* text, size_t size,
                                              const char* const* keywords, const uint32_t* words,
                                              size_t count, gltf_meshlet_result** result);
