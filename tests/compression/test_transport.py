@@ -10,23 +10,14 @@ from gltf_ext import _codec
 from gltf_ext.gltf.transport import TRANSPORT
 from gltf_meshlet import cli
 from spec.make_lod_vectors import FOLDER as LOD_VECTORS
-from tests.helpers.gltf_builder import NORMALIZED, Builder, everything, glb_bytes, glb_json
-
-
-def model(path):
-    """Every kind of attribute, and a sheet of positions alone."""
-    builder = Builder()
-    attributes, triangles, targets = everything()
-    builder.mesh(attributes, triangles, targets, NORMALIZED)
-    builder.mesh({"POSITION": attributes["POSITION"]}, triangles)
-    return builder.write(path)
+from tests.helpers.gltf_builder import glb_bytes, glb_json, write_everything
 
 
 @pytest.fixture(scope="module")
 def files(tmp_path_factory):
     """The same model plain, compressed and packed."""
     folder = tmp_path_factory.mktemp("transport")
-    plain = model(folder / "plain.glb")
+    plain = write_everything(folder / "plain.glb")
     gltf_ext.compress(plain, folder / "compressed.glb")
     gltf_ext.compress(plain, folder / "packed.glb", transport=True)
     return folder

@@ -16,7 +16,7 @@ from gltf_ext.gltf.importers import open_model
 from spec import reference_transport
 from tests.helpers import environment
 from tests.helpers.environment import MODELS, ROOT
-from tests.helpers.gltf_builder import NORMALIZED, Builder, everything
+from tests.helpers.gltf_builder import write_everything
 
 COARSE = {"position_bits": 4, "normal_bits": 4, "texcoord_bits": 4}
 COARSE |= {"color_bits": 4, "weight_bits": 4}
@@ -44,20 +44,11 @@ CLANG = ["clang++", "-O2"]
 ZIG = [sys.executable, "-m", "ziglang", "c++", "-O2", "-fno-sanitize=all"]
 
 
-def generated(path):
-    """Every kind of attribute with morph targets, seams, and a sheet of positions alone."""
-    builder = Builder()
-    attributes, triangles, targets = everything(columns=40, rows=30)
-    builder.mesh(attributes, triangles, targets, NORMALIZED)
-    builder.mesh({"POSITION": attributes["POSITION"]}, triangles)
-    return builder.write(path)
-
-
 @pytest.fixture(scope="module")
 def views(tmp_path_factory):
     """A folder of the packed and resident views of the generated model by all options."""
     folder = tmp_path_factory.mktemp("views")
-    source = generated(folder / "generated.glb")
+    source = write_everything(folder / "generated.glb", columns=40, rows=30)
     for name, options in OPTIONS.items():
         if "lod" in options:
             continue  # its pages are views like others
@@ -84,7 +75,8 @@ def check_round_trip(source, folder, options):
 
 @pytest.mark.parametrize("options", OPTIONS)
 def test_generated_models_come_back(options, tmp_path):
-    check_round_trip(generated(tmp_path / "in.glb"), tmp_path, OPTIONS[options])
+    source = write_everything(tmp_path / "in.glb", columns=40, rows=30)
+    check_round_trip(source, tmp_path, OPTIONS[options])
 
 
 @pytest.mark.parametrize("options", OPTIONS)

@@ -206,3 +206,13 @@ def everything(
 
 
 NORMALIZED = ("TEXCOORD_1", "COLOR_1", "COLOR_2")
+
+
+def write_everything(path: Path, **size: int) -> Path:
+    """Writes a .glb with a mesh of `everything`, and a sheet of positions alone. size: columns and
+    rows. Returns the path."""
+    builder = Builder()
+    attributes, triangles, targets = everything(**size)
+    builder.mesh(attributes, triangles, targets, NORMALIZED)
+    builder.mesh({"POSITION": attributes["POSITION"]}, triangles)
+    return builder.write(path)
