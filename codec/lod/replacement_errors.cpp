@@ -13,8 +13,8 @@ namespace {
 // Samples that go on to the next level, at most: of a group, or of few groups together. With half
 // of them, stated errors of the coarsest levels of dragon, bunny and sponza_like do not hold.
 constexpr size_t kCarried = 1024, kCarriedOfAll = 32768;
-// Points in each triangle of a replacement, and the least number in a level.
-constexpr size_t kPointsEach = 3, kPointsOfAll = 16384;
+// Points in a replacement for each of its triangles, and the least number in a level.
+constexpr size_t kPointsEach = 3, kPointsOfAll = 8192;
 // The share of each surface that may be farther away than the stated error: less than the 0.1 % of
 // the specification, for the error of sampling. With 0.001 and half of the points, 7 of 33 levels
 // of bunny, igea, beast and chinesedragon were beyond their errors, by a few hundredths of a
@@ -124,25 +124,35 @@ struct SurfacePoints {
   float area = 0;  // of the surface
 };
 
+// The area of the triangle whose corners begin at `first`.
+float area_at(const float* positions, const GroupCorners& triangles, size_t first) {
+  const uint32_t* v = triangles.corners + first;
+  return area_of(point_of(positions, v[0]), point_of(positions, v[1]), point_of(positions, v[2]));
+}
+
 // Returns a fraction, 0 to 1: the n-th multiple of step / 2^32, without whole numbers.
 float fraction(uint32_t n, uint32_t step) { return float(n * step) * 0x1p-32f; }
 
-// Returns points spread by area: `count` in each triangle. They are no special points: in the
-// middles of triangles and edges a smooth surface is farther away than elsewhere.
+// Returns points spread by area: one in each triangle, and about `count` - 1 times as many where
+// the area is. They are no special points: in the middles of triangles and edges a smooth surface is
+// farther away than elsewhere.
 SurfacePoints spread(const float* positions, const GroupCorners& triangles, size_t count) {
   SurfacePoints found;
+  for (size_t t = 0; t < triangles.count; t += 3) found.area += area_at(positions, triangles, t);
+  const float more = float(triangles.count / 3 * (count - 1));
+  const float per_area = found.area > 0 ? more / found.area : 0;
   uint32_t n = 0;
   for (size_t t = 0; t < triangles.count; t += 3) {
     Vec3 corner[3];
     for (size_t k = 0; k < 3; k++) corner[k] = point_of(positions, triangles.corners[t + k]);
     const float area = area_of(corner[0], corner[1], corner[2]);
-    found.area += area;
-    for (size_t i = 0; i < count; i++, n++) {
+    const size_t points = 1 + size_t(area * per_area + 0.5f);
+    for (size_t i = 0; i < points; i++, n++) {
       // Roberts' sequence R2 spreads points in a square; half of it is folded onto the other half.
       float u = fraction(n, 3242174889u), v = fraction(n, 2447445414u);
       if (u + v > 1) u = 1 - u, v = 1 - v;
       found.points.push_back(corner[0] * (1 - u - v) + corner[1] * u + corner[2] * v);
-      found.areas.push_back(area / float(count));
+      found.areas.push_back(area / float(points));
     }
   }
   return found;
@@ -207,10 +217,8 @@ ReplacementErrors::ReplacementErrors(std::vector<const float*> shapes, size_t ve
     level_0_.emplace_back(positions, level_0.triangles, level_0.begin, threads);
   const GroupCorners all(level_0);
   for (size_t i = 0; i < all.count; i += 3) {
-    const uint32_t* v = all.corners + i;
-    const float area =
-        area_of(point_of(shapes_[0], v[0]), point_of(shapes_[0], v[1]), point_of(shapes_[0], v[2]));
-    for (size_t k = 0; k < 3; k++) area_[v[k]] += vertex_share * area / 3;
+    const float area = area_at(shapes_[0], all, i);
+    for (size_t k = 0; k < 3; k++) area_[all.corners[i + k]] += vertex_share * area / 3;
   }
 }
 

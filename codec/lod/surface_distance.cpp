@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstring>
 #include <limits>
 #include <utility>
@@ -13,17 +14,22 @@ namespace meshlet {
 namespace {
 
 constexpr uint32_t kIsLeaf = 1u << 31;
+// Places may be off by so many of the steps that floats have at the triangle.
+constexpr double kFineEnough = 64;
 constexpr uint32_t kNone = ~0u;  // no node
 // A node adds three entries: at most 14 levels for 2^28 leaves, and as many for the groups.
 constexpr int kStack = 96;
 
-// Four floats at once. Comparisons give masks, by which ? : chooses.
+// Four numbers at once. Comparisons give masks, by which ? : chooses.
 using Lanes = float __attribute__((vector_size(16)));
-using Mask = int32_t __attribute__((vector_size(16)));
+using WideLanes = double __attribute__((vector_size(32)));
 
-struct Lanes3 {
-  Lanes x, y, z;
+template <class L>
+struct Points {
+  L x, y, z;
 };
+using Lanes3 = Points<Lanes>;
+using WideLanes3 = Points<WideLanes>;
 
 Lanes all(float value) { return Lanes{value, value, value, value}; }
 Lanes3 all(Vec3 v) { return {all(v.x), all(v.y), all(v.z)}; }
@@ -33,46 +39,77 @@ Lanes load(const float* four) {
   return lanes;
 }
 Lanes3 load(const float (*xyz)[4]) { return {load(xyz[0]), load(xyz[1]), load(xyz[2])}; }
-Lanes choose(Mask mask, Lanes a, Lanes b) { return mask ? a : b; }
-Lanes3 choose(Mask mask, Lanes3 a, Lanes3 b) {
-  return {choose(mask, a.x, b.x), choose(mask, a.y, b.y), choose(mask, a.z, b.z)};
+WideLanes3 widened(const Lanes3& p) {
+  return {__builtin_convertvector(p.x, WideLanes), __builtin_convertvector(p.y, WideLanes),
+          __builtin_convertvector(p.z, WideLanes)};
+}
+template <class Mask, class L>
+Points<L> choose(const Mask& mask, const Points<L>& a, const Points<L>& b) {
+  return {mask ? a.x : b.x, mask ? a.y : b.y, mask ? a.z : b.z};
 }
 Lanes larger(Lanes a, Lanes b) { return a > b ? a : b; }
 
-Lanes3 operator-(Lanes3 a, Lanes3 b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-Lanes3 operator*(Lanes3 a, Lanes s) { return {a.x * s, a.y * s, a.z * s}; }
-Lanes dot(Lanes3 a, Lanes3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+template <class L>
+Points<L> operator-(const Points<L>& a, const Points<L>& b) {
+  return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+template <class L>
+Points<L> operator*(const Points<L>& a, const L& s) {
+  return {a.x * s, a.y * s, a.z * s};
+}
+template <class L>
+L dot(const Points<L>& a, const Points<L>& b) {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
 
 // Squared distances from a point to four triangles. C. Ericson, Real-Time Collision Detection,
 // 2005, section 5.1.5: the region of the nearest point.
-Lanes triangles_squared(Lanes3 p, Lanes3 a, Lanes3 b, Lanes3 c) {
-  const Lanes3 ab = b - a, ac = c - a, ap = p - a, bp = p - b, cp = p - c;
-  const Lanes d1 = dot(ab, ap), d2 = dot(ac, ap), d3 = dot(ab, bp), d4 = dot(ac, bp);
-  const Lanes d5 = dot(ab, cp), d6 = dot(ac, cp);
-  const Lanes va = d3 * d6 - d5 * d4, vb = d5 * d2 - d1 * d6, vc = d1 * d4 - d3 * d2;
-  const Lanes rise = d4 - d3, along = rise + (d5 - d6), sum = va + vb + vc;
+template <class L>
+Lanes triangles_squared(const Points<L>& p, const Points<L>& a, const Points<L>& b,
+                        const Points<L>& c) {
+  const Points<L> ab = b - a, ac = c - a, ap = p - a, bp = p - b, cp = p - c;
+  const L d1 = dot(ab, ap), d2 = dot(ac, ap), d3 = dot(ab, bp), d4 = dot(ac, bp);
+  const L d5 = dot(ab, cp), d6 = dot(ac, cp);
+  const L va = d3 * d6 - d5 * d4, vb = d5 * d2 - d1 * d6, vc = d1 * d4 - d3 * d2;
+  const L rise = d4 - d3, along = rise + (d5 - d6), sum = va + vb + vc;
   // Each mask without those before it.
-  const Mask at_a = (d1 <= 0) & (d2 <= 0);
-  const Mask at_b = (d3 >= 0) & (d4 <= d3) & ~at_a;
-  Mask taken = at_a | at_b;
-  const Mask on_ab = (vc <= 0) & (d1 >= 0) & (d3 <= 0) & (d1 > d3) & ~taken;
+  const auto at_a = (d1 <= 0) & (d2 <= 0);
+  const auto at_b = (d3 >= 0) & (d4 <= d3) & ~at_a;
+  auto taken = at_a | at_b;
+  const auto on_ab = (vc <= 0) & (d1 >= 0) & (d3 <= 0) & (d1 > d3) & ~taken;
   taken |= on_ab;
-  const Mask at_c = (d6 >= 0) & (d5 <= d6) & ~taken;
+  const auto at_c = (d6 >= 0) & (d5 <= d6) & ~taken;
   taken |= at_c;
-  const Mask on_ac = (vb <= 0) & (d2 >= 0) & (d6 <= 0) & (d2 > d6) & ~taken;
+  const auto on_ac = (vb <= 0) & (d2 >= 0) & (d6 <= 0) & (d2 > d6) & ~taken;
   taken |= on_ac;
-  const Mask on_bc = (va <= 0) & (rise >= 0) & (d5 >= d6) & (along > 0) & ~taken;
+  const auto on_bc = (va <= 0) & (rise >= 0) & (d5 >= d6) & (along > 0) & ~taken;
   taken |= on_bc;
-  const Mask inside = (sum > 0) & ~taken;  // if rounding leaves no region: distance to a
-  const Lanes zero = all(0.0f);
-  const Lanes3 base = choose(at_b | on_bc, bp, choose(at_c, cp, ap));
-  const Lanes3 edge = choose(on_bc, c - b, ab);
-  const Lanes s = choose(on_bc, rise, choose(on_ab, d1, choose(inside, vb, zero)));
-  const Lanes t = choose(on_ac, d2, choose(inside, vc, zero));
-  const Lanes whole = choose(
-      on_bc, along, choose(on_ab, d1 - d3, choose(on_ac, d2 - d6, choose(inside, sum, all(1.0f)))));
-  const Lanes3 offset = base - edge * (s / whole) - ac * (t / whole);
-  return dot(offset, offset);
+  const auto inside = (sum > 0) & ~taken;  // if rounding leaves no region: distance to a
+  const L zero{}, one = zero + 1;
+  const Points<L> base = choose(at_b | on_bc, bp, choose(at_c, cp, ap));
+  const Points<L> edge = choose(on_bc, c - b, ab);
+  const L inner_s = inside ? vb : zero, inner_t = inside ? vc : zero, inner = inside ? sum : one;
+  const L ab_s = on_ab ? d1 : inner_s, ab_whole = on_ab ? d1 - d3 : inner;
+  const L s = on_bc ? rise : ab_s, t = on_ac ? d2 : inner_t;
+  const L ac_whole = on_ac ? d2 - d6 : ab_whole;
+  const L whole = on_bc ? along : ac_whole;
+  const Points<L> offset = base - edge * (s / whole) - ac * (t / whole);
+  return __builtin_convertvector(dot(offset, offset), Lanes);
+}
+
+// Whether float has too few bits for distances to a triangle: the nearest point is off along the
+// triangle by 2^-24 of the cube of the longest side over the square of the height. Slivers made
+// distances to the coarse levels of a noisy surface three times as large as they were.
+bool is_wide(const Vec3 (&corners)[3]) {
+  double longest = 0, largest = 0;
+  for (int k = 0; k < 3; k++) {
+    longest = std::max(longest, double(length(corners[(k + 1) % 3] - corners[k])));
+    for (int axis = 0; axis < 3; axis++)
+      largest = std::max(largest, double(std::fabs(corners[k][axis])));
+  }
+  const double twice_area = length(cross(corners[1] - corners[0], corners[2] - corners[0]));
+  const double squared = longest * longest;
+  return squared * squared * longest > kFineEnough * largest * twice_area * twice_area;
 }
 
 // Squared distances from a point to four boxes.
@@ -129,18 +166,21 @@ class TriangleTree::Builder {
     for (uint32_t leaf = leaf_begin; leaf < leaf_end; leaf++) {
       const Vec3 start = corner(first + order[kLanes * (leaf - leaf_begin)], 0);
       Box box{start, start};
+      bool is_wide_leaf = false;
       for (uint32_t lane = 0; lane < kLanes; lane++) {
         // The last leaf repeats its last triangle.
         const size_t i = std::min<size_t>(kLanes * (leaf - leaf_begin) + lane, order.size() - 1);
         const uint32_t number = first + order[i];
         tree_.numbers_[kLanes * size_t(leaf) + lane] = number;
+        const Vec3 corners[3] = {corner(number, 0), corner(number, 1), corner(number, 2)};
+        is_wide_leaf |= is_wide(corners);
         for (uint32_t k = 0; k < 3; k++) {
-          const Vec3 p = corner(number, k);
-          box.add(p);
+          box.add(corners[k]);
           for (int axis = 0; axis < 3; axis++)
-            tree_.leaves_[leaf].corners[3 * k + uint32_t(axis)][lane] = p[axis];
+            tree_.leaves_[leaf].corners[3 * k + uint32_t(axis)][lane] = corners[k][axis];
         }
       }
+      tree_.is_wide_[leaf] = is_wide_leaf;
       row.push_back({box, leaf | kIsLeaf});
     }
     return build_nodes(std::move(row), tree_.group_node_[group]);
@@ -190,6 +230,7 @@ TriangleTree::TriangleTree(const float* positions, const uint32_t* triangles,
     group_node_.push_back(group_node_.back() + nodes_above(leaves));
   }
   leaves_.resize(group_leaf_.back());
+  is_wide_.resize(leaves_.size());
   numbers_.resize(kLanes * size_t(group_leaf_.back()));
   nodes_.resize(group_node_.back() + nodes_above(uint32_t(groups)));
   std::vector<Box> boxes(groups);
@@ -207,7 +248,11 @@ TriangleTree::TriangleTree(const float* positions, const uint32_t* triangles,
 
 float TriangleTree::nearest_in_leaf(uint32_t leaf, Vec3 point, uint32_t& place) const {
   const float (*c)[kLanes] = leaves_[leaf].corners;
-  const Lanes squared = triangles_squared(all(point), load(c), load(c + 3), load(c + 6));
+  const Lanes3 at = all(point), corners[3] = {load(c), load(c + 3), load(c + 6)};
+  const Lanes squared = is_wide_[leaf]
+                            ? triangles_squared(widened(at), widened(corners[0]),
+                                                widened(corners[1]), widened(corners[2]))
+                            : triangles_squared(at, corners[0], corners[1], corners[2]);
   float best = squared[0];
   uint32_t lane = 0;
   for (uint32_t i = 1; i < kLanes; i++)

@@ -61,6 +61,7 @@ class TriangleTree {
   float nearest_in_leaf(uint32_t leaf, Vec3 point, uint32_t& place) const;
 
   std::vector<Leaf> leaves_;
+  std::vector<uint8_t> is_wide_;                   // leaves whose distances need doubles
   std::vector<uint32_t> numbers_;                  // at each place: kLanes of each leaf
   std::vector<Node> nodes_;                        // after their children
   std::vector<uint32_t> group_leaf_, group_node_;  // begins

@@ -91,12 +91,6 @@ def test_the_same_model_on_any_number_of_threads(small, tmp_path, monkeypatch):
     assert "THE BYTES DIFFER" in largest.block({**result, **origin, "script": "bench.largest"})
 
 
-# The coarsest level of 100 triangles keeps 99.83 % of the area, not 99.9 %: the builder locks
-# vertices around samples that are lost, and measures at the same samples. The models of
-# docs/lod_results.md are not affected.
-@pytest.mark.xfail(
-    strict=True, reason="the error of a coarsest level of 100 triangles is too small"
-)
 def test_stated_errors_of_a_noisy_tetrahedron_hold(small, tmp_path):
     environment.need_package("meshoptimizer")
     large = write_displaced(small, 40, tmp_path / "large.glb")

@@ -66,3 +66,24 @@ def test_samples_that_are_carried_on_stand_for_areas_alike():
     assert len(carried) < len(samples) / 3
     assert carried.sum(dtype=float) == pytest.approx(areas.sum(dtype=float), rel=1e-4)
     assert carried.max() < 10 + 1.1 * areas.sum() / len(carried)
+
+
+@pytest.mark.parametrize("height", [0.5, 20.0, 2000.0])
+def test_slivers_keep_their_distances(height):
+    """Long triangles on a fine grid, as in coarse levels of large models: doubles are needed."""
+    random = np.random.default_rng(7)
+    starts, turns = random.uniform(0, 65535, (40, 1, 3)), random.normal(size=(40, 2, 3))
+    along, across = np.split(np.linalg.qr(turns.transpose(0, 2, 1))[0].transpose(0, 2, 1), 2, axis=1)
+    place = random.uniform(0, 1, (40, 1, 1))
+    corners = starts + np.concatenate(
+        [0 * along, 80000 * along, 80000 * place * along + height * across], axis=1
+    )
+    positions = corners.reshape(-1, 3).astype(np.float32)
+    weights = random.dirichlet([1, 1, 1], (40, 50))
+    exact = positions.astype(np.float64).reshape(-1, 3, 3)
+    points = np.einsum("twk,tkx->twx", weights, exact) + random.normal(size=(40, 50, 3))
+    points = points.reshape(-1, 3).astype(np.float32)
+    triangles = np.arange(len(positions), dtype=np.uint32).reshape(-1, 3)
+    found, _ = _codec.surface_distances(points, positions, triangles, threads=1)
+    distances = np.min([to_triangle(points.astype(np.float64), *t) for t in exact], axis=0)
+    np.testing.assert_allclose(found, distances, atol=0.05)

@@ -127,6 +127,31 @@ def test_a_spike_counts_where_samples_are_few():
     assert found == pytest.approx(height, rel=0.01)
 
 
+def square(*holes):
+    """Large triangles of a square of 1000 units, less strips of [begin, end) along x, and a grid of
+    5,000 small ones beside it: (points, triangles)."""
+    ends = [0, *np.ravel(holes), 1000]
+    points, triangles = grid_mesh(50, 50)
+    corners = [[[x, y, 0] for x in pair for y in (0, 1000)] for pair in zip(ends[::2], ends[1::2])]
+    large = np.array([[0, 1, 2], [2, 1, 3]])
+    parts = [points - [2, 0, 0], *np.array(corners, float)]
+    firsts = np.cumsum([0, *map(len, parts)])[:-1]
+    faces = [triangles, *(large for _ in corners)]
+    return np.concatenate(parts), np.concatenate([f + n for f, n in zip(faces, firsts)])
+
+
+@pytest.mark.parametrize("is_lost", [True, False])
+def test_large_triangles_have_samples_by_their_area(is_lost):
+    """One in a hundred of the area of few large triangles is lost, or there is too much of it."""
+    parts = [square(), square((600, 610))]
+    (points, before), (more, after) = parts if is_lost else parts[::-1]
+    shape = np.concatenate([points, more]).astype(np.float32)
+    before, after = before.astype(np.uint32), (after + len(points)).astype(np.uint32)
+    meter = ErrorMeter([shape], before, begins_of([before]), np.arange(len(before)), 1)
+    meter.begin_level(before, begins_of([before]), np.arange(len(before)))
+    assert 4.0 < meter.measure([after], np.array([0]))[0] <= 5.0
+
+
 def test_measuring_keeps_to_the_given_threads(monkeypatch):
     asked = []
     real = _codec.surface_distances
