@@ -1,5 +1,4 @@
-"""Whether stated errors hold: for each level of each primitive, and for random cuts. For bench.lod.
-"""
+"""Whether stated errors hold: for each level of each primitive, and for random cuts. For bench.lod."""
 
 from __future__ import annotations
 

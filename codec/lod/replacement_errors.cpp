@@ -134,8 +134,8 @@ float area_at(const float* positions, const GroupCorners& triangles, size_t firs
 float fraction(uint32_t n, uint32_t step) { return float(n * step) * 0x1p-32f; }
 
 // Returns points spread by area: one in each triangle, and about `count` - 1 times as many where
-// the area is. They are no special points: in the middles of triangles and edges a smooth surface is
-// farther away than elsewhere.
+// the area is. They are no special points: in the middles of triangles and edges a smooth surface
+// is farther away than elsewhere.
 SurfacePoints spread(const float* positions, const GroupCorners& triangles, size_t count) {
   SurfacePoints found;
   for (size_t t = 0; t < triangles.count; t += 3) found.area += area_at(positions, triangles, t);

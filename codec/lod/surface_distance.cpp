@@ -249,10 +249,9 @@ TriangleTree::TriangleTree(const float* positions, const uint32_t* triangles,
 float TriangleTree::nearest_in_leaf(uint32_t leaf, Vec3 point, uint32_t& place) const {
   const float (*c)[kLanes] = leaves_[leaf].corners;
   const Lanes3 at = all(point), corners[3] = {load(c), load(c + 3), load(c + 6)};
-  const Lanes squared = is_wide_[leaf]
-                            ? triangles_squared(widened(at), widened(corners[0]),
-                                                widened(corners[1]), widened(corners[2]))
-                            : triangles_squared(at, corners[0], corners[1], corners[2]);
+  const Lanes squared = is_wide_[leaf] ? triangles_squared(widened(at), widened(corners[0]),
+                                                           widened(corners[1]), widened(corners[2]))
+                                       : triangles_squared(at, corners[0], corners[1], corners[2]);
   float best = squared[0];
   uint32_t lane = 0;
   for (uint32_t i = 1; i < kLanes; i++)

@@ -73,7 +73,9 @@ def test_slivers_keep_their_distances(height):
     """Long triangles on a fine grid, as in coarse levels of large models: doubles are needed."""
     random = np.random.default_rng(7)
     starts, turns = random.uniform(0, 65535, (40, 1, 3)), random.normal(size=(40, 2, 3))
-    along, across = np.split(np.linalg.qr(turns.transpose(0, 2, 1))[0].transpose(0, 2, 1), 2, axis=1)
+    along, across = np.split(
+        np.linalg.qr(turns.transpose(0, 2, 1))[0].transpose(0, 2, 1), 2, axis=1
+    )
     place = random.uniform(0, 1, (40, 1, 1))
     corners = starts + np.concatenate(
         [0 * along, 80000 * along, 80000 * place * along + height * across], axis=1
