@@ -1,4 +1,4 @@
-"""Whether stated errors hold: for each level of each primitive, and for random cuts. For bench.lod."""
+"""Whether stated errors hold: each level of each primitive, and random cuts. For bench.lod."""
 
 from __future__ import annotations
 
@@ -17,13 +17,15 @@ CUTS = 100  # of a file, in turns in its primitives, the largest first
 PIXELS = 1000  # per unit at distance one
 
 
-def measure(path: str) -> dict[str, list[float]]:
-    """Of a file: the share of the samples of both surfaces that lie within the stated error, of all
-    levels but 0 and of CUTS random cuts."""
+Shares = tuple[float, float]
+
+
+def measure(path: str) -> dict[str, list[Shares]]:
+    """Of a file: shares_within of all levels but 0, and of CUTS random cuts."""
     primitives = [p for p in open_lod(path) if isinstance(p, LodPrimitive)]
     primitives.sort(key=lambda p: -p.compressed.triangle_count)
     random = np.random.default_rng(0)
-    shares: dict[str, list[float]] = {"levels": [], "cuts": []}
+    shares: dict[str, list[Shares]] = {"levels": [], "cuts": []}
     for number, primitive in enumerate(primitives):
         progress(f"errors of primitive {number + 1} of {len(primitives)}")
         tables, turns = primitive.tables, len(range(number, CUTS, len(primitives)))
@@ -53,8 +55,9 @@ def random_cuts(tables: Tables, random: np.random.Generator) -> Iterator[Cut]:
             yield cut
 
 
-def shares_within(primitive: LodPrimitive, cuts: list[Cut]) -> list[float]:
-    """The share of the samples of both surfaces that lie within the stated error of each cut."""
+def shares_within(primitive: LodPrimitive, cuts: list[Cut]) -> list[Shares]:
+    """For each cut the shares of the samples of level 0, and of the cut, that lie within its stated
+    error."""
     finest = primitive.compressed.decode()
     back = sample_surface(finest, SAMPLES)
     stated = [error_of(primitive.tables, cut) for cut in cuts]
@@ -62,11 +65,10 @@ def shares_within(primitive: LodPrimitive, cuts: list[Cut]) -> list[float]:
     for cut, error in zip(cuts, stated):
         mesh = primitive.mesh(cut)
         points.append(sample_surface(mesh, SAMPLES))
-        here.append(distances_to(mesh, back) <= error)
+        here.append(float((distances_to(mesh, back) <= error).mean()))
     # One call, since it builds a tree of the finest level.
     there = np.split(distances_to(finest, np.concatenate(points)), len(cuts)) if cuts else []
-    pairs = zip(here, (found <= error for found, error in zip(there, stated)))
-    return [float(np.concatenate(pair).mean()) for pair in pairs]
+    return [(h, float((t <= error).mean())) for h, t, error in zip(here, there, stated)]
 
 
 def distances_to(mesh, points: np.ndarray) -> np.ndarray:

@@ -19,7 +19,7 @@ constexpr size_t kPointsEach = 3, kPointsOfAll = 8192;
 // the specification, for the error of sampling. With 0.001 and half of the points, 7 of 33 levels
 // of bunny, igea, beast and chinesedragon were beyond their errors, by a few hundredths of a
 // percent.
-constexpr float kOutside = 0.0007f;
+constexpr float kOutside = 0.0006f;
 // With fewer samples than this, the farthest one decides.
 constexpr float kFewSamples = 1500;
 

@@ -53,7 +53,6 @@ def encode_with_levels(
     surface, stream = surface_of(source, plan, ids), plan.streams[0]
     advance = (lambda share: progress(BUILD_SHARE * share)) if progress else None
     group_size, page_bytes = options.lod_group, options.lod_page_bytes
-    error_limit = math.inf if options.lod_limit is None else options.lod_limit
     used = occurring(surface.triangles, source.vertex_count)
     has_seams = len(used) > SEAMS * len(surface.vertex_at)
     reduction = options.lod_reduction * (LARGER_STEP if has_seams else 1.0)
@@ -62,7 +61,7 @@ def encode_with_levels(
             surface,
             options,
             group_size,
-            error_limit / stream.step,
+            error_limit_of(options, stream),
             reduction,
             threads,
             advance,
@@ -80,6 +79,19 @@ def encode_with_levels(
     groups, rows = coarse.groups + fine.groups, coarse.rows + fine.rows
     tables = tables_of(hierarchy, groups, rows, len(coarse.rows), stream)
     return view, fine.statistics, Levels(tables, pages, _report(hierarchy))
+
+
+def error_limit_of(options: Options, stream: Stream) -> float:
+    """lod_limit in cells of the grid, less what stated errors are raised by; infinite without."""
+    limit = math.inf if options.lod_limit is None else options.lod_limit
+    return (limit - _rounding(stream)) / stream.step
+
+
+def _rounding(stream: Stream) -> float:
+    """By how much distances differ between the grid and decoded positions, which are floats.
+    Without it 1.5 % of a part of bistro_like lay 4e-7 beyond its stated error of 0.329."""
+    largest = np.abs(stream.offset).max(initial=0.0) + 2.0**stream.bits * stream.step
+    return 2.0 * float(np.spacing(np.float32(largest)))
 
 
 def _report(hierarchy: Hierarchy) -> dict[str, Any]:
@@ -475,7 +487,8 @@ def tables_of(
     first_group = np.searchsorted(page, np.arange(len(pages_of)))
     cluster_begin = begins(sizes)
     groups["firstCluster"] = cluster_begin[:-1] - cluster_begin[first_group][page]
-    groups["error"] = _rounded_up(hierarchy.error[order] * stream.step)
+    error = hierarchy.error[order]
+    groups["error"] = _rounded_up(error * stream.step + np.where(error > 0, _rounding(stream), 0))
     centre = np.array(stream.offset) + hierarchy.centre[order] * stream.step
     groups["centre"] = centre
     moved = np.linalg.norm(groups["centre"] - centre, axis=1)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter, defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -17,7 +16,7 @@ from gltf_ext.lod.document import Levels
 from gltf_ext.lod.reduction import SHRINK
 from gltf_ext.lod.surface import Surface
 from gltf_ext.lod.tables import MAX_GROUPS
-from gltf_ext.lod.writing import SMALLEST_GROUP, Pages, paged, surface_of, tables_of
+from gltf_ext.lod.writing import SMALLEST_GROUP, Pages, error_limit_of, paged, surface_of, tables_of
 from gltf_ext.out_of_core.chunks import Cells, Corners, are_among, leaves, union
 from gltf_ext.out_of_core.records import RecordFormat
 from gltf_ext.out_of_core.sources import blocks, chunk_size, reading, share_of_chunk
@@ -158,12 +157,11 @@ def _builder(
     group_size: int,
 ) -> Builder:
     """A builder that has built the chunk's levels."""
-    step, limit = form.plan.streams[0].step, options.lod_limit
     builder = Builder(
         surface,
         options,
         group_size,
-        math.inf if limit is None else limit / step,
+        error_limit_of(options, form.plan.streams[0]),
         options.lod_reduction,
         threads,
         given,
