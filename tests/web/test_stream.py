@@ -273,7 +273,8 @@ def test_dead_workers_break_the_stream():
 
 @pytest.fixture(scope="module")
 def two_layouts(tmp_path_factory) -> Path:
-    """Two balls, one of them with colours, so that their vertices lie in different pools."""
+    """Two balls, one of them with colours, so that vertices lie in different pools. Tables are
+    read in parts."""
     environment.need_package("meshoptimizer")
     folder = tmp_path_factory.mktemp("layouts")
     scene = trimesh.Scene()
@@ -285,7 +286,8 @@ def two_layouts(tmp_path_factory) -> Path:
             ball.visual.vertex_colors = np.full((len(ball.vertices), 4), 200, np.uint8)
         scene.add_geometry(ball)
     scene.export(folder / "balls.glb")
-    compress(folder / "balls.glb", folder / "lod.glb", lod=True)
+    groups = {"page_bytes": 4096, "lod_group": 4}
+    compress(folder / "balls.glb", folder / "lod.glb", lod=True, **groups)
     return folder / "lod.glb"
 
 
