@@ -13,8 +13,8 @@ import numpy as np
 from gltf_ext.lod.tables import GROUP, RUN_BYTES, Tables
 
 # What web/stream reads, see there: bytes of the first request, bytes of the pages of the first
-# picture, and groups of a later part of the tables, at least.
-HEAD_BYTES, FIRST_BYTES, LEAST_PART = 32768, 96 * 1024, 256
+# picture, and groups of a part of the tables, at least.
+HEAD_BYTES, FIRST_BYTES, LEAST_PART = 32768, 96 * 1024, 128
 NEAR = 1e-6  # least distance to a sphere, as a share of the viewer's distance to its centre
 
 
@@ -152,8 +152,8 @@ def table_bytes(tables: Tables, known: int) -> int:
 def known_groups(tables: Tables, cut: Cut) -> int:
     """Groups that a stream (web/stream) knows for a cut, of a file that begins with the tables.
 
-    It knows all if they lie within its first request. Else it reads those of the root pages and of
-    the first picture, then parts, as far as runs of active groups point.
+    It knows all if they lie within its first request. Else it reads parts: up to those of the root
+    pages and of the first picture, then as far as runs of active groups point.
     """
     count = len(tables.groups)
     if table_bytes(tables, count) <= HEAD_BYTES:
@@ -161,15 +161,14 @@ def known_groups(tables: Tables, cut: Cut) -> int:
     ends = np.append(tables.pages["firstGroup"][1:], count).astype(np.int64)
     coarse = np.cumsum(tables.pages["byteLength"][: tables.coarse_pages], dtype=np.int64)
     first = max(int(np.searchsorted(coarse, FIRST_BYTES, side="right")), tables.root_pages)
-    known = int(ends[first - 1])
-    while True:
+    known, last = 0, int(ends[first - 1]) - 1
+    while last >= known:
+        least = min(max(last + 1, known + LEAST_PART), count)
+        known = int(ends[np.searchsorted(ends, least)])
         runs = slice(0, int(tables.run_begin[known]))
         named = tables.run_group[runs][cut.active[tables.run_owner[runs]]]
         last = int(named.max(initial=0))
-        if last < known:
-            return known
-        least = min(max(last + 1, known + LEAST_PART), count)
-        known = int(ends[np.searchsorted(ends, least)])
+    return known
 
 
 def error_of(tables: Tables, cut: Cut) -> float:

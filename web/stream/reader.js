@@ -128,12 +128,12 @@ export class Reader {
     });
     await this.#readPackedTables();
     this.#forEach((one) => this.#makePages(one));
-    // The groups of the root pages and of the first picture. All, if the file does not tell which
-    // pages are root pages, or if its first bytes hold all.
+    // At least the groups of the root pages and of the first picture. All, if the file does not tell
+    // which pages are root pages, or if its first bytes hold all.
     await this.#readGroups(({ tables, firstPages, places: [{ source, end }] }) =>
       tables.statedRoots === null || end <= source.held
         ? tables.groupCount
-        : tables.pageFirst[Math.max(tables.statedRoots, firstPages)],
+        : tables.partEnd(tables.pageFirst[Math.max(tables.statedRoots, firstPages)] - 1),
     );
     this.#forEach((one) => {
       one.cut = new Cut(one.tables);

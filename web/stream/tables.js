@@ -10,11 +10,11 @@ const MAX_GROUPS = 1 << 24;
 const MAX_CLUSTERS = 255; // of a group
 const MAX_TRIANGLES = 64; // of a cluster
 const RUN_GROUP = (1 << 24) - 1; // mask; the rest is the number of clusters
-// Groups that are read at a time, at least; gltf_ext/lod/cuts.py counts with it, too. A
-// flight around the dragon with 14 M triangles, of 3068 groups, asks 8 times for tables; one pixel
-// seen from afar needs 39 kB of them, of 146 kB. 128: 10 times, 39 kB; 512: 7 times, 53 kB; 1024: 5
-// times, 81 kB.
-const LEAST_PART = 256;
+// Groups that are read at a time, at least; gltf_ext/lod/cuts.py counts with it, too. The dragon with
+// 14 M triangles has 3068 groups, in tables of 146 kB: 8 pixels of error ask 2 times for 35 kB of
+// them, a flight around it 9 times. 64: 33 kB, 10 times, and pages of 2 pixels wait for a second
+// part; 192: 37 kB, 8 times.
+const LEAST_PART = 128;
 const COUNTS = ['pageCount', 'coarsePageCount', 'groupCount', 'runCount'];
 
 function require(ok, problem) {
