@@ -10,8 +10,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gltf_ext.lod.tables import Tables
+from gltf_ext.lod.tables import GROUP, RUN_BYTES, Tables
 
+# What web/stream reads, see there: bytes of the first request, bytes of the pages of the first
+# picture, and groups of a part of the tables, at least.
+HEAD_BYTES, FIRST_BYTES, LEAST_PART = 32768, 96 * 1024, 128
 NEAR = 1e-6  # least distance to a sphere, as a share of the viewer's distance to its centre
 
 
@@ -130,8 +133,42 @@ def cut_at_level(tables: Tables, level: int) -> Cut:
 
 
 def held_bytes(tables: Tables, cut: Cut) -> int:
-    """Bytes that a reader holds for a cut: those of its loaded pages and of the tables."""
-    return len(tables.to_bytes()) + int(tables.pages["byteLength"][cut.loaded].sum())
+    """Bytes that a stream holds for a cut: those of its loaded pages and of the tables, as far as
+    it reads them."""
+    return table_bytes(tables, known_groups(tables, cut)) + page_bytes(tables, cut)
+
+
+def page_bytes(tables: Tables, cut: Cut) -> int:
+    """Bytes of the loaded pages of a cut."""
+    return int(tables.pages["byteLength"][cut.loaded].sum())
+
+
+def table_bytes(tables: Tables, known: int) -> int:
+    """Bytes of the page table, of so many groups and of their runs."""
+    runs = int(tables.run_begin[known])
+    return tables.pages.nbytes + GROUP.itemsize * known + RUN_BYTES * runs
+
+
+def known_groups(tables: Tables, cut: Cut) -> int:
+    """Groups that a stream (web/stream) knows for a cut, of a file that begins with the tables.
+
+    It knows all if they lie within its first request. Else it reads parts: up to those of the root
+    pages and of the first picture, then as far as runs of active groups point.
+    """
+    count = len(tables.groups)
+    if table_bytes(tables, count) <= HEAD_BYTES:
+        return count
+    ends = np.append(tables.pages["firstGroup"][1:], count).astype(np.int64)
+    coarse = np.cumsum(tables.pages["byteLength"][: tables.coarse_pages], dtype=np.int64)
+    first = max(int(np.searchsorted(coarse, FIRST_BYTES, side="right")), tables.root_pages)
+    known, last = 0, int(ends[first - 1]) - 1
+    while last >= known:
+        least = min(max(last + 1, known + LEAST_PART), count)
+        known = int(ends[np.searchsorted(ends, least)])
+        runs = slice(0, int(tables.run_begin[known]))
+        named = tables.run_group[runs][cut.active[tables.run_owner[runs]]]
+        last = int(named.max(initial=0))
+    return known
 
 
 def error_of(tables: Tables, cut: Cut) -> float:

@@ -33,6 +33,7 @@ GROUP = np.dtype(
         ("runs", "u1"),
     ]
 )
+RUN_BYTES = 4
 RUN_GROUP_BITS = 24  # of 32; the rest is the number of clusters
 
 
@@ -132,7 +133,7 @@ def read_tables(
     """
     if not 0 < coarse < pages or not 2 <= groups <= MAX_GROUPS or runs < 1:
         raise _malformed("has counts that cannot be")
-    size = pages * PAGE.itemsize + groups * GROUP.itemsize + 4 * runs
+    size = pages * PAGE.itemsize + groups * GROUP.itemsize + RUN_BYTES * runs
     if len(data) != size:
         raise _malformed(f"has tables of {len(data)} bytes instead of {size}")
     page_end = pages * PAGE.itemsize

@@ -210,11 +210,25 @@ async function tablesOf(document) {
         extensions[LOD].pages.bufferView,
       ];
       tables.addPages(bytes.subarray(...tables.pageRange), await size(coarse), await size(fine));
-      const groups = bytes.subarray(...tables.groupRange(0, counts.groupCount));
-      tables.addGroups(groups, bytes.subarray(...tables.runRange(0, tables.runsOf(groups))));
+      const groups = bytes.subarray(...tables.groupRange(counts.groupCount));
+      tables.addGroups(groups, bytes.subarray(...tables.runRange(groups)));
       found.push(tables);
     }
   return found;
+}
+
+// The place of the tables of a file's first primitive in it: {begin, end, tables}.
+async function tablesPlace(bytes) {
+  const document = await openDocument(new Blob([bytes]));
+  const [tables] = await tablesOf(document);
+  const { bufferView } = document.json.meshes[0].primitives[0].extensions[LOD];
+  return { ...(await document.place(bufferView)), tables };
+}
+
+// Bytes of [begin, end) that a request's range asks for.
+function overlap(range, { begin, end }) {
+  const [, first, last] = /=(\d+)-(\d+)/.exec(range);
+  return Math.max(0, Math.min(Number(last) + 1, end) - Math.max(Number(first), begin));
 }
 
 const tasks = {
@@ -431,10 +445,7 @@ const tasks = {
   // clusters: first and last page, one too many and as many as can be said.
   async counts([file]) {
     const bytes = readFileSync(file);
-    const document = await openDocument(new Blob([bytes]));
-    const [tables] = await tablesOf(document);
-    const { bufferView } = document.json.meshes[0].primitives[0].extensions[LOD];
-    const { begin } = await document.place(bufferView);
+    const { begin, tables } = await tablesPlace(bytes);
     const reasons = [];
     for (const page of [0, tables.pageCount - 1]) {
       const most = 64 * tables.pageClusters(page);
@@ -499,12 +510,158 @@ const tasks = {
     return results;
   },
 
-  // Bytes of the view of a file's tables whose groups do not end with a page.
+  // Parts of the tables, [known groups, group to be known], that do not end with a page, or before
+  // that group.
   async wholePages([file]) {
     const document = await openDocument(new Blob([readFileSync(file)]));
     const [tables] = await tablesOf(document);
-    const sizes = Array.from({ length: Tables.viewBytes(tables) + 1 }, (_, bytes) => bytes);
-    return sizes.filter((bytes) => !tables.pageFirst.includes(tables.groupsWithin(bytes)));
+    const wrong = [];
+    for (const known of tables.pageFirst) {
+      tables.known = known;
+      for (let g = known; g < tables.groupCount; g++) {
+        const end = tables.partEnd(g);
+        if (end <= g || !tables.pageFirst.includes(end)) wrong.push([known, g]);
+      }
+    }
+    return wrong;
+  },
+
+  // A file at rest, seen from far away and then from near: what each has asked for of the tables,
+  // {bytes, requests, known}, after the first request; view: bytes of the tables.
+  async tableParts([file]) {
+    const bytes = readFileSync(file);
+    const view = await tablesPlace(bytes);
+    const server = await serveFile(bytes);
+    const streamer = await open(server.url);
+    const results = { view: view.end - view.begin };
+    for (const [name, distance] of [
+      ['far', 40],
+      ['near', 1.05],
+    ]) {
+      await rest(streamer, viewOf(streamer, distance));
+      const sizes = server.log.slice(1).map((range) => overlap(range, view));
+      const [{ tables }] = streamer.primitives;
+      results[name] = {
+        bytes: sizes.reduce((sum, size) => sum + size, 0),
+        requests: sizes.filter((size) => size > 0).length,
+        known: tables.known / tables.groupCount,
+      };
+    }
+    streamer.close();
+    server.close();
+    return results;
+  },
+
+  // Places of a flight, far and near, at which a stream at rest draws another cut than whole tables
+  // say; known: the share of the groups at each place.
+  async tableFlight([file]) {
+    const bytes = readFileSync(file);
+    const { tables: whole } = await tablesPlace(bytes);
+    const server = await serveFile(bytes);
+    const streamer = await open(server.url);
+    const [{ tables, instances }] = streamer.primitives;
+    const result = { wrong: [], known: [] };
+    for (const [angle, distance] of [40, 8, 20, 4, 30, 3, 1.1, 40].entries()) {
+      const view = viewOf(streamer, distance, angle);
+      await rest(streamer, view);
+      const cut = new Cut(whole);
+      cut.walk(view, instances[0], 1, null);
+      const expected = [];
+      cut.forDrawn((page, first, count) => expected.push([page, first, count]));
+      const [[found]] = drawn(streamer);
+      const same = `${found}` === `${expected.sort((a, b) => a[0] - b[0] || a[1] - b[1])}`;
+      if (!same || !streamer.complete) result.wrong.push(distance);
+      result.known.push(tables.known / tables.groupCount);
+    }
+    streamer.close();
+    server.close();
+    return result;
+  },
+
+  // The levels that a stream shows from far away, after it has shown them in one colour, and those by
+  // whole tables.
+  async shownLevels([file]) {
+    const bytes = readFileSync(file);
+    const { tables: whole } = await tablesPlace(bytes);
+    const server = await serveFile(bytes);
+    const streamer = await open(server.url);
+    const view = viewOf(streamer, 8);
+    await rest(streamer, view);
+    streamer.colour = 'level';
+    streamer.update(view, 1);
+    await rest(streamer, view);
+    const [{ cut, instances }] = streamer.primitives;
+    const levels = whole.levels();
+    const expected = new Set();
+    cut.forDrawn((_page, _first, _count, group) => expected.add(levels[group]));
+    const sorted = (values) => [...new Set(values)].sort();
+    streamer.close();
+    server.close();
+    return [sorted(instances[0].tags), sorted(expected)];
+  },
+
+  // A file whose last group is malformed: what is told of a view from far away, and from near.
+  async laterMalformed([file]) {
+    const bytes = Buffer.from(readFileSync(file));
+    const { begin, tables } = await tablesPlace(bytes);
+    const [, end] = tables.groupRange(tables.groupCount);
+    bytes.writeUInt8(0, begin + end - 2); // clusters
+    const streamer = await open(new Blob([bytes]));
+    const result = {};
+    for (const [name, distance, pixels] of [
+      ['far', 40, 1],
+      ['near', 1.05, 0],
+    ]) {
+      await rest(streamer, viewOf(streamer, distance), { pixels });
+      const refused = streamer.refused.map(({ error }) => error.message);
+      result[name] = { complete: streamer.complete, refused, ...structuredClone(streamer.told) };
+    }
+    streamer.close();
+    return result;
+  },
+
+  // A file on a server that answers requests for tables with a status, after the view from far away,
+  // so many times: what is told of the view from near; known: whether all that it needs is.
+  async laterFaults([file]) {
+    hurry();
+    const bytes = readFileSync(file);
+    const view = await tablesPlace(bytes);
+    const result = {};
+    for (const [status, times] of [
+      [503, 7],
+      [404, 2],
+      [404, 1e9],
+    ]) {
+      const server = await serveFile(bytes);
+      const streamer = await open(server.url, PATIENT);
+      await rest(streamer, viewOf(streamer, 40));
+      let left = times;
+      server.answer = (request, response, next) => {
+        if (overlap(request.headers.range, view) === 0 || left-- <= 0) return next();
+        response.writeHead(status).end();
+      };
+      await rest(streamer, viewOf(streamer, 1.05), { limit: times > 7 ? 3000 : 60_000 });
+      const { complete, triangles } = streamer.statistics;
+      result[`${status} ${times}`] = { ...streamer.told, complete, triangles };
+      streamer.close();
+      server.close();
+    }
+    return result;
+  },
+
+  // Groups that streams know at rest, at each of some errors of an orthographic view.
+  async knownGroups([file, ...errors]) {
+    const server = await serveFile(readFileSync(file));
+    const found = [];
+    for (const error of errors) {
+      const streamer = await open(server.url);
+      const view = new View({ eye: null, pixelsPerUnit: 1, near: 1 });
+      await rest(streamer, view, { pixels: Number(error) });
+      found.push(streamer.primitives[0].tables.known);
+      streamer.close();
+    }
+    server.close();
+    return found;
   },
 
   // Workers that take more memory than planned.

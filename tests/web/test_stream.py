@@ -12,6 +12,8 @@ import pytest
 import trimesh
 
 from gltf_ext import compress, transcode
+from gltf_ext.lod import cut_at_error, open_lod
+from gltf_ext.lod.cuts import known_groups
 from tests.helpers import environment
 from tests.helpers.environment import NODE_MODULES, ROOT
 from tests.helpers.large import moved_beyond_4_gib
@@ -49,9 +51,76 @@ def test_cuts_are_those_of_the_vectors():
     assert stream("cuts", *given) == []
 
 
-def test_groups_are_known_by_whole_pages():
+@pytest.fixture(scope="module")
+def many_groups(tmp_path_factory) -> Path:
+    """Small groups, so that the tables are larger than the first request, as of a large model."""
+    environment.need_package("meshoptimizer")
+    folder = tmp_path_factory.mktemp("ball")
+    ball = trimesh.creation.icosphere(7, 1.0)
+    ball.vertices *= (1 + np.random.default_rng(1).normal(size=len(ball.vertices)) * 0.002)[:, None]
+    ball.export(folder / "ball.glb")
+    compress(folder / "ball.glb", folder / "lod.glb", lod=True, page_bytes=4096, lod_group=4)
+    return folder / "lod.glb"
+
+
+def test_groups_are_known_by_whole_pages(many_groups):
     """A page of which the last groups are unknown would be decoded with too few clusters."""
-    assert stream("wholePages", VECTORS / "lod_levels.glb") == []
+    assert stream("wholePages", many_groups) == []
+
+
+def test_tables_are_read_as_far_as_the_view_needs_them(many_groups):
+    result = stream("tableParts", many_groups)
+    far, near = result["far"], result["near"]
+    assert result["view"] > 2 * 32768
+    assert far["bytes"] < result["view"] / 20 and far["requests"] <= 2 and far["known"] < 0.2
+    assert near["known"] > 0.9 and near["requests"] <= 12
+
+
+def test_cuts_are_those_of_whole_tables(many_groups):
+    result = stream("tableFlight", many_groups)
+    assert result["wrong"] == []
+    known = result["known"]
+    assert known[0] < 0.2 and known == sorted(known) and len(set(known)) > 2
+
+
+def test_levels_are_those_of_whole_tables(many_groups):
+    """They are counted from level 0."""
+    shown, expected = stream("shownLevels", many_groups)
+    assert shown == expected and len(shown) > 1
+
+
+def test_tables_within_a_budget(many_groups):
+    """Which groups are known does not change what fits."""
+    result = stream("budget", many_groups, 4_000_000)
+    assert result["most"] <= 4_000_000
+    assert result["same"] is True
+    assert result["threshold"] > 1
+
+
+def test_later_parts_of_tables_that_are_malformed(many_groups):
+    result = stream("laterMalformed", many_groups)
+    assert result["far"] == {"complete": True, "refused": [], "warnings": [], "broken": []}
+    assert result["near"]["broken"] == ["its levels are malformed"]
+    assert result["near"]["refused"] == ["EXT_meshlet_lod has a group without clusters"]
+
+
+def test_later_parts_of_tables_that_fail(many_groups):
+    """They are read again as pages are."""
+    results = stream("laterFaults", many_groups)
+    assert all(result["broken"] == [] for result in results.values())
+    assert [result["complete"] for result in results.values()] == [True, True, False]
+    refused = results["404 1000000000"]
+    assert [text[-23:] for text in refused["warnings"]] == 3 * ["the server answered 404"]
+    assert refused["triangles"] > 0
+
+
+def test_held_tables_are_as_measured(many_groups):
+    """`held_bytes`, which measurements and warnings use, counts the groups that a stream reads."""
+    (primitive,) = open_lod(many_groups)
+    errors = np.geomspace(0.009, 0.014, 9).tolist()
+    expected = [known_groups(primitive.tables, cut_at_error(primitive.tables, e)) for e in errors]
+    assert stream("knownGroups", many_groups, *errors) == expected
+    assert len(set(expected)) > 3
 
 
 def test_counts_beyond_those_of_the_clusters_are_refused():
@@ -204,7 +273,8 @@ def test_dead_workers_break_the_stream():
 
 @pytest.fixture(scope="module")
 def two_layouts(tmp_path_factory) -> Path:
-    """Two balls, one of them with colours, so that their vertices lie in different pools."""
+    """Two balls, one of them with colours, so that vertices lie in different pools. Tables are
+    read in parts."""
     environment.need_package("meshoptimizer")
     folder = tmp_path_factory.mktemp("layouts")
     scene = trimesh.Scene()
@@ -216,7 +286,8 @@ def two_layouts(tmp_path_factory) -> Path:
             ball.visual.vertex_colors = np.full((len(ball.vertices), 4), 200, np.uint8)
         scene.add_geometry(ball)
     scene.export(folder / "balls.glb")
-    compress(folder / "balls.glb", folder / "lod.glb", lod=True)
+    groups = {"page_bytes": 4096, "lod_group": 4}
+    compress(folder / "balls.glb", folder / "lod.glb", lod=True, **groups)
     return folder / "lod.glb"
 
 

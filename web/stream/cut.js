@@ -35,9 +35,9 @@ export class Cut {
   #tables;
   #tops = [];
   #bounds = null; // centre and radius of a sphere around all groups
-  #left; // namers of a group that are not needed yet
+  #seen; // namers of a group that are needed
   #blocked; // a coarser group is not active
-  #touched; // groups whose left or blocked differ from those of a new walk
+  #touched; // groups whose seen or blocked differ from those of a new walk
   #queue;
   #length = 0; // of the queue
   // Of the walk: the view, the instance's matrix and scale, the planes that cut the bounds, and
@@ -49,28 +49,19 @@ export class Cut {
   #planesEnd = 0;
   #pixelsPerError = 0;
 
-  // active: of the last instance; groups with 1 have active[g] of the specification.
+  // tables: with the groups of the root pages, at least. active: of the last instance; groups with 1
+  // have active[g] of the specification.
   constructor(tables) {
-    const { groupCount } = tables;
+    const { groupCount, spheres, namers, known } = tables;
     this.#tables = tables;
-    this.#left = new Uint32Array(groupCount);
+    this.#seen = new Uint32Array(groupCount);
     this.#blocked = new Uint8Array(groupCount);
     this.#touched = new Uint32Array(groupCount);
     this.#queue = new Uint32Array(groupCount);
     this.active = new Uint8Array(groupCount);
     this.worst = 0; // error of the last cut, in pixels
-    this.grow(0);
-  }
-
-  get byteLength() {
-    return 14 * this.#tables.groupCount;
-  }
-
-  // After more groups are known; from: the first new one.
-  grow(from) {
-    const { spheres, namers, known } = this.#tables;
-    this.#left.set(namers);
-    for (let g = from; g < known; g++) {
+    this.lacks = 0; // the last group that it has to know, if it is not known; else 0
+    for (let g = 0; g < known; g++) {
       if (namers[g] > 0) continue;
       this.#tops.push(g); // its sphere holds those of all finer groups
       const [x, y, z, radius] = spheres.subarray(4 * g, 4 * g + 4);
@@ -80,13 +71,17 @@ export class Cut {
     }
   }
 
+  get byteLength() {
+    return 14 * this.#tables.groupCount;
+  }
+
   // Walks an instance, {matrix, scale: largestScale(matrix)}. pixels > threshold is needed.
   // resident: of each page, 0 or not 0; null for all. priority: receives the largest pixels of each
   // page's needed groups; may be null.
   walk(view, { matrix, scale }, threshold, resident, priority = null) {
     const { known, page, firstRun, runGroup, namers, error: errors } = this.#tables;
     const queue = this.#queue;
-    const left = this.#left;
+    const seen = this.#seen;
     const blocked = this.#blocked;
     const active = this.active;
     const touched = this.#touched;
@@ -96,6 +91,7 @@ export class Cut {
     this.#prepare(view, matrix, scale);
     let touches = 0;
     let worst = 0;
+    let lacks = 0;
     for (let i = 0; i < length; i++) {
       const g = queue[i];
       const p = page[g];
@@ -112,19 +108,21 @@ export class Cut {
         const finer = runGroup[r];
         if (finer >= known) {
           if (error > worst) worst = error; // not less than that of the finer group
+          if (finer > lacks) lacks = finer;
           continue;
         }
-        if (left[finer] === namers[finer]) touched[touches++] = finer;
+        if (seen[finer] === 0) touched[touches++] = finer;
         if (!here) blocked[finer] = 1;
-        if (--left[finer] === 0) queue[length++] = finer;
+        if (++seen[finer] === namers[finer]) queue[length++] = finer;
       }
     }
     for (let i = 0; i < touches; i++) {
-      left[touched[i]] = namers[touched[i]];
+      seen[touched[i]] = 0;
       blocked[touched[i]] = 0;
     }
     this.#length = length;
     this.worst = worst;
+    this.lacks = lacks;
   }
 
   // Groups need to be tested only against the planes that cut the bounds of all.

@@ -79,8 +79,9 @@ export class Document {
     return this.#sources.reduce((sum, { held }) => sum + held, 0);
   }
 
-  forgetHeads() {
-    for (const source of this.#sources) source.forgetHead();
+  // Of all files but some.
+  forgetHeads(kept) {
+    for (const source of this.#sources) if (!kept.includes(source)) source.forgetHead();
   }
 
   // The place of a buffer view: {source, begin, end, size, isPacked}; size: of its bytes, unpacked.

@@ -28,6 +28,7 @@ export class Primitive {
     this.pages = [];
     this.resident = null; // flags of pages
     this.priority = null; // of pages, in this frame
+    this.lacks = 0; // as of a cut, for all instances
     this.instances = [];
     this.pool = null;
     this.streams = null;

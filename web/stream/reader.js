@@ -44,11 +44,13 @@ export class Reader {
     await this.#readTables();
     await this.#readFirstPages();
     this.#unpacker = null; // Workers have their own
+    this.#forgetHeads();
   }
 
-  // Whether all groups are there.
-  get knowsAll() {
-    return this.primitives.every(({ tables }) => tables.known === tables.groupCount);
+  // Forgets the first bytes of files, but where they may hold groups that are not known yet.
+  #forgetHeads() {
+    const growing = this.primitives.filter(({ tables }) => tables.known < tables.groupCount);
+    this.#document.forgetHeads(growing.map(({ places: [{ source }] }) => source));
   }
 
   // The primitives whose levels can be streamed: without skins and morph targets.
@@ -87,23 +89,21 @@ export class Reader {
     }
   }
 
-  // Runs an action for each primitive; drops those that fail.
+  // Runs action(primitive, index) for each; drops those that fail.
   #forEach(action) {
-    this.primitives = this.primitives.filter((one) =>
-      this.#attempt(one.name, one.key, () => action(one)),
+    this.primitives = this.primitives.filter((one, i) =>
+      this.#attempt(one.name, one.key, () => action(one, i)),
     );
   }
 
   async #readTables() {
-    const views = new Map();
     for (const one of this.primitives) {
       const { [EXTENSION]: compressed, [LOD]: levels } = one.primitive.extensions;
       const numbers = [levels.bufferView, levels.pages?.bufferView, compressed.bufferView];
-      const places = await Promise.allSettled(numbers.map((n) => this.#document.place(n)));
-      views.set(one, places);
+      one.places = await Promise.allSettled(numbers.map((n) => this.#document.place(n)));
     }
     this.#forEach((one) => {
-      one.places = views.get(one).map(({ value, reason }) => {
+      one.places = one.places.map(({ value, reason }) => {
         if (reason) throw reason;
         return value;
       });
@@ -127,12 +127,13 @@ export class Reader {
       one.tables.addPages(pages.get(one), coarse.size, fine.size);
     });
     await this.#readPackedTables();
-    // The groups of the root pages, and those that the first bytes of the file hold anyway.
-    await this.#readGroups(({ tables, places: [{ source, begin }] }) =>
-      Math.min(
-        Math.max(tables.firstPart, tables.groupsWithin(source.held - begin)),
-        tables.groupCount,
-      ),
+    this.#forEach((one) => this.#makePages(one));
+    // At least the groups of the root pages and of the first picture. All, if the file does not tell
+    // which pages are root pages, or if its first bytes hold all.
+    await this.#readGroups(({ tables, firstPages, places: [{ source, end }] }) =>
+      tables.statedRoots === null || end <= source.held
+        ? tables.groupCount
+        : tables.partEnd(tables.pageFirst[Math.max(tables.statedRoots, firstPages)] - 1),
     );
     this.#forEach((one) => {
       one.cut = new Cut(one.tables);
@@ -180,52 +181,31 @@ export class Reader {
 
   // Adds groups up to last(primitive).
   async #readGroups(last) {
-    const groups = await this.#readParts((one) =>
-      one.tables.groupRange(one.tables.known, last(one)),
-    );
-    const counts = new Map();
-    this.#forEach((one) => counts.set(one, one.tables.runsOf(groups.get(one))));
-    const runs = await this.#readParts((one) => {
-      const first = one.tables.firstRun[one.tables.known];
-      return one.tables.runRange(first, first + counts.get(one));
-    });
+    const groups = await this.#readParts((one) => one.tables.groupRange(last(one)));
+    const ranges = new Map();
+    this.#forEach((one) => ranges.set(one, one.tables.runRange(groups.get(one))));
+    const runs = await this.#readParts((one) => ranges.get(one));
     this.#forEach((one) => {
       if (groups.get(one).length > 0) one.tables.addGroups(groups.get(one), runs.get(one));
     });
   }
 
-  // Reads the groups that are not in the root pages. Throws MalformedError, SourceError.
-  async readOtherGroups() {
-    const before = new Map(this.primitives.map((one) => [one, one.tables.known]));
+  // Reads on to the groups that the last walk lacks. Throws MalformedError, SourceError.
+  async readMore() {
     const refused = this.refused.length;
-    await this.#readGroups(({ tables }) => tables.groupCount);
+    await this.#readGroups(({ tables, lacks }) => (lacks ? tables.partEnd(lacks) : tables.known));
     if (this.refused.length > refused) throw new MalformedError('its levels are malformed');
-    for (const one of this.primitives) {
-      if (before.get(one) === one.tables.known) continue;
-      one.cut.grow(before.get(one));
-      one.levels = null;
-    }
-    this.#document.forgetHeads();
+    for (const one of this.primitives) one.levels = null;
+    this.#forgetHeads();
   }
 
   // The first page of each primitive says how all of its pages are stored, level 0 included.
   async #readFirstPages() {
-    this.#forEach((one) => this.#makePages(one));
-    const share = FIRST_BYTES / this.primitives.length;
-    const place = (one) => {
-      const { pages, tables } = one;
+    const places = this.primitives.map(({ pages, firstPages }) => {
       const [{ source, begin }] = pages;
-      const roots = one.roots.length;
-      const comes = (p, { begin: start, length }) =>
-        tables.knowsPage(p) && // else its groups do not tell whether it is well formed
-        (start + length <= begin + share || (p < roots && start + length <= source.held));
-      let count = 1;
-      while (count < tables.coarsePageCount && comes(count, pages[count])) count++;
-      one.firstPages = count;
-      const last = pages[count - 1];
+      const last = pages[firstPages - 1];
       return { source, begin, end: last.begin + last.length };
-    };
-    const places = this.primitives.map(place);
+    });
     const total = places.reduce((sum, { begin, end }) => sum + end - begin, 0);
     if (4 * total > this.#maxBytes) throw tooSmall(this.#maxBytes, 'its first pages do not fit');
     const headers = this.primitives.map(({ pages, tables }) => {
@@ -233,17 +213,15 @@ export class Reader {
       return { source, begin, end: begin + (packed ? 0 : Math.min(length, HEADER_BYTES)) };
     });
     const bytes = await readPlaces([...places, ...headers]);
-    const first = new Map(this.primitives.map((one, i) => [one, bytes[i]]));
-    const fine = new Map(this.primitives.map((one, i) => [one, bytes[places.length + i]]));
-    this.#forEach((one) => {
+    this.#forEach((one, i) => {
       const { json } = this.#document;
       const { attributes } = one.primitive;
       const streams = one.primitive.extensions[EXTENSION].attributes;
-      storeFirst(one, first.get(one));
+      storeFirst(one, bytes[i]);
       const [{ bytes: page, packed: size }] = one.pages;
       const unpacked = size ? this.#unpacker.unpackPage({ bytes: page, size }).slice() : page;
       one.streams = readStreams(unpacked);
-      const header = fine.get(one); // pages are checked again when they are decoded
+      const header = bytes[places.length + i]; // pages are checked again when they are decoded
       if (header.length > 0 && !sameStreams(one.streams, readStreams(header)))
         throw new MalformedError(`${LOD} has pages with other streams than level 0`);
       one.attributes = Object.entries(attributes).map(([name, number]) => {
@@ -283,6 +261,14 @@ export class Reader {
         retryAt: 0,
       });
     }
+    // In the first picture: the pages in its share of bytes, and root pages that are there anyway.
+    const [{ source, begin }] = one.pages;
+    const share = FIRST_BYTES / this.primitives.length;
+    const comes = ({ number, begin: at, length }) =>
+      at + length <= begin + share || (number < tables.statedRoots && at + length <= source.held);
+    one.firstPages = 1;
+    while (one.firstPages < tables.coarsePageCount && comes(one.pages[one.firstPages]))
+      one.firstPages++;
   }
 }
 

@@ -7,8 +7,20 @@ import { delayAfter, SourceError } from './source.js';
 
 const REQUESTS = 6; // at a time: what browsers send to one server with HTTP/1.1
 const REQUEST_BYTES = 131_072; // of neighbouring pages, if that many may wait
-const TRIES = 3; // of a page that is malformed, kills its Worker, or is refused by the server
+const TRIES = 3; // of a page that is malformed or kills its Worker, and of what the server refuses
 const INSERT_MS = 3; // a frame, for copying decoded pages
+
+// What has failed, {tries, retryAt}, is tried again: calls again() then. It is given up after a few
+// times if that does not promise to help. Returns whether there is another try.
+export function postpone(it, error, again) {
+  it.tries++;
+  it.retryAt = Number.POSITIVE_INFINITY;
+  if (!error.retry && it.tries >= TRIES) return false;
+  const delay = delayAfter(it.tries);
+  it.retryAt = performance.now() + delay;
+  setTimeout(again, delay + 1);
+  return true;
+}
 
 export class Residency {
   #given;
@@ -105,7 +117,7 @@ export class Residency {
       .finally(() => {
         this.#requests.delete(request);
         this.#requested -= length;
-        this.#changed();
+        this.#given.onChange();
       });
   }
 
@@ -126,19 +138,11 @@ export class Residency {
     this.#given.onWarning(error.message);
   }
 
-  // A page that cannot be read or decoded: coarser clusters stand in for it. It is tried again,
-  // and given up after a few times if that does not promise to help. Without a root page there is no
-  // stream.
+  // A page that cannot be read or decoded: coarser clusters stand in for it. Without a root page
+  // there is no stream.
   #postpone(page, error) {
-    page.tries++;
-    page.retryAt = Number.POSITIVE_INFINITY;
-    if (!error.retry && page.tries >= TRIES) {
-      if (page.number < page.owner.tables.rootPages) this.#given.onBroken(error);
-      return;
-    }
-    const delay = delayAfter(page.tries);
-    page.retryAt = performance.now() + delay;
-    setTimeout(() => this.#changed(), delay + 1);
+    const isRoot = page.number < page.owner.tables.rootPages;
+    if (!postpone(page, error, this.#given.onChange) && isRoot) this.#given.onBroken(error);
   }
 
   // For pages on the way: what the first bytes of files and Workers that have grown leave.
@@ -176,7 +180,7 @@ export class Residency {
       )
       .finally(() => {
         this.#decoding--;
-        this.#changed();
+        this.#given.onChange();
       });
   }
 
@@ -253,10 +257,6 @@ export class Residency {
       if (this.#stored <= spare) return;
       this.#forget(page);
     }
-  }
-
-  #changed() {
-    if (!this.#given.signal.aborted) this.#given.onChange();
   }
 
   // Requests and decodings under way.

@@ -37,7 +37,7 @@ export interface Statistics {
   /** Bytes of all answers. */
   fetched: number;
   requests: number;
-  /** Requests and decodings under way. */
+  /** Requests for pages and decodings under way. */
   waiting: number;
   pages: number;
   resident: number;
@@ -52,7 +52,7 @@ export interface Statistics {
   threshold: number;
   /** The largest error in pixels of what is drawn; larger than the threshold while pages arrive. */
   error: number;
-  /** Nothing is missing. */
+  /** Nothing is missing, also of the tables. */
   complete: boolean;
   bytes: {
     gpu: number;
@@ -61,6 +61,7 @@ export interface Statistics {
     compressed: number;
     /** Requested, or being decoded. */
     transit: number;
+    /** Arrays for all groups, also for those that were not read. */
     tables: number;
     total: number;
   };

@@ -7,8 +7,8 @@ import { LEAST_BYTES, makePools, planBudget, workersOf } from './budget.js';
 import { openDocument } from './document.js';
 import { Instance, Ranges, RESIDENT } from './primitives.js';
 import { ours, Reader } from './reader.js';
-import { Residency } from './residency.js';
-import { delayAfter, SourceError } from './source.js';
+import { postpone, Residency } from './residency.js';
+import { SourceError } from './source.js';
 
 const DEFAULT_BYTES = 64e6;
 // From one frame of a flight to the next the threshold falls by less than this, mostly.
@@ -38,7 +38,7 @@ export class Streamer {
   #lastWork = -1; // what the last walk was for
   #lastView = null;
   #missing = 0;
-  #started = false; // to read the other groups
+  #tables = { tries: 0, retryAt: 0 }; // to read a part of them
   #error = 0; // of what is drawn, in pixels
   #fitting = { threshold: 0, needs: new Map() }; // if memory moves between the pools
   #ranges = new Ranges();
@@ -46,7 +46,8 @@ export class Streamer {
   constructor({ maxBytes = DEFAULT_BYTES, ...options }) {
     if (!(maxBytes >= LEAST_BYTES)) throw new RangeError('maxBytes must be at least 1,000,000');
     this.#options = { ...options };
-    for (const name of ['onWarning', 'onChange', 'onBroken']) this.#options[name] ??= () => {};
+    for (const name of ['onWarning', 'onChange', 'onBroken'])
+      this.#options[name] = (told) => this.#abort.signal.aborted || options[name]?.(told);
     this.#maxBytes = maxBytes;
     this.decoders = null;
     this.threshold = 0; // pixels, as raised to fit
@@ -98,8 +99,6 @@ export class Streamer {
     signal.throwIfAborted();
     this.#reader = new Reader(this.#document, { maxBytes: this.#maxBytes, onWarning });
     await this.#reader.open(new Set(exclude));
-    this.#started = this.#reader.knowsAll;
-    if (this.#started) this.#document.forgetHeads();
     this.#divideMemory();
   }
 
@@ -121,22 +120,24 @@ export class Streamer {
     });
   }
 
-  // The groups that are not in the root pages. Those that are malformed end the stream.
-  #readOtherGroups(tries = 1) {
-    this.#started = true;
-    this.#reader.readOtherGroups().then(
-      () => {
-        this.#changes++;
-        this.#options.onChange();
-      },
-      (error) => {
-        if (this.#abort.signal.aborted) return;
-        if (!error.retry) return this.#options.onBroken(error);
-        this.#options.onWarning(`${error.message}; trying again`);
-        const again = () => this.#abort.signal.aborted || this.#readOtherGroups(tries + 1);
-        setTimeout(again, delayAfter(tries));
-      },
-    );
+  // Reads the tables on to where the last walk has to know them. Those that are malformed end the
+  // stream.
+  async #readTables() {
+    const it = this.#tables;
+    if (!this.#lacksGroups || it.retryAt > performance.now()) return;
+    const { onBroken, onChange, onWarning } = this.#options;
+    it.retryAt = Number.POSITIVE_INFINITY; // not before this part is there
+    try {
+      await this.#reader.readMore();
+      this.#tables = { tries: 0, retryAt: 0 };
+      this.#changes++;
+    } catch (error) {
+      if (this.#abort.signal.aborted) return;
+      if (!(error instanceof SourceError) || error.changed) return onBroken(error);
+      onWarning(error.message);
+      postpone(it, error, onChange);
+    }
+    onChange();
   }
 
   // --- instances ---
@@ -148,6 +149,10 @@ export class Streamer {
     return instance;
   }
 
+  get #instances() {
+    return this.primitives.flatMap(({ instances }) => instances);
+  }
+
   // Whether the first picture's pages are there, or have been.
   get ready() {
     return this.primitives.every((one) => one.open());
@@ -155,7 +160,13 @@ export class Streamer {
 
   // Whether nothing is missing for the last view.
   get complete() {
-    return this.ready && !this.#unbalanced && this.#missing === 0 && this.#reader.knowsAll;
+    return this.ready && !this.#unbalanced && this.#missing === 0 && !this.#lacksGroups;
+  }
+
+  // Whether the last walk needed groups that are not known.
+
+  get #lacksGroups() {
+    return this.primitives.some(({ lacks }) => lacks > 0);
   }
 
   // --- a frame ---
@@ -165,34 +176,28 @@ export class Streamer {
   update(view, pixels) {
     if (this.#abort.signal.aborted) return false;
     this.#residency.insertDecoded();
-    if (!this.#started && this.ready) this.#readOtherGroups(); // not before the first picture
     this.#lastView = view ?? this.#lastView;
     const moved = this.#moved();
-    const work = () => {
-      const changes = this.#changes + this.#residency.changes;
-      return JSON.stringify([this.#lastView, pixels, this.colour, changes]);
-    };
+    const changes = this.#changes + this.#residency.changes;
+    const work = JSON.stringify([this.#lastView, pixels, this.colour, changes]);
     let changed = false;
-    if (moved || work() !== this.#lastWork) {
+    if (moved || work !== this.#lastWork) {
       this.#frame++;
       changed = this.#choose(pixels);
-      this.#lastWork = work();
+      this.#lastWork = work;
     } else if (this.#mayRebalance) this.#rebalance();
+    if (this.ready) this.#readTables(); // not before the first picture
     this.#residency.schedule();
     // For pages that update only when they are told.
-    if (this.#residency.hasDecoded || this.#mayRebalance)
-      setTimeout(() => this.#abort.signal.aborted || this.#options.onChange());
+    if (this.#residency.hasDecoded || this.#mayRebalance) setTimeout(this.#options.onChange);
     return changed;
   }
 
   // Whether an instance has changed since the last frame.
   #moved() {
-    let moved = false;
-    for (const { instances } of this.primitives)
-      for (const instance of instances) {
-        moved ||= instance.moved;
-        instance.moved = false;
-      }
+    const instances = this.#instances;
+    const moved = instances.some((one) => one.moved);
+    for (const one of instances) one.moved = false;
     return moved;
   }
 
@@ -223,9 +228,12 @@ export class Streamer {
         if (!one.opened) priority.fill(Number.MAX_VALUE, 0, one.firstPages);
         priority.fill(Number.POSITIVE_INFINITY, 0, tables.rootPages);
       }
+      const isKnown = tables.known === tables.groupCount;
+      one.lacks = this.colour === 'level' && !isKnown ? tables.groupCount - 1 : 0;
       for (const instance of instances) {
         if (!instance.visible || !this.#lastView) continue;
         cut.walk(this.#lastView, instance, threshold, resident, ranks ? priority : null);
+        one.lacks = Math.max(one.lacks, cut.lacks);
         if (!shows) continue;
         if (ready) this.#error = Math.max(this.#error, cut.worst);
         if (this.#setRanges(instance, ready)) changed = true;
@@ -275,7 +283,8 @@ export class Streamer {
   }
 
   get #mayRebalance() {
-    return this.#unbalanced && this.#missing === 0 && this.#residency.jobs === 0;
+    const { jobs } = this.#residency;
+    return this.#unbalanced && this.#missing === 0 && jobs === 0 && !this.#lacksGroups;
   }
 
   // Moves memory between the pools. A pool at a time, first those that shrink.
@@ -291,8 +300,7 @@ export class Streamer {
       (p) => p.state === RESIDENT && p.owner.pool === pool,
     );
     pool.resize(needs.get(pool), pages);
-    for (const { instances } of this.primitives)
-      for (const instance of instances) if (instance.primitive.pool === pool) instance.starts = [];
+    for (const one of this.#instances) if (one.primitive.pool === pool) one.starts = [];
     this.#changes++;
   }
 
@@ -327,38 +335,25 @@ export class Streamer {
   // --- what it holds ---
 
   get statistics() {
-    let triangles = 0;
-    let ranges = 0;
-    for (const { instances } of this.primitives)
-      for (const instance of instances)
-        if (instance.visible) {
-          triangles += instance.triangles;
-          ranges += instance.starts.length;
-        }
+    const { pages, jobs, bytes } = this.#residency;
+    const visible = this.#instances.filter((one) => one.visible);
+    const fine = pages.filter(({ number, owner }) => number >= owner.tables.coarsePageCount);
+    const trianglesOf = (some) => some.reduce((sum, { triangles }) => sum + triangles, 0);
     return {
       fetched: this.#document.fetched,
       requests: this.#document.requests,
-      waiting: this.#residency.jobs,
-      pages: this.#residency.pages.length,
-      resident: this.#residency.pages.filter(({ state }) => state === RESIDENT).length,
+      waiting: jobs,
+      pages: pages.length,
+      resident: pages.filter(({ state }) => state === RESIDENT).length,
       missing: this.#missing,
-      triangles,
-      fullTriangles: this.#fullTriangles,
-      ranges,
+      triangles: trianglesOf(visible),
+      fullTriangles: trianglesOf(fine),
+      ranges: visible.reduce((sum, { starts }) => sum + starts.length, 0),
       threshold: this.threshold,
       error: this.#error,
       complete: this.complete,
-      bytes: this.#residency.bytes,
+      bytes,
     };
-  }
-
-  // Of level 0, each primitive once.
-  get #fullTriangles() {
-    let sum = 0;
-    for (const { tables } of this.primitives)
-      for (let p = tables.coarsePageCount; p < tables.pageCount; p++)
-        sum += tables.pageTriangles[p];
-    return sum;
   }
 
   close(reason = new SourceError('the stream is closed')) {
