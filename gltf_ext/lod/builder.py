@@ -17,6 +17,7 @@ from gltf_ext import _codec
 from gltf_ext.compression.options import Options
 from gltf_ext.lod import simplifier
 from gltf_ext.lod.errors import ErrorMeter
+from gltf_ext.lod.pilot import SMALLEST, Pilot, smaller
 from gltf_ext.lod.reduction import SHRINK, reduce_groups
 from gltf_ext.lod.surface import Surface
 from gltf_ext.lod.tables import MAX_CLUSTERS
@@ -138,14 +139,15 @@ def build(
     reduction: float,
     threads: int,
     advance: Callable[[float], None] | None = None,
+    pilot: Pilot | None = None,
 ) -> Hierarchy | None:
     """Builds all levels. None when the first simplification leaves more than SHRINK.
 
     group_size: clusters in a group. error_limit: groups whose error would be larger are not
-    simplified. reduction: triangles of level 0 over those of level 1. The result does not depend on
-    `threads`.
+    simplified. reduction: triangles of level 0 over those of level 1. pilot: makes the groups of a
+    level smaller where they do not fit in a page. The result does not depend on `threads`.
     """
-    builder = Builder(surface, options, group_size, error_limit, reduction, threads)
+    builder = Builder(surface, options, group_size, error_limit, reduction, threads, pilot=pilot)
     total = len(surface.triangles)
     while left := builder.add_level():
         if advance:
@@ -173,13 +175,13 @@ class Builder:
         given: Made | None = None,
         level: int = 0,
         first_group: int = 0,
+        pilot: Pilot | None = None,
     ) -> None:
         """given: the clusters to begin with, of this level or finer, with errors to be measured to
         them; by default those of level 0. first_group: the number of the first group."""
         self.surface = surface
         self.generation = {**options.generation, "threads": threads}
-        self.reduction, self.group_size = reduction, group_size
-        self.largest_group = min(group_size * LARGEST_GROUP, MAX_CLUSTERS)
+        self.reduction, self.group_size, self.pilot = reduction, group_size, pilot
         self.error_limit, self.threads = error_limit, threads
         self.made = given or self._level_0()
         self.meter: ErrorMeter | None = None  # from the first level on
@@ -318,37 +320,41 @@ class Builder:
     # --- grouping ---
 
     def _grouped(self, here: Clusters) -> Groups:
-        """Groups of the pending clusters, along a Hilbert curve. Numbers are places in `pending`.
+        """Groups of the pending clusters that fit in a page, as far as the pilot finds. Numbers are
+        places in `pending`."""
+        size = self.group_size
+        while True:
+            groups = self._groups_of(here, size)
+            if self.pilot is None or size <= SMALLEST:
+                return groups
+            sizes = np.diff(here.triangle_begin)
+            largest = max(groups, key=lambda group: int(sizes[group].sum()))
+            chosen, refined = here.chosen(largest), self.made.refined[self.pending[largest]]
+            parts = chosen.triangles, chosen.disk_begin, chosen.cluster_begin
+            share = self.pilot.share_of_page(*parts, refined)
+            if share <= 1.0:
+                return groups
+            size = smaller(size, 1.0 / share)
+
+    def _groups_of(self, here: Clusters, size: int) -> Groups:
+        """Groups of about so many clusters, along a Hilbert curve.
 
         The partitioner joins only clusters that share vertices: smaller groups are joined along the
         curve.
         """
-        if here.count <= self.largest_group:
+        most = min(size * LARGEST_GROUP, MAX_CLUSTERS)
+        if here.count <= most:
             return [np.arange(here.count)]
         corners = self.surface.position_ids[here.triangles.reshape(-1)]
         counts = 3 * np.diff(here.triangle_begin)
         group = simplifier.partition(
-            corners, counts.astype(np.uint32), len(self.surface.vertex_at), self.group_size
+            corners, counts.astype(np.uint32), len(self.surface.vertex_at), size
         )
         order = np.argsort(group, kind="stable")
         groups = np.split(order, np.flatnonzero(np.diff(group[order])) + 1)
         middles = np.array([self.made.centre[self.pending[g]].mean(axis=0) for g in groups])
         on_curve = [groups[i] for i in _codec.hilbert_order(middles.astype(np.float32))]
-        return self._joined(on_curve)
-
-    def _joined(self, groups: Groups) -> Groups:
-        result: Groups = []
-        small: int | None = None  # place of the last one that is too small
-        for group in groups:
-            for piece in np.split(group, range(MAX_CLUSTERS, len(group), MAX_CLUSTERS)):
-                if small is not None and len(result[small]) + len(piece) <= self.largest_group:
-                    result[small] = np.concatenate([result[small], piece])
-                else:
-                    result.append(piece)
-                    small = len(result) - 1 if len(piece) < self.group_size / 2 else small
-                if small is not None and len(result[small]) >= self.group_size / 2:
-                    small = None
-        return result
+        return _joined(on_curve, size / 2, most)
 
     def _triangles_of(self, groups: Groups) -> tuple[np.ndarray, np.ndarray]:
         """(numbers of the groups' triangles, one group after the other, begins).
@@ -416,6 +422,22 @@ def _enclosing(centres: np.ndarray, radii: np.ndarray) -> tuple[np.ndarray, floa
     low, high = (centres - radii[:, None]).min(axis=0), (centres + radii[:, None]).max(axis=0)
     centre = (low + high) / 2
     return centre, float((np.linalg.norm(centres - centre, axis=1) + radii).max())
+
+
+def _joined(groups: Groups, least: float, most: float) -> Groups:
+    """Joins groups of fewer than `least` clusters along the curve, up to `most`."""
+    result: Groups = []
+    small: int | None = None  # place of the last one that is too small
+    for group in groups:
+        for piece in np.split(group, range(MAX_CLUSTERS, len(group), MAX_CLUSTERS)):
+            if small is not None and len(result[small]) + len(piece) <= most:
+                result[small] = np.concatenate([result[small], piece])
+            else:
+                result.append(piece)
+                small = len(result) - 1 if len(piece) < least else small
+            if small is not None and len(result[small]) >= least:
+                small = None
+    return result
 
 
 def _without_empty(groups: Groups, triangles: np.ndarray) -> Groups:

@@ -16,6 +16,7 @@ from gltf_ext.compression.streams import Plan, semantic
 from gltf_ext.lod import simplifier
 from gltf_ext.lod.builder import Hierarchy, build
 from gltf_ext.lod.document import Levels
+from gltf_ext.lod.pilot import SMALLEST, Pilot, smaller
 from gltf_ext.lod.surface import Surface
 from gltf_ext.lod.tables import GROUP, MAX_GROUPS, PAGE, Tables, reach
 from gltf_ext.progress import Advance
@@ -27,7 +28,6 @@ from gltf_ext.ranges import begins, first_of_each, members, occurring
 ATTRIBUTE_WEIGHTS = {"NORMAL": 0.05, "TEXCOORD": 0.5, "COLOR": 0.5}
 MORPH_WEIGHT = 1.0
 MOST_WEIGHED = 16  # floats per vertex; meshoptimizer takes no more
-SMALLEST_GROUP = 4  # clusters; where groups are larger than a page, they are made smaller
 BUILD_SHARE = 0.6  # of the progress
 # Groups in a block, in which errors decide the order. Dragon with four times its triangles and
 # noise, pages for one pixel of error: 1.28 MB with 24 groups, 1.20 with 48, 1.16 with 96. For four
@@ -65,15 +65,16 @@ def encode_with_levels(
             reduction,
             threads,
             advance,
+            Pilot(plan, surface.position_ids, surface.points, page_bytes),
         )
         if hierarchy is None or len(hierarchy.level) > MAX_GROUPS:
             return None
         coarse, fine = paged(hierarchy, surface, plan, ids, page_bytes, threads)
         view, pages = b"".join(fine.blobs), b"".join(coarse.blobs)
         largest = max(map(len, coarse.blobs + fine.blobs))
-        if largest <= page_bytes or group_size <= SMALLEST_GROUP:
+        if largest <= page_bytes or group_size <= SMALLEST:
             break
-        group_size //= 2
+        group_size = smaller(group_size, page_bytes / largest)
     if progress:
         progress(1.0)
     groups, rows = coarse.groups + fine.groups, coarse.rows + fine.rows

@@ -13,10 +13,17 @@ from gltf_ext.errors import MeshletError
 from gltf_ext.lod import simplifier
 from gltf_ext.lod.builder import Builder, Clusters, Hierarchy, Made
 from gltf_ext.lod.document import Levels
+from gltf_ext.lod.pilot import SMALLEST, Pilot, smaller
 from gltf_ext.lod.reduction import SHRINK
 from gltf_ext.lod.surface import Surface
 from gltf_ext.lod.tables import MAX_GROUPS
-from gltf_ext.lod.writing import SMALLEST_GROUP, Pages, error_limit_of, paged, surface_of, tables_of
+from gltf_ext.lod.writing import (
+    Pages,
+    error_limit_of,
+    paged,
+    surface_of,
+    tables_of,
+)
 from gltf_ext.out_of_core.chunks import Cells, Corners, are_among, leaves, union
 from gltf_ext.out_of_core.records import RecordFormat
 from gltf_ext.out_of_core.sources import blocks, chunk_size, reading, share_of_chunk
@@ -131,14 +138,14 @@ def build_chunk(threads: int, form: RecordFormat, options: Options, chunk: Chunk
         )
         give_back_memory()
         largest = max(map(len, built.coarse.blobs + built.fine.blobs))
-        if largest <= page_bytes or group_size <= SMALLEST_GROUP:
+        if largest <= page_bytes or group_size <= SMALLEST:
             sizes = np.diff(hierarchy.clusters.triangle_begin)
             counts = np.bincount(hierarchy.level[hierarchy.group], sizes)
             built.triangles = counts.astype(int).tolist()
             hierarchy.clusters = NO_CLUSTERS
             built.hierarchy = hierarchy
             break
-        group_size //= 2
+        group_size = smaller(group_size, page_bytes / largest)
     built.stuck = builder.stuck
     if len(builder.pending):
         records = form.without_hash(vertices.records)
@@ -167,6 +174,7 @@ def _builder(
         given,
         chunk.level,
         chunk.first_group,
+        Pilot(form.plan, surface.position_ids, surface.points, options.lod_page_bytes),
     )
     if chunk.must_end:
         builder.end()

@@ -9,9 +9,9 @@ import pytest
 import gltf_ext
 from gltf_ext import _codec
 from gltf_ext.gltf.container import read_document
-from gltf_ext.lod import LodPrimitive, cut_at_level, open_lod
+from gltf_ext.lod import LodPrimitive, cut_at_level, open_lod, writing
 from gltf_ext.lod.tables import EXTENSION
-from gltf_ext.lod.writing import BLOCK_GROUPS, _by_error
+from gltf_ext.lod.writing import BLOCK_GROUPS, _by_error, paged
 from spec import reference_lod
 from tests.helpers import environment
 from tests.helpers.gltf_builder import Builder, wavy_sheet
@@ -163,6 +163,23 @@ def test_pages_keep_their_limit(sheet, tmp_path):
     (primitive,) = open_lod(output)
     assert primitive.tables.pages["byteLength"].max() <= 4096
     assert len(primitive.tables.pages) > 4
+
+
+@pytest.mark.parametrize("page_bytes", [4096, 16384])
+def test_a_pilot_saves_building_twice(sheet, page_bytes, tmp_path, monkeypatch):
+    """Groups of the usual size do not fit into the smaller pages."""
+    built, largest = [], []
+
+    def counted(*arguments):
+        coarse, fine = paged(*arguments)
+        built.append(len(coarse.groups))
+        largest.append(max(map(len, coarse.blobs + fine.blobs)))
+        return coarse, fine
+
+    monkeypatch.setattr(writing, "paged", counted)
+    gltf_ext.compress(sheet, tmp_path / "out.glb", lod=True, page_bytes=page_bytes)
+    assert len(built) == 1
+    assert largest[0] <= page_bytes
 
 
 def test_pages_keep_the_order_of_levels(sheet, tmp_path):
