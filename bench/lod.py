@@ -22,7 +22,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bench import lod_build, lod_mitsuba, lod_peers
+from bench import lod_build, lod_errors, lod_mitsuba, lod_peers
 from bench.common import (
     call_in_process,
     markdown_table,
@@ -37,7 +37,7 @@ from gltf_ext.compression.extension import Compressed
 from gltf_ext.compression.primitives import Primitive
 from gltf_ext.lod import Cut, LodPrimitive, cut_at_error, cut_at_level, error_of, open_lod
 from gltf_ext.lod.cuts import held_bytes, page_bytes, table_bytes
-from gltf_ext.lod.samples import nearest_places, sample_surface
+from gltf_ext.lod.samples import sample_surface
 
 PACKAGES = ("gltf-meshlet", "numpy", "meshoptimizer")
 NAMES = (
@@ -157,12 +157,12 @@ def levels(primitive: LodPrimitive) -> list[dict]:
     points += [sample_surface(m, GROUP_SAMPLES) for level in replacements for _, m in level]
     # One call, since it builds a tree of the finest level.
     ends = np.cumsum([len(own) for own in points])[:-1]
-    distances = np.split(distances_to(finest, np.concatenate(points)), ends)
+    distances = np.split(lod_errors.distances_to(finest, np.concatenate(points)), ends)
     of_groups = iter(distances[len(cuts) :])
     back = sample_surface(finest, SAMPLES)
     result = []
     for cut, mesh, level, there in zip(cuts, meshes, replacements, distances):
-        here = distances_to(mesh, back)
+        here = lod_errors.distances_to(mesh, back)
         both = np.concatenate([there, here])
         stated = error_of(tables, cut)
         ratios = {"one_way": [], "both_ways": []}
@@ -185,13 +185,9 @@ def levels(primitive: LodPrimitive) -> list[dict]:
     return result
 
 
-def distances_to(mesh: Primitive, points: np.ndarray) -> np.ndarray:
-    return nearest_places(points, mesh)[0]
-
-
 def nearest_to(replacement: Primitive, points: np.ndarray, distances: np.ndarray) -> np.ndarray:
     """Distances of the points that are nowhere nearer to the level than to the replacement."""
-    own = distances_to(replacement, points)
+    own = lod_errors.distances_to(replacement, points)
     return own[own <= distances]
 
 
@@ -296,7 +292,8 @@ def of_model(name: str, n: int, folder: str, before: str | None) -> dict:
         files["before_"] = str(Path(folder, f"{name}.before.glb"))
         model["before"] = built(files["before_"], {"lod": True}, python=before)
     chains = call_in_process("bench.lod_peers", "measure", str(source))
-    return {**model, **describe(output), "sweep": sweep(files, chains)}
+    held = call_in_process("bench.lod_errors", "measure", output)
+    return {**model, **describe(output), "held": held, "sweep": sweep(files, chains)}
 
 
 def size_table(result: dict) -> str:
@@ -343,6 +340,32 @@ def error_table(result: dict) -> str:
         "from the level to level 0 alone": lambda level: f"{level[groups]['one_way']:.2f}",
     }
     return table(levels, columns)
+
+
+def held_table(result: dict) -> str:
+    """Whether stated errors hold, for all primitives."""
+
+    def below(shares: list[list[float]]) -> str:
+        missing = sum(sum(pair) / 2 < WITHIN / 100 for pair in shares)
+        return f"{missing} of {len(shares)}"
+
+    def least(shares: list[list[float]]) -> str:
+        return f"{100 * min(sum(pair) / 2 for pair in shares):.3f} %"
+
+    def least_of_one(shares: list[list[float]]) -> str:
+        return f"{100 * min(map(min, shares)):.3f} %"
+
+    columns: dict[str, Callable[[dict], str]] = {"model": lambda model: model["name"]}
+    for kind, title in (("levels", "levels"), ("cuts", "random cuts")):
+        for text, value in (
+            (f"{title} below {WITHIN} %", below),
+            ("least", least),
+            ("least on one surface", least_of_one),
+        ):
+            columns[text + " " * (text in columns)] = lambda model, kind=kind, value=value: value(
+                model["held"][kind]
+            )
+    return table([{"name": name, **model} for name, model in result["models"].items()], columns)
 
 
 def _megabytes(count: int) -> str:
@@ -490,6 +513,11 @@ def report(result: dict) -> str:
         "Memory is the growth of the process.\n\n"
         f"{mitsuba_table(result)}\n"
         "## Stated and measured errors\n\n"
+        f"All levels of all primitives, and {lod_errors.CUTS} random cuts: for eyes inside and "
+        "outside of the model, about half of them with some of the pages only. Shares of "
+        f"{lod_errors.SAMPLES:,} samples of level 0 and as many of the cut that lie within its "
+        "stated error.\n\n"
+        f"{held_table(result)}\n"
         "Of the largest primitive, in its units, at samples of both surfaces.\n\n"
         f"{error_table(result)}"
     )
