@@ -24,8 +24,8 @@ RETRY = 0.5
 HIGH, TRIES = 1.2, 3
 LEAST_MEDIAN = 0.25  # cells of the grid
 STRONGEST = 0.5  # of the factors by which a try lowers a limit
-# A level that is not smaller by a quarter is no level.
-SHRINK = 0.75
+# A level that is not smaller by a quarter is no level. It may then have LOOSER times the error.
+SHRINK, LOOSER = 0.75, 2.0
 
 
 class Meter(Protocol):
@@ -50,15 +50,29 @@ def reduce_groups(
 
     expected: the largest error that the level should have: where groups are few, most of them may
     have lost something. Returns the triangles of each group, float64: their distances to level 0,
-    and the error of the level: the median of the groups, or `expected` if that is less. Groups that
-    are stuck keep their triangles and have infinite distances.
+    and the error of the level: the median of the groups, or less: `expected`, doubled as often as
+    the level needs to shrink. Groups that are stuck keep their triangles and have infinite
+    distances.
     """
     reduction = _Reduction(surface, groups, step, meter, threads)
     reduction.attempt(np.arange(len(groups)))
     if not np.isfinite(reduction.error).any():
         return groups, reduction.error, expected
-    median, first = reduction.median(), reduction.after.copy()
-    level = min(median, expected)
+    first, median = reduction.state(), reduction.median()
+    level, most = min(median, expected), SHRINK * sum(map(len, groups))
+    while True:
+        _keep_to(level, reduction)
+        if sum(map(len, reduction.after)) <= most:
+            break
+        reduction.put_back(first)
+        if level == median:
+            break
+        level = min(LOOSER * level, median)
+    return reduction.after, reduction.error, level
+
+
+def _keep_to(level: float, reduction: _Reduction) -> None:
+    """Simplifies groups that are farther from level 0 than this again, or not at all."""
     for number in range(TRIES):
         far = reduction.above(HIGH * level)
         if not len(far):
@@ -66,11 +80,6 @@ def reduce_groups(
         reduction.restrict(far, level, lowers_limits=number > 0)
         reduction.attempt(far)
     reduction.undo(reduction.above(HIGH * level))
-    left, before = (sum(map(len, lists)) for lists in (reduction.after, groups))
-    if left > SHRINK * before:
-        level = median
-        reduction.put_back(first)
-    return reduction.after, reduction.error, level
 
 
 class _Reduction:
@@ -91,7 +100,8 @@ class _Reduction:
     ) -> None:
         self._surface, self._groups, self._step = surface, groups, step
         self._meter, self._threads = meter, threads
-        self._locked = _locked(surface, groups)
+        self._shared = _locked(surface, groups)
+        self._locked = self._shared.copy()
         self._is_joined = np.zeros(len(groups), bool)  # whether seams are ignored
         self.after = groups.copy()
         self.error = np.full(len(groups), np.inf)
@@ -127,10 +137,17 @@ class _Reduction:
             self.after[g] = self._groups[g]
         self.error[numbers] = np.inf
 
-    def put_back(self, after: list[np.ndarray]) -> None:
-        """Gives the groups the triangles of another attempt."""
+    def state(self) -> tuple[list[np.ndarray], np.ndarray, np.ndarray]:
+        """For put_back."""
+        return self.after.copy(), self.limit.copy(), self._is_joined.copy()
+
+    def put_back(self, state: tuple[list[np.ndarray], np.ndarray, np.ndarray]) -> None:
+        """Makes the groups what they were, and measures those that changed."""
+        after, limit, is_joined = state
         changed = [now is not then for now, then in zip(self.after, after)]
-        self.after, numbers = after, np.flatnonzero(changed)
+        self.after, self.limit, self._is_joined = after.copy(), limit.copy(), is_joined.copy()
+        self._locked = self._shared.copy()
+        numbers = np.flatnonzero(changed)
         self.error[numbers] = self._meter.measure(after, numbers)
 
     def above(self, allowed: float) -> np.ndarray:

@@ -98,6 +98,13 @@ def test_a_level_that_grows_too_much_is_tried_again():
     assert (error == 1.0).all()
 
 
+def test_a_level_may_have_the_error_that_lets_it_shrink():
+    """Nothing is as near as expected, and nothing is simplified further than it must be."""
+    _, after, error, _ = reduced(lambda _, n: 9.0 if n == 1 else 2.1, expected=1.0)
+    assert (error == 2.1).all()
+    assert max(map(len, after)) <= 2 * SIDE * SIDE / STEP
+
+
 def test_a_level_that_must_grow_keeps_its_first_errors():
     _, after, error, attempts = reduced(lambda _, n: 8.0 + n, expected=2.0)
     assert (error == 8.0 + attempts).all()  # measured again at the end
