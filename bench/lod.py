@@ -22,13 +22,12 @@ from pathlib import Path
 
 import numpy as np
 
-from bench import lod_build, lod_errors, lod_mitsuba, lod_peers
+from bench import lod_build, lod_errors, lod_peers
 from bench.common import (
     call_in_process,
     markdown_table,
     origin_line,
     progress,
-    read_result,
     table,
 )
 from bench.large_model import write_displaced
@@ -217,11 +216,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         metavar=("COMMIT", "PYTHON"),
         help="also measure the builder of an earlier commit, which this Python has installed",
     )
-    parser.add_argument(
-        "--no-mitsuba",
-        action="store_true",
-        help="keep the last result's table of Mitsuba, with its date",
-    )
 
 
 def check(options: argparse.Namespace) -> None:
@@ -233,7 +227,7 @@ def check(options: argparse.Namespace) -> None:
 
 
 def measure(options: argparse.Namespace) -> dict:
-    """All models beside discrete chains; the dragons also in Mitsuba."""
+    """All models beside discrete chains."""
     commit, python = options.before or (None, None)
     cuts = dict.fromkeys(NAMES, 1)
     cuts |= {f"{DISPLACED} x{n * n}, displaced": n for n in CUTS}
@@ -245,30 +239,7 @@ def measure(options: argparse.Namespace) -> dict:
         }
         found = {name: tasks[name].result() for name in cuts}
         sweeps = {name: model.pop("sweep") for name, model in found.items()}
-        mitsuba = kept_mitsuba() if options.no_mitsuba else measured_mitsuba(folder, list(cuts))
-    return {"before": commit, "models": found, "sweeps": sweeps, **mitsuba}
-
-
-def measured_mitsuba(folder: str, names: list[str]) -> dict:
-    dragons = [name for name in names if name.startswith(DISPLACED)]
-    return {
-        "mitsuba": {n: {"rows": lod_mitsuba.measure(str(with_levels(folder, n)))} for n in dragons}
-    }
-
-
-def kept_mitsuba() -> dict:
-    """The last result's, with its origin."""
-    last = read_result("lod")
-    if last is None:
-        return {"mitsuba": {}}
-    origin = last.get("mitsuba_origin") or {
-        key: last[key] for key in ("script", "date", "commit", "machine")
-    }
-    return {"mitsuba": last["mitsuba"], "mitsuba_origin": origin}
-
-
-def with_levels(folder: str, name: str) -> Path:
-    return Path(folder, f"{name}.lod.glb")
+    return {"before": commit, "models": found, "sweeps": sweeps}
 
 
 def of_model(name: str, n: int, folder: str, before: str | None) -> dict:
@@ -280,7 +251,7 @@ def of_model(name: str, n: int, folder: str, before: str | None) -> dict:
     source = real_model(name.partition(" ")[0])
     if n > 1:
         source = write_displaced(source, n, Path(folder, f"{name}.glb"))
-    output, files = str(with_levels(folder, name)), {}
+    output, files = str(Path(folder, f"{name}.lod.glb")), {}
 
     def built(output: str, options: dict, **process: str) -> dict:
         names = "bench.lod_build", "build"
@@ -453,30 +424,6 @@ def account(result: dict) -> str:
     return f"## Where the rest goes\n\n{ACCOUNT_OF}:\n\n{table(rows, columns)}\n{REASONS}\n"
 
 
-def mitsuba_origin(result: dict) -> str:
-    """Where the table of Mitsuba is from, if not from the page's run."""
-    origin = result.get("mitsuba_origin")
-    return f"{origin_line(origin)}\n" if origin else ""
-
-
-def mitsuba_table(result: dict) -> str:
-    rows = [
-        {"name": name, "first": model["rows"][0]["bytes"], **row}
-        for name, model in result["mitsuba"].items()
-        for row in model["rows"]
-    ]
-    columns: dict[str, Callable[[dict], str]] = {
-        "": lambda row: f"{row['name']}, {row['heading']}",
-        "triangles": lambda row: f"{row['triangles']:,}",
-        "load": lambda row: f"{row['load']:.1f} s",
-        "render": lambda row: f"{row['render']:.1f} s",
-        "memory": lambda r: f"{r['bytes'] / 1e6:.1f} MB ({r['bytes'] / r['first']:.2f}x)",
-        "compressed": lambda row: _megabytes(row["compressed_bytes"]),
-        "cache": lambda row: _megabytes(row["cache_bytes"]),
-    }
-    return table(rows, columns)
-
-
 def report(result: dict) -> str:
     """docs/lod_results.md."""
     published = [[name, *value_and_source] for name, value_and_source in PUBLISHED.items()]
@@ -504,14 +451,6 @@ def report(result: dict) -> str:
         "(lod_pixels.png)\n\n"
         f"{before_section(result)}"
         f"{account(result)}"
-        "## Mitsuba\n\n"
-        f"{mitsuba_origin(result)}"
-        f"{lod_mitsuba.SIZE} x {lod_mitsuba.SIZE} pixels, {lod_mitsuba.SPP} samples per pixel, "
-        f"`path` of depth {lod_mitsuba.INTEGRATOR['max_depth']}, {lod_mitsuba.VARIANT}, the "
-        "model whole in the picture, cache 25 %. Shape: compressed in memory, decoded where rays "
-        "meet it. Mesh: an ordinary mesh (`decoded`). Load contains the acceleration structure. "
-        "Memory is the growth of the process.\n\n"
-        f"{mitsuba_table(result)}\n"
         "## Stated and measured errors\n\n"
         f"All levels of all primitives, and {lod_errors.CUTS} random cuts: for eyes inside and "
         "outside of the model, about half of them with some of the pages only. Shares of "

@@ -319,6 +319,7 @@ SECTIONS = (
     Section("Levels of detail on the GPU", "vulkan_lod", ("vulkan.md",)),
     Section("Ray tracing on the GPU", "vulkan_raytracing", ("vulkan-raytracing.md",)),
     Section("Ray tracing with Mitsuba", "mitsuba", ("mitsuba.md",)),
+    Section("Levels of detail in Mitsuba", "lod_mitsuba", ("mitsuba.md",)),
     Section("Importing into Blender", "blender", ("blender.md",)),
     Section("Parameters", "parameters", ("parameters.md",)),
     Section("Levels of detail", "lod", ("lod.md", "lod_results.md")),
