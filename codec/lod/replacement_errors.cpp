@@ -140,13 +140,14 @@ SurfacePoints spread(const float* positions, const GroupCorners& triangles, size
   SurfacePoints found;
   for (size_t t = 0; t < triangles.count; t += 3) found.area += area_at(positions, triangles, t);
   const float more = float(triangles.count / 3 * (count - 1));
-  const float per_area = found.area > 0 ? more / found.area : 0;
+  const float per_area = found.area > 0 && std::isfinite(found.area) ? more / found.area : 0;
   uint32_t n = 0;
   for (size_t t = 0; t < triangles.count; t += 3) {
     Vec3 corner[3];
     for (size_t k = 0; k < 3; k++) corner[k] = point_of(positions, triangles.corners[t + k]);
     const float area = area_of(corner[0], corner[1], corner[2]);
-    const size_t points = 1 + size_t(area * per_area + 0.5f);
+    const float extra = std::isfinite(area) ? std::min(area * per_area, more) : 0;
+    const size_t points = 1 + size_t(extra + 0.5f);
     for (size_t i = 0; i < points; i++, n++) {
       // Roberts' sequence R2 spreads points in a square; half of it is folded onto the other half.
       float u = fraction(n, 3242174889u), v = fraction(n, 2447445414u);

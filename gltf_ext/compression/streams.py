@@ -128,7 +128,8 @@ def grid_values(values: np.ndarray, stream: Stream) -> np.ndarray:
 def _fit_bits(name: str, stream: Stream, values: np.ndarray) -> Quantised:
     """Quantises the values; the stream gets the bits that they need. Raises MeshletError."""
     quantised = grid_values(values, stream)
-    bits = _needed_bits(quantised.max())
+    ends = values.max(axis=0).astype(np.float64) - stream.offset  # integers are modulo 2^32
+    bits = max(_needed_bits(quantised.max()), _needed_bits(int(ends.max() / stream.step)))
     if bits > GRID_MAX_BITS:
         raise MeshletError(
             f"{name} needs {bits} bits at step {stream.step:g}, "

@@ -326,21 +326,21 @@ class Builder:
     # --- grouping ---
 
     def _grouped(self, here: Clusters) -> Groups:
-        """Groups of the pending clusters that fit in a page, as far as the pilot finds. Numbers are
-        places in `pending`."""
+        """Groups of the pending clusters that fit in a page. Numbers are places in `pending`."""
         size = self.group_size
         while True:
             groups = self._groups_of(here, size)
             if self.pilot is None or size <= SMALLEST:
                 return groups
-            sizes = np.diff(here.triangle_begin)
-            largest = max(groups, key=lambda group: int(sizes[group].sum()))
-            chosen, refined = here.chosen(largest), self.made.refined[self.pending[largest]]
-            parts = chosen.triangles, chosen.disk_begin, chosen.cluster_begin
-            share = self.pilot.share_of_page(*parts, refined)
+            share = max(self._share_of_page(self.pilot, here, group) for group in groups)
             if share <= 1.0:
                 return groups
             size = smaller(size, 1.0 / share)
+
+    def _share_of_page(self, pilot: Pilot, here: Clusters, group: np.ndarray) -> float:
+        chosen, refined = here.chosen(group), self.made.refined[self.pending[group]]
+        parts = chosen.triangles, chosen.disk_begin, chosen.cluster_begin
+        return pilot.share_of_page(*parts, refined)
 
     def _groups_of(self, here: Clusters, size: int) -> Groups:
         """Groups of about so many clusters, along a Hilbert curve.

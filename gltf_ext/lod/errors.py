@@ -132,7 +132,8 @@ def spread_by_area(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarra
     area = _areas(points, triangles)
     total = area.sum(dtype=np.float64)
     per_area = max(len(triangles) // 2, LEAST_POINTS) / total if total > 0 else 0.0
-    times = (per_area * area).astype(np.int64)
+    # In float64 with any NumPy; where all areas are alike, rounding does not decide.
+    times = (np.multiply(area, per_area, dtype=np.float64) + 1e-6).astype(np.int64)
     small = np.flatnonzero(times == 0)
     chosen = small[::2]
     times[chosen] = 1

@@ -1,4 +1,4 @@
-"""Encodes a group before it is simplified, to see whether groups of its size fit in a page."""
+"""Encodes groups before they are simplified, to see whether they fit in a page."""
 
 from __future__ import annotations
 

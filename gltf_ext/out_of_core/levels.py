@@ -13,7 +13,7 @@ from gltf_ext.errors import MeshletError
 from gltf_ext.lod import simplifier
 from gltf_ext.lod.builder import Builder, Clusters, Hierarchy, Made
 from gltf_ext.lod.document import Levels
-from gltf_ext.lod.pilot import SMALLEST, Pilot, smaller
+from gltf_ext.lod.pilot import SMALLEST, Pilot
 from gltf_ext.lod.reduction import SHRINK
 from gltf_ext.lod.surface import Surface
 from gltf_ext.lod.tables import MAX_GROUPS
@@ -145,7 +145,7 @@ def build_chunk(threads: int, form: RecordFormat, options: Options, chunk: Chunk
             hierarchy.clusters = NO_CLUSTERS
             built.hierarchy = hierarchy
             break
-        group_size = smaller(group_size, page_bytes / largest)
+        group_size = max(group_size // 2, SMALLEST)  # rare: see the pilot
     built.stuck = builder.stuck
     if len(builder.pending):
         records = form.without_hash(vertices.records)
@@ -168,7 +168,7 @@ def _builder(
         surface,
         options,
         group_size,
-        error_limit_of(options, form.plan.streams[0]),
+        error_limit_of(options, form.plan),
         options.lod_reduction,
         threads,
         given,
@@ -355,7 +355,7 @@ class LevelsWriter:
         joined = {n: np.concatenate([getattr(h, n) for h in self._hierarchies]) for n in names}
         hierarchy = Hierarchy(NO_CLUSTERS, **joined, stuck=[])
         coarse_pages = len(rows) - len(self._pages[0].rows)
-        tables = tables_of(hierarchy, groups, rows, coarse_pages, self._form.plan.streams[0])
+        tables = tables_of(hierarchy, groups, rows, coarse_pages, self._form.plan)
         levels = range(max(self._triangles) + 1)
         report = {
             "triangles": [self._triangles[level] for level in levels],

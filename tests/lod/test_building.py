@@ -165,9 +165,14 @@ def test_pages_keep_their_limit(sheet, tmp_path):
     assert len(primitive.tables.pages) > 4
 
 
+@pytest.mark.parametrize("is_noisy", [False, True])
 @pytest.mark.parametrize("page_bytes", [4096, 16384])
-def test_a_pilot_saves_building_twice(sheet, page_bytes, tmp_path, monkeypatch):
-    """Groups of the usual size do not fit into the smaller pages."""
+def test_a_pilot_saves_building_twice(page_bytes, is_noisy, tmp_path, monkeypatch):
+    """Groups of the usual size do not fit into the smaller pages, or not where there is noise."""
+    points, _ = wavy_sheet(60)
+    noise = np.random.default_rng(0).random((len(points), 4), np.float32)
+    noise[np.linalg.norm(points[:, :2] - points[0, :2], axis=1) > 0.5] = 0.5
+    sheet = sheet_file(tmp_path / "sheet.glb", **({"_X": noise} if is_noisy else {}))
     built, largest = [], []
 
     def counted(*arguments):
@@ -494,3 +499,24 @@ def test_without_the_simplifier_there_is_one_line(sheet, tmp_path, monkeypatch):
     finally:
         simplifier._library.cache_clear()
     assert not (tmp_path / "out.glb").exists()
+
+
+@pytest.mark.parametrize("length", [1e16, 1e20, 1e25])
+def test_morph_targets_beyond_the_grid_are_refused(length, tmp_path):
+    points, triangles = wavy_sheet(20)
+    moves = np.zeros_like(points, np.float32)
+    moves[5], moves[100] = length, -length
+    builder = Builder()
+    builder.mesh({"POSITION": points}, triangles, [{"POSITION": moves}])
+    with pytest.raises(gltf_ext.MeshletError, match="needs .* bits"):
+        gltf_ext.compress(builder.write(tmp_path / "in.glb"), tmp_path / "out.glb", lod=True)
+
+
+def test_coordinates_near_the_largest_float_have_levels(tmp_path):
+    points, triangles = wavy_sheet(40)
+    points = points - points.mean(axis=0)
+    builder = Builder()
+    builder.mesh({"POSITION": (1.6e38 * (points / np.abs(points).max())).astype("f4")}, triangles)
+    gltf_ext.compress(builder.write(tmp_path / "in.glb"), tmp_path / "out.glb", lod=True)
+    (primitive,) = open_lod(tmp_path / "out.glb")
+    assert primitive.tables.level_count > 2
