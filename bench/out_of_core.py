@@ -20,8 +20,9 @@ import numpy as np
 import gltf_ext
 from bench.common import call_in_process, origin_line, progress, table
 from bench.large_model import write_displaced
-from bench.lod import distances_to, levels, percentile
+from bench.lod import levels, percentile
 from bench.lod_build import build
+from bench.lod_errors import distances_to
 from bench.models import real_model
 from gltf_ext.lod import LodPrimitive, open_lod
 from gltf_ext.lod.cuts import Cut, cut_at_level, error_of
