@@ -128,7 +128,8 @@ def build_chunk(threads: int, form: RecordFormat, options: Options, chunk: Chunk
     given = chunk.given.made(vertices.triangles) if chunk.given else None
     group_size, page_bytes = options.lod_group, options.lod_page_bytes
     while True:
-        builder = _builder(form, options, threads, chunk, surface, given, group_size)
+        pilot = Pilot(plan, surface.position_ids, surface.points, page_bytes)
+        builder = _builder(form, options, threads, chunk, surface, given, group_size, pilot)
         if not builder.groups:
             break
         hierarchy = builder.result()
@@ -162,6 +163,7 @@ def _builder(
     surface: Surface,
     given: Made | None,
     group_size: int,
+    pilot: Pilot,
 ) -> Builder:
     """A builder that has built the chunk's levels."""
     builder = Builder(
@@ -174,7 +176,7 @@ def _builder(
         given,
         chunk.level,
         chunk.first_group,
-        Pilot(form.plan, surface.position_ids, surface.points, options.lod_page_bytes),
+        pilot,
     )
     if chunk.must_end:
         builder.end()

@@ -90,6 +90,13 @@ def test_bytes_do_not_depend_on_threads_nor_on_passes(
     assert outputs[0] == outputs[1] == outputs[2]
 
 
+def test_small_pages_get_smaller_groups(tube, tmp_path, small_chunks):
+    compress(tube, tmp_path / "out.glb", lod=True, page_bytes=4096)
+    (primitive,) = open_lod(tmp_path / "out.glb")
+    assert primitive.tables.pages["byteLength"].max() <= 4096
+    assert gltf_ext.verify(tube, tmp_path / "out.glb")["ok"]
+
+
 def test_triangles_that_cannot_be_simplified(tmp_path, small_chunks, monkeypatch):
     """Chunks of triangles that touch nowhere: level 0 alone, in one chunk and in several."""
     environment.need_package("meshoptimizer")
