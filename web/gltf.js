@@ -22,6 +22,10 @@ const LIMITS = {
   5125: [0, 4294967295],
 };
 
+// Whether a value of a JSON is an object.
+export const isObject = (value) =>
+  value !== null && typeof value === 'object' && !Array.isArray(value);
+
 // Bytes of a vertex of a primitive, in all its attributes and morph targets.
 export function vertexBytes(json, primitive) {
   const groups = [primitive.attributes, ...(primitive.targets ?? [])];

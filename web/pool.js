@@ -22,12 +22,16 @@ export async function createDecoderPool({ workers, source, createWorker = module
   return new DecoderPool(await createDecoder(module), module, started, createWorker);
 }
 
-async function moduleWorker() {
-  if (typeof Worker !== 'undefined')
-    return new Worker(new URL('./worker.js', import.meta.url), { type: 'module' });
+function moduleWorker() {
+  if (typeof Worker === 'undefined') return nodeWorker(new URL('./worker.js', import.meta.url));
+  return new Worker(new URL('./worker.js', import.meta.url), { type: 'module' });
+}
+
+// A Worker in Node. For gltf-meshlet/stream, too.
+export async function nodeWorker(url) {
   const node = 'node:worker_threads'; // in a variable, so that bundlers leave it alone
   const threads = await import(/* @vite-ignore */ node);
-  return new threads.Worker(new URL('./worker.js', import.meta.url));
+  return new threads.Worker(url);
 }
 
 class DecoderPool {

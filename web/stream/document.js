@@ -1,7 +1,7 @@
 // A .glb, or a .gltf with its .bin files, read by ranges.
 
 import { MalformedError } from '../decoder.js';
-import { require } from '../gltf.js';
+import { isObject, require } from '../gltf.js';
 import { compileUnpacker, createUnpacker, TRANSPORT } from '../transport.js';
 import { HEAD_BYTES, openSource, SourceError } from './source.js';
 
@@ -40,9 +40,7 @@ export function parseJson(bytes) {
   } catch {
     throw new MalformedError('its JSON cannot be read');
   }
-  require(json !== null &&
-    typeof json === 'object' &&
-    !Array.isArray(json), 'its JSON is not an object');
+  require(isObject(json), 'its JSON is not an object');
   return json;
 }
 
@@ -68,15 +66,19 @@ export class Document {
   }
 
   get fetched() {
-    return this.#sources.reduce((sum, { fetched }) => sum + fetched, 0);
+    return this.#sum('fetched');
   }
 
   get requests() {
-    return this.#sources.reduce((sum, { requests }) => sum + requests, 0);
+    return this.#sum('requests');
   }
 
   get held() {
-    return this.#sources.reduce((sum, { held }) => sum + held, 0);
+    return this.#sum('held');
+  }
+
+  #sum(name) {
+    return this.#sources.reduce((sum, source) => sum + source[name], 0);
   }
 
   // Of all files but some.

@@ -3,7 +3,7 @@
 import { MalformedError } from '../decoder.js';
 import { decodingBytes } from './budget.js';
 import { DECODED, DECODING, NONE, REQUESTED, RESIDENT, STORED } from './primitives.js';
-import { delayAfter, SourceError } from './source.js';
+import { delayAfter } from './source.js';
 
 const REQUESTS = 6; // at a time: what browsers send to one server with HTTP/1.1
 const REQUEST_BYTES = 131_072; // of neighbouring pages, if that many may wait
@@ -14,7 +14,7 @@ const INSERT_MS = 3; // a frame, for copying decoded pages
 // times if that does not promise to help. Returns whether there is another try.
 export function postpone(it, error, again) {
   it.tries++;
-  it.retryAt = Number.POSITIVE_INFINITY;
+  it.retryAt = Infinity;
   if (!error.retry && it.tries >= TRIES) return false;
   const delay = delayAfter(it.tries);
   it.retryAt = performance.now() + delay;
@@ -132,10 +132,11 @@ export class Residency {
 
   #failed({ pages, abort }, error) {
     for (const page of pages) page.state = NONE;
-    if (abort.signal.aborted || this.#given.signal.aborted) return;
-    if (error instanceof SourceError && error.changed) return this.#given.onBroken(error);
+    const { signal, onBroken, onWarning } = this.#given;
+    if (abort.signal.aborted || signal.aborted) return;
+    if (error.changed) return onBroken(error);
     for (const page of pages) this.#postpone(page, error);
-    this.#given.onWarning(error.message);
+    onWarning(error.message);
   }
 
   // A page that cannot be read or decoded: coarser clusters stand in for it. Without a root page
@@ -194,7 +195,7 @@ export class Residency {
     const { owner, number } = page;
     const problem = `${owner.name}: page ${number}: ${error.message}`;
     if (number < owner.tables.rootPages) {
-      page.retryAt = Number.POSITIVE_INFINITY;
+      page.retryAt = Infinity;
       return this.#given.refuse(owner, new MalformedError(problem));
     }
     this.#postpone(page, error);

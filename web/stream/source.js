@@ -184,7 +184,7 @@ class Source {
       throw this.#error(`an answer has ${bytes.length} bytes instead of ${length}`, {
         retry: true,
       });
-    this.#warnOfHidden(range, headers);
+    if (!range) this.#warnOfHidden(headers);
     return bytes;
   }
 
@@ -240,23 +240,19 @@ class Source {
   // Compares the file of an answer with that of the first one.
   #compare(headers, total) {
     const seen = { etag: headers.get('etag'), modified: headers.get('last-modified'), total };
+    this.#identity ??= seen;
     const before = this.#identity;
-    if (!before) {
-      this.#identity = seen;
-      return;
-    }
     const differs = (name) => before[name] && seen[name] && before[name] !== seen[name];
-    if (differs('etag') || differs('modified') || differs('total'))
+    if (Object.keys(seen).some(differs))
       throw this.#error('the file has changed', { changed: true });
   }
 
-  #warnOfHidden(range, headers) {
-    const hidden = [!range && 'Content-Range', !headers.get('etag') && 'ETag'].filter(Boolean);
-    if (!range)
-      this.#warn(
-        `the server hides ${hidden.join(' and ')}: a changed file may go unnoticed; ` +
-          'let it send Access-Control-Expose-Headers: Content-Range, ETag',
-      );
+  #warnOfHidden(headers) {
+    const more = headers.get('etag') ? '' : ' and ETag';
+    this.#warn(
+      `the server hides Content-Range${more}: a changed file may go unnoticed; ` +
+        'let it send Access-Control-Expose-Headers: Content-Range, ETag',
+    );
   }
 
   #warned = new Set();

@@ -2,7 +2,7 @@
 // they need in arrays, in a fixed amount of memory. Knows no engine: an adapter gives the instances'
 // matrices and the camera, and draws the ranges of the arrays.
 import { compileDecoder } from '../decoder.js';
-import { createDecoderPool } from '../pool.js';
+import { createDecoderPool, nodeWorker } from '../pool.js';
 import { LEAST_BYTES, makePools, planBudget, workersOf } from './budget.js';
 import { openDocument } from './document.js';
 import { Instance, Ranges, RESIDENT } from './primitives.js';
@@ -126,7 +126,7 @@ export class Streamer {
     const it = this.#tables;
     if (!this.#lacksGroups || it.retryAt > performance.now()) return;
     const { onBroken, onChange, onWarning } = this.#options;
-    it.retryAt = Number.POSITIVE_INFINITY; // not before this part is there
+    it.retryAt = Infinity; // not before this part is there
     try {
       await this.#reader.readMore();
       this.#tables = { tries: 0, retryAt: 0 };
@@ -226,7 +226,7 @@ export class Streamer {
       if (ranks) {
         priority.fill(0);
         if (!one.opened) priority.fill(Number.MAX_VALUE, 0, one.firstPages);
-        priority.fill(Number.POSITIVE_INFINITY, 0, tables.rootPages);
+        priority.fill(Infinity, 0, tables.rootPages);
       }
       const isKnown = tables.known === tables.groupCount;
       one.lacks = this.colour === 'level' && !isKnown ? tables.groupCount - 1 : 0;
@@ -362,10 +362,7 @@ export class Streamer {
   }
 }
 
-async function pageWorker() {
-  if (typeof Worker !== 'undefined')
-    return new Worker(new URL('./worker.js', import.meta.url), { type: 'module' });
-  const node = 'node:worker_threads'; // in a variable, so that bundlers leave it alone
-  const threads = await import(/* @vite-ignore */ node);
-  return new threads.Worker(new URL('./worker.js', import.meta.url));
+function pageWorker() {
+  if (typeof Worker === 'undefined') return nodeWorker(new URL('./worker.js', import.meta.url));
+  return new Worker(new URL('./worker.js', import.meta.url), { type: 'module' });
 }

@@ -1,5 +1,6 @@
 // The tables of EXT_meshlet_lod (specification, section "Tables") as flat arrays, checked.
 import { MalformedError } from '../decoder.js';
+import { isObject } from '../gltf.js';
 
 export const LOD = 'EXT_meshlet_lod';
 const VERSION = 1;
@@ -25,9 +26,7 @@ function require(ok, problem) {
 // MalformedError.
 export function readCounts(extension) {
   if (extension === undefined) return null;
-  require(extension !== null &&
-    typeof extension === 'object' &&
-    !Array.isArray(extension), 'is not an object');
+  require(isObject(extension), 'is not an object');
   require(Number.isInteger(extension.version), 'has no valid version');
   if (extension.version !== VERSION) return null;
   for (const name of COUNTS) {
@@ -37,10 +36,10 @@ export function readCounts(extension) {
   const { pageCount, coarsePageCount, groupCount, runCount, rootPageCount = null } = extension;
   require(coarsePageCount > 0 &&
     coarsePageCount < pageCount &&
-    groupCount >= 2 &&
+    pageCount <= groupCount &&
     groupCount <= MAX_GROUPS &&
-    runCount >= 1, 'has counts that cannot be');
-  require(pageCount <= groupCount && runCount < 256 * groupCount, 'has counts that cannot be');
+    runCount >= 1 &&
+    runCount < 256 * groupCount, 'has counts that cannot be');
   require(rootPageCount === null ||
     (Number.isInteger(rootPageCount) &&
       rootPageCount > 0 &&

@@ -153,12 +153,10 @@ export class MeshletStream extends Group {
   }
 
   #geometryOf(mesh, primitive) {
-    const { formats } = primitive;
     const geometry = new BufferGeometry();
     this.#fill(geometry, primitive);
-    const position = formats.find(({ name }) => name === 'POSITION');
     const box = mesh.geometry.boundingBox?.clone() ?? new Box3();
-    geometry.boundingBox = box.applyMatrix4(decoding(position).invert());
+    geometry.boundingBox = box.applyMatrix4(decoding(primitive).invert());
     geometry.boundingSphere = geometry.boundingBox.getBoundingSphere(new Sphere());
     return geometry;
   }
@@ -212,10 +210,8 @@ export class MeshletStream extends Group {
       const { geometry } = mesh;
       if (!geometry || mesh instanceof StreamedMesh || seen.has(geometry)) return;
       seen.add(geometry);
-      for (const { array } of [geometry.index, ...Object.values(geometry.attributes)].filter(
-        Boolean,
-      ))
-        others += 2 * (array?.byteLength ?? 0);
+      for (const attribute of [geometry.index, ...Object.values(geometry.attributes)])
+        others += 2 * (attribute?.array?.byteLength ?? 0);
     });
     this.#besides = { textureBytes: Math.round(textures), otherBytes: others };
   }
@@ -313,8 +309,7 @@ class StreamedMesh extends Mesh {
     this.primitive = instance.primitive;
     this.#instance = instance;
     this.#local = local;
-    const { formats } = instance.primitive;
-    this.matrix.copy(local).multiply(decoding(formats.find(({ name }) => name === 'POSITION')));
+    this.matrix.copy(local).multiply(decoding(instance.primitive));
     this.matrixAutoUpdate = false;
     this.matrixWorldNeedsUpdate = true;
   }
@@ -339,7 +334,8 @@ class StreamedMesh extends Mesh {
 }
 
 // From what the arrays hold to POSITION.
-function decoding({ scale = 1, offset = [0, 0, 0] }) {
+function decoding({ formats }) {
+  const { scale = 1, offset = [0, 0, 0] } = formats.find(({ name }) => name === 'POSITION');
   return new Matrix4().makeScale(scale, scale, scale).setPosition(...offset);
 }
 
