@@ -225,6 +225,27 @@ async function tablesPlace(bytes) {
   return { ...(await document.place(bufferView)), tables };
 }
 
+// The JSON of a .glb as that of a .gltf with each mesh twice: of a.bin, and of b.bin.
+function twice({ bufferViews, meshes, ...json }) {
+  const [buffer] = json.buffers;
+  const moved = structuredClone(meshes);
+  for (const { primitives } of moved)
+    for (const { extensions } of primitives)
+      for (const part of [
+        extensions.EXT_meshlet_edgebreaker,
+        extensions[LOD],
+        extensions[LOD].pages,
+      ])
+        part.bufferView += bufferViews.length;
+  const second = bufferViews.map((view) => ({ ...view, buffer: 1 }));
+  return {
+    ...json,
+    buffers: ['a.bin', 'b.bin'].map((uri) => ({ ...buffer, uri })),
+    bufferViews: [...bufferViews, ...second],
+    meshes: [...meshes, ...moved],
+  };
+}
+
 // Bytes of [begin, end) that a request's range asks for.
 function overlap(range, { begin, end }) {
   const [, first, last] = /=(\d+)-(\d+)/.exec(range);
@@ -647,6 +668,60 @@ const tasks = {
       server.close();
     }
     return result;
+  },
+
+  // A file as a .gltf with two .bin files that are the same, a primitive of each. The server refuses
+  // later tables of the second: what is told of a view, and the share of the groups that each
+  // primitive knows; recovered: of a view of finer detail when it refuses nothing any more.
+  async twoFiles([file]) {
+    hurry();
+    const bytes = readFileSync(file);
+    const length = bytes.readUInt32LE(12);
+    const json = JSON.parse(bytes.subarray(20, 20 + length));
+    const begin = 28 + length;
+    const place = await tablesPlace(bytes);
+    const view = { begin: place.begin - begin, end: place.end - begin };
+    const gltf = Buffer.from(JSON.stringify(twice(json)));
+    let refuses = false;
+    const answer = (request, response, next, served) => {
+      served.bytes = request.url.endsWith('.bin') ? bytes.subarray(begin) : gltf;
+      const isLater = refuses && request.url === '/b.bin';
+      if (!isLater || overlap(request.headers.range, view) === 0) return next();
+      response.writeHead(403).end();
+    };
+    const server = await serveFile(gltf, { answer });
+    const streamer = await open(server.url, PATIENT);
+    const known = () => streamer.primitives.map(({ tables }) => tables.known / tables.groupCount);
+    refuses = true;
+    await rest(streamer, viewOf(streamer, 4.8), { limit: 3000 });
+    const result = { ...structuredClone(streamer.told), known: known() };
+    refuses = false;
+    await rest(streamer, viewOf(streamer, 1.05), { pixels: 0, limit: 60_000 });
+    result.recovered = { complete: streamer.complete, known: known() };
+    streamer.close();
+    server.close();
+    return result;
+  },
+
+  // The first bytes of a file that a stream keeps at rest, in views from far to near: {held, known,
+  // groups, next: the place of the first group that is not known}.
+  async heads([file]) {
+    const bytes = readFileSync(file);
+    const { begin } = await tablesPlace(bytes);
+    const server = await serveFile(bytes);
+    const streamer = await open(server.url);
+    const [{ tables, pages }] = streamer.primitives;
+    const results = [];
+    for (const distance of [40, 20, 10, 6, 4, 3, 1.1]) {
+      await rest(streamer, viewOf(streamer, distance));
+      const stored = pages.reduce((sum, page) => sum + (page.bytes?.length ?? 0), 0);
+      const held = streamer.statistics.bytes.compressed - stored;
+      const next = begin + tables.groupRange(tables.known)[0];
+      results.push({ held, next, known: tables.known, groups: tables.groupCount });
+    }
+    streamer.close();
+    server.close();
+    return results;
   },
 
   // Groups that streams know at rest, at each of some errors of an orthographic view.

@@ -97,6 +97,14 @@ def test_tables_within_a_budget(many_groups):
     assert result["threshold"] > 1
 
 
+def test_first_picture_that_does_not_fit(many_groups):
+    """What follows it fits anyway."""
+    result = stream("budget", many_groups, 1_400_000)
+    assert result["most"] <= 1_400_000
+    assert result["same"] is True
+    assert 1 < result["threshold"] < 30
+
+
 def test_later_parts_of_tables_that_are_malformed(many_groups):
     result = stream("laterMalformed", many_groups)
     assert result["far"] == {"complete": True, "refused": [], "warnings": [], "broken": []}
@@ -112,6 +120,25 @@ def test_later_parts_of_tables_that_fail(many_groups):
     refused = results["404 1000000000"]
     assert [text[-23:] for text in refused["warnings"]] == 3 * ["the server answered 404"]
     assert refused["triangles"] > 0
+
+
+def test_tables_of_other_files_are_read_though_one_fails(many_groups):
+    """And those of that one, once the server gives them, if the view asks for another part."""
+    result = stream("twoFiles", many_groups)
+    assert result["broken"] == []
+    assert [text[-30:] for text in result["warnings"]] == 3 * ["b.bin: the server answered 403"]
+    fine, failing = result["known"]
+    assert fine > failing
+    assert result["recovered"] == {"complete": True, "known": [1, 1]}
+
+
+def test_first_bytes_of_a_file_are_kept_for_unknown_groups_only(many_groups):
+    results = stream("heads", many_groups)
+    for at in results:
+        is_needed = at["known"] < at["groups"] and at["next"] < 32768
+        assert at["held"] == 32768 * is_needed, at
+    assert results[0]["held"] > 0
+    assert any(at["held"] == 0 and at["known"] < at["groups"] for at in results)
 
 
 def test_held_tables_are_as_measured(many_groups):

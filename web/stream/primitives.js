@@ -29,6 +29,9 @@ export class Primitive {
     this.resident = null; // flags of pages
     this.priority = null; // of pages, in this frame
     this.lacks = 0; // as of a cut, for all instances
+    this.tries = 0; // to read on in its tables
+    this.retryAt = 0;
+    this.givenUp = 0; // what it lacked then
     this.instances = [];
     this.pool = null;
     this.streams = null;

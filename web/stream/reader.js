@@ -47,10 +47,13 @@ export class Reader {
     this.#forgetHeads();
   }
 
-  // Forgets the first bytes of files, but where they may hold groups that are not known yet.
+  // Forgets the first bytes of files, but where they hold groups that are not known yet.
   #forgetHeads() {
-    const growing = this.primitives.filter(({ tables }) => tables.known < tables.groupCount);
-    this.#document.forgetHeads(growing.map(({ places: [{ source }] }) => source));
+    const kept = this.primitives.map(({ tables, places: [{ source, begin }] }) => {
+      const [first, end] = tables.groupRange(tables.groupCount);
+      return first < end && begin + first < source.held && source;
+    });
+    this.#document.forgetHeads(kept);
   }
 
   // The primitives whose levels can be streamed: without skins and morph targets.
@@ -118,7 +121,7 @@ export class Reader {
     const total = this.primitives.reduce((sum, { counts }) => sum + Tables.viewBytes(counts), 0);
     if (2 * total > this.#maxBytes)
       throw tooSmall(this.#maxBytes, `its tables have ${total} bytes`);
-    const pages = await this.#readParts((one) => {
+    const pages = await readParts(this.primitives, (one) => {
       one.tables ??= new Tables(one.counts);
       return one.tables.pageRange;
     });
@@ -130,7 +133,7 @@ export class Reader {
     this.#forEach((one) => this.#makePages(one));
     // At least the groups of the root pages and of the first picture. All, if the file does not tell
     // which pages are root pages, or if its first bytes hold all.
-    await this.#readGroups(({ tables, firstPages, places: [{ source, end }] }) =>
+    await this.#readGroups(this.primitives, ({ tables, firstPages, places: [{ source, end }] }) =>
       tables.statedRoots === null || end <= source.held
         ? tables.groupCount
         : tables.partEnd(tables.pageFirst[Math.max(tables.statedRoots, firstPages)] - 1),
@@ -168,34 +171,25 @@ export class Reader {
     this.#unpacker = await createUnpacker(this.unpackerModule);
   }
 
-  // Reads a part of the tables of each primitive: ranges(primitive) is [begin, end) in its view.
-  async #readParts(ranges) {
-    const places = this.primitives.map((one) => {
-      const [begin, end] = ranges(one);
-      const { source, begin: start } = one.places[0];
-      return { source, begin: start + begin, end: start + end };
-    });
-    const bytes = await readPlaces(places);
-    return new Map(this.primitives.map((one, i) => [one, bytes[i]]));
-  }
-
-  // Adds groups up to last(primitive).
-  async #readGroups(last) {
-    const groups = await this.#readParts((one) => one.tables.groupRange(last(one)));
+  // Adds groups up to last(primitive) to some primitives.
+  async #readGroups(some, last) {
+    const groups = await readParts(some, (one) => one.tables.groupRange(last(one)));
     const ranges = new Map();
-    this.#forEach((one) => ranges.set(one, one.tables.runRange(groups.get(one))));
-    const runs = await this.#readParts((one) => ranges.get(one));
     this.#forEach((one) => {
-      if (groups.get(one).length > 0) one.tables.addGroups(groups.get(one), runs.get(one));
+      if (groups.has(one)) ranges.set(one, one.tables.runRange(groups.get(one)));
+    });
+    const runs = await readParts([...ranges.keys()], (one) => ranges.get(one));
+    this.#forEach((one) => {
+      if (runs.has(one)) one.tables.addGroups(groups.get(one), runs.get(one));
     });
   }
 
-  // Reads on to the groups that the last walk lacks. Throws MalformedError, SourceError.
-  async readMore() {
-    const refused = this.refused.length;
-    await this.#readGroups(({ tables, lacks }) => (lacks ? tables.partEnd(lacks) : tables.known));
-    if (this.refused.length > refused) throw new MalformedError('its levels are malformed');
-    for (const one of this.primitives) one.levels = null;
+  // Reads on to the groups of a primitive that the last walk lacks. Throws MalformedError,
+  // SourceError.
+  async readMore(one) {
+    await this.#readGroups([one], ({ tables, lacks }) => tables.partEnd(lacks));
+    if (!this.primitives.includes(one)) throw new MalformedError('its levels are malformed');
+    one.levels = null;
     this.#forgetHeads();
   }
 
@@ -270,6 +264,18 @@ export class Reader {
     while (one.firstPages < tables.coarsePageCount && comes(one.pages[one.firstPages]))
       one.firstPages++;
   }
+}
+
+// Reads a part of the tables of each of some primitives: range(primitive) is [begin, end) in its
+// view. Returns a Map.
+async function readParts(some, range) {
+  const places = some.map((one) => {
+    const [{ source, begin: start }] = one.places;
+    const [begin, end] = range(one);
+    return { source, begin: start + begin, end: start + end };
+  });
+  const bytes = await readPlaces(places);
+  return new Map(some.map((one, i) => [one, bytes[i]]));
 }
 
 function storeFirst({ pages }, bytes) {

@@ -38,7 +38,6 @@ export class Streamer {
   #lastWork = -1; // what the last walk was for
   #lastView = null;
   #missing = 0;
-  #tables = { tries: 0, retryAt: 0 }; // to read a part of them
   #error = 0; // of what is drawn, in pixels
   #fitting = { threshold: 0, needs: new Map() }; // if memory moves between the pools
   #ranges = new Ranges();
@@ -120,22 +119,22 @@ export class Streamer {
     });
   }
 
-  // Reads the tables on to where the last walk has to know them. Those that are malformed end the
-  // stream.
-  async #readTables() {
-    const it = this.#tables;
-    if (!this.#lacksGroups || it.retryAt > performance.now()) return;
+  // Reads the tables of a primitive on to where the last walk has to know them. Those that are
+  // malformed end the stream. What was given up is tried again when a view needs another group.
+  async #readTables(one) {
+    const { lacks } = one;
+    if (lacks === 0 || lacks === one.givenUp || one.retryAt > performance.now()) return;
     const { onBroken, onChange, onWarning } = this.#options;
-    it.retryAt = Infinity; // not before this part is there
+    const anew = { tries: 0, retryAt: 0 };
+    one.retryAt = Infinity; // not before this part is there
     try {
-      await this.#reader.readMore();
-      this.#tables = { tries: 0, retryAt: 0 };
+      await this.#reader.readMore(one);
+      Object.assign(one, anew);
       this.#changes++;
     } catch (error) {
-      if (this.#abort.signal.aborted) return;
       if (!(error instanceof SourceError) || error.changed) return onBroken(error);
       onWarning(error.message);
-      postpone(it, error, onChange);
+      if (!postpone(one, error, onChange)) Object.assign(one, anew, { givenUp: lacks });
     }
     onChange();
   }
@@ -164,7 +163,6 @@ export class Streamer {
   }
 
   // Whether the last walk needed groups that are not known.
-
   get #lacksGroups() {
     return this.primitives.some(({ lacks }) => lacks > 0);
   }
@@ -179,14 +177,14 @@ export class Streamer {
     this.#lastView = view ?? this.#lastView;
     const moved = this.#moved();
     const changes = this.#changes + this.#residency.changes;
-    const work = JSON.stringify([this.#lastView, pixels, this.colour, changes]);
+    const work = JSON.stringify([this.#lastView, pixels, this.colour, changes, this.ready]);
     let changed = false;
     if (moved || work !== this.#lastWork) {
       this.#frame++;
       changed = this.#choose(pixels);
       this.#lastWork = work;
     } else if (this.#mayRebalance) this.#rebalance();
-    if (this.ready) this.#readTables(); // not before the first picture
+    if (this.ready) for (const one of this.primitives) this.#readTables(one);
     this.#residency.schedule();
     // For pages that update only when they are told.
     if (this.#residency.hasDecoded || this.#mayRebalance) setTimeout(this.#options.onChange);
