@@ -23,7 +23,7 @@ RETRY = 0.5
 # discrete chain; with limits lowered only, 1.82 times.
 HIGH, TRIES = 1.2, 3
 LEAST_MEDIAN = 0.25  # cells of the grid
-STRONGEST = 0.5  # of the factors by which a try lowers a limit
+STRONGEST = 0.25  # of the factors by which a try lowers a limit
 # A level that is not smaller by a quarter is no level. It may then have LOOSER times the error.
 SHRINK, LOOSER = 0.75, 2.0
 
