@@ -8,6 +8,7 @@ from itertools import islice
 import numpy as np
 
 from bench.common import progress
+from gltf_ext.compression.primitives import Primitive
 from gltf_ext.lod import Cut, LodPrimitive, View, cut_at_level, cut_for_view, error_of, open_lod
 from gltf_ext.lod.samples import nearest_places, sample_surface
 from gltf_ext.lod.tables import Tables
@@ -15,7 +16,6 @@ from gltf_ext.lod.tables import Tables
 SAMPLES = 50_000  # of each surface
 CUTS = 100  # of a file, in turns in its primitives, the largest first
 PIXELS = 1000  # per unit at distance one
-
 
 Shares = tuple[float, float]
 
@@ -71,5 +71,5 @@ def shares_within(primitive: LodPrimitive, cuts: list[Cut]) -> list[Shares]:
     return [(h, float((t <= error).mean())) for h, t, error in zip(here, there, stated)]
 
 
-def distances_to(mesh, points: np.ndarray) -> np.ndarray:
+def distances_to(mesh: Primitive, points: np.ndarray) -> np.ndarray:
     return nearest_places(points, mesh)[0]

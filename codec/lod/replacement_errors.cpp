@@ -16,9 +16,9 @@ constexpr size_t kCarried = 1024, kCarriedOfAll = 32768;
 // Points in a replacement for each of its triangles, and the least number in a level.
 constexpr size_t kPointsEach = 3, kPointsOfAll = 8192;
 // The share of each surface that may be farther away than the stated error: less than the 0.1 % of
-// the specification, for the error of sampling. With 0.001 and half of the points, 7 of 33 levels
-// of bunny, igea, beast and chinesedragon were beyond their errors, by a few hundredths of a
-// percent.
+// the specification, for the error of sampling. With 0.0007, nine of 459 levels have less than 99.9
+// % of one surface within their error, at least 99.86 %; with 0.0005 two, and dragon draws 1.05
+// times the triangles.
 constexpr float kOutside = 0.0006f;
 // With fewer samples than this, the farthest one decides.
 constexpr float kFewSamples = 1500;

@@ -14,7 +14,9 @@ namespace meshlet {
 namespace {
 
 constexpr uint32_t kIsLeaf = 1u << 31;
-// Places may be off by so many of the steps that floats have at the triangle.
+// Places may be off by so many of the steps that floats have at the triangle. With 4096, a noisy
+// tetrahedron of 14,400 triangles states 1.9 times its errors; with 16, levels of engine take 1.25
+// times the time of floats alone, with 64 1.1 times.
 constexpr double kFineEnough = 64;
 constexpr uint32_t kNone = ~0u;  // no node
 // A node adds three entries: at most 14 levels for 2^28 leaves, and as many for the groups.

@@ -19,7 +19,7 @@ from gltf_ext.lod import simplifier
 from gltf_ext.lod.errors import ErrorMeter
 from gltf_ext.lod.pilot import SMALLEST, Pilot, smaller
 from gltf_ext.lod.reduction import SHRINK, reduce_groups
-from gltf_ext.lod.surface import Surface
+from gltf_ext.lod.surface import Surface, longest_side
 from gltf_ext.lod.tables import MAX_CLUSTERS
 from gltf_ext.ranges import begins, begins_of, members
 
@@ -194,7 +194,7 @@ class Builder:
         self.pending = np.arange(self.made.clusters.count)
         self.level, self.first_group = level, first_group
         # Of the last level.
-        self.error = math.inf if given else FIRST_ERROR * _extent(surface.points) / reduction
+        self.error = math.inf if given else FIRST_ERROR * longest_side(surface.points) / reduction
         self.groups: list[tuple[int, float, np.ndarray, float]] = []  # level, error, sphere
         self.stuck: list[int] = []
 
@@ -428,10 +428,6 @@ def _enclosing(centres: np.ndarray, radii: np.ndarray) -> tuple[np.ndarray, floa
     low, high = (centres - radii[:, None]).min(axis=0), (centres + radii[:, None]).max(axis=0)
     centre = (low + high) / 2
     return centre, float((np.linalg.norm(centres - centre, axis=1) + radii).max())
-
-
-def _extent(points: np.ndarray) -> float:
-    return float(np.ptp(points, axis=0).max())
 
 
 def _joined(groups: Groups, least: float, most: float) -> Groups:

@@ -44,9 +44,9 @@ class Pilot:
     ) -> float:
         """The bytes of a group over those of a page; 0 where they cannot be too many. Arguments as
         in Clusters and Made."""
-        used = occurring(triangles, len(self.points))
+        vertices = len(occurring(triangles, len(self.points)))
         bits = sum(stream.elements * stream.bits for stream in self.plan.streams)
-        if len(used) * bits / 8 + CONNECTIVITY * len(triangles) < self.page_bytes:
+        if vertices * bits / 8 + CONNECTIVITY * len(triangles) < self.page_bytes:
             return 0.0
         layer = np.zeros(len(triangles), np.int64)
         if _repeats_edge(triangles, len(self.points)):  # as _separate of gltf_ext.lod.writing

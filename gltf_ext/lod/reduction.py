@@ -23,7 +23,9 @@ RETRY = 0.5
 # discrete chain; with limits lowered only, 1.82 times.
 HIGH, TRIES = 1.2, 3
 LEAST_MEDIAN = 0.25  # cells of the grid
-STRONGEST = 0.25  # of the factors by which a try lowers a limit
+# Of the factors by which a try lowers a limit. With 0.5, level 2 of DamagedHelmet has 3,155
+# triangles instead of 1,747 at the same error, and sponza_like is 1.71 times level 0, not 1.69.
+STRONGEST = 0.25
 # A level that is not smaller by a quarter is no level. It may then have LOOSER times the error.
 SHRINK, LOOSER = 0.75, 2.0
 

@@ -47,3 +47,8 @@ class Surface:
         a, b, c = self.position_ids[triangles].T
         flat: np.ndarray = (a == b) | (b == c) | (c == a)
         return flat
+
+
+def longest_side(points: np.ndarray) -> float:
+    """Of the box around points, [N, C]."""
+    return float(np.ptp(points, axis=0).max())

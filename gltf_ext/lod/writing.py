@@ -16,7 +16,7 @@ from gltf_ext.lod import simplifier
 from gltf_ext.lod.builder import Hierarchy, build
 from gltf_ext.lod.document import Levels
 from gltf_ext.lod.pilot import SMALLEST, Pilot
-from gltf_ext.lod.surface import Surface
+from gltf_ext.lod.surface import Surface, longest_side
 from gltf_ext.lod.tables import GROUP, MAX_GROUPS, PAGE, Tables, reach
 from gltf_ext.progress import Advance
 from gltf_ext.ranges import begins, first_of_each, members, occurring
@@ -123,7 +123,7 @@ def surface_of(source: Primitive, plan: Plan, original_ids: np.ndarray) -> Surfa
         for target in source.targets
         if "POSITION" in target
     ]
-    attributes, weights = _weighed(source, moves, float(np.ptp(points, axis=0).max()))
+    attributes, weights = _weighed(source, moves, longest_side(points))
     same_position = _codec.weld(cells.view(np.uint8))[0]
     morphed = [points + move for move in moves]
     canonical = _joined(first[ids], source.indices, same_position, morphed)
@@ -253,7 +253,7 @@ def _weighed(
 
 def _unit(values: np.ndarray) -> np.ndarray:
     """The values, scaled to a box of size 1 unless they are smaller."""
-    size = np.float32(max(float(np.ptp(values, axis=0).max()), 1.0))
+    size = np.float32(max(longest_side(values), 1.0))
     scaled: np.ndarray = values / size
     return scaled
 
@@ -472,7 +472,6 @@ def tables_of(
     pages_of: the groups of each page; rows: PAGE[1] of each; coarse: the number of coarse pages.
     Does not use the triangles of the hierarchy.
     """
-    stream = plan.streams[0]
     stream = plan.streams[0]
     order = np.concatenate(pages_of)  # old numbers, in the new order
     number = np.empty(len(order), np.int64)

@@ -17,13 +17,7 @@ from gltf_ext.lod.pilot import SMALLEST, Pilot
 from gltf_ext.lod.reduction import SHRINK
 from gltf_ext.lod.surface import Surface
 from gltf_ext.lod.tables import MAX_GROUPS
-from gltf_ext.lod.writing import (
-    Pages,
-    error_limit_of,
-    paged,
-    surface_of,
-    tables_of,
-)
+from gltf_ext.lod.writing import Pages, error_limit_of, paged, surface_of, tables_of
 from gltf_ext.out_of_core.chunks import Cells, Corners, are_among, leaves, union
 from gltf_ext.out_of_core.records import RecordFormat
 from gltf_ext.out_of_core.sources import blocks, chunk_size, reading, share_of_chunk
