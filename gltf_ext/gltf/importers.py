@@ -9,7 +9,8 @@ from gltf_ext.errors import MeshletError
 from gltf_ext.gltf import obj, ply, stl
 from gltf_ext.gltf.container import EMPTY, EXPORT_AGAIN, read_document
 from gltf_ext.gltf.document import Document
-from gltf_ext.gltf.mesh_files import to_document
+from gltf_ext.gltf.mesh_files import Mesh, to_document
+from gltf_ext.gltf.row_arrays import MemoryRows, NewRows
 
 GLTF_SUFFIXES = (".glb", ".gltf")
 READERS = {".obj": obj.read, ".ply": ply.read, ".stl": stl.read}
@@ -18,12 +19,17 @@ SUFFIXES = GLTF_SUFFIXES + MESH_SUFFIXES
 
 
 def open_model(path: str | os.PathLike[str]) -> Document:
-    """A document from a .glb, .gltf, .obj, .ply or .stl file. Raises MeshletError, OSError."""
+    """Read a document from a .glb, .gltf, .obj, .ply or .stl. Raises MeshletError, OSError."""
     suffix = Path(path).suffix.lower()
     if suffix in GLTF_SUFFIXES:
         return read_document(path)
     if suffix in MESH_SUFFIXES:
-        return _import_mesh(Path(path), suffix)
+        meshes, warnings = read_meshes(Path(path), MemoryRows)
+        # Each mesh is gone once it is indexed, so that memory holds few of them twice.
+        indexed = [meshes.pop(0).indexed() for _ in range(len(meshes))]
+        document = to_document(indexed)
+        document.base, document.import_warnings = Path(path).parent, warnings
+        return document
     raise MeshletError(
         f"has an unknown format ({suffix or 'no suffix'})",
         f"use one of {' '.join(SUFFIXES)}",
@@ -31,9 +37,9 @@ def open_model(path: str | os.PathLike[str]) -> Document:
 
 
 def referenced_files(path: Path) -> list[Path]:
-    """The other files that a model names, whether they exist or not. Raises MeshletError, OSError.
+    """List the other files that a model names, whether they exist or not.
 
-    Materials of an .obj name images once they lie beside it.
+    Materials of an .obj name images once they lie beside it. Raises MeshletError, OSError.
     """
     suffix = path.suffix.lower()
     if suffix == ".obj":
@@ -45,18 +51,20 @@ def referenced_files(path: Path) -> list[Path]:
     return read_document(path).files() if suffix in GLTF_SUFFIXES else []
 
 
-def _import_mesh(path: Path, suffix: str) -> Document:
-    """Identical vertices are welded later."""
+def read_meshes(path: Path, new_rows: NewRows) -> tuple[list[Mesh], tuple[str, ...]]:
+    """Read the meshes of an .obj, .ply or .stl that have triangles, at least one, and warnings.
+
+    Identical vertices are welded later. Raises MeshletError, OSError.
+    """
     if not os.path.getsize(path):
         raise MeshletError(EMPTY, EXPORT_AGAIN)
     try:
-        meshes, warnings = READERS[suffix](path)
+        meshes, warnings = READERS[path.suffix.lower()](path, new_rows)
     except MeshletError:
         raise
     except ValueError as error:  # of _codec.scan_lines
         raise MeshletError(str(error), EXPORT_AGAIN) from None
-    if not any(len(mesh.triangles) for mesh in meshes):
+    meshes = [mesh for mesh in meshes if mesh.triangle_count]
+    if not meshes:
         raise MeshletError("holds no triangles", "there is nothing to compress")
-    document = to_document(meshes)
-    document.base, document.import_warnings = path.parent, warnings
-    return document
+    return meshes, warnings

@@ -17,6 +17,7 @@ from gltf_ext.gltf.accessors import add_accessor, bounds, set_bounds
 from gltf_ext.gltf.container import EXPORT_AGAIN
 from gltf_ext.gltf.document import Document
 from gltf_ext.gltf.images import mime_type
+from gltf_ext.gltf.row_arrays import RowArray
 from gltf_ext.ranges import begins, first_of_each, numbers_of
 
 CUT_OFF = "is cut off"
@@ -28,40 +29,100 @@ LEAST_BYTES, MOST_BYTES = 1 << 18, 1 << 20
 
 @dataclass(eq=False)
 class Material:
-    """properties: a glTF material; image: its base colour texture, encoded, if it has one."""
+    """A material of a mesh.
+
+    Attributes:
+        properties: a glTF material; image: its base colour texture, encoded, if it has one.
+    """
 
     properties: dict[str, Any]
     image: bytes | None = None
 
 
 @dataclass
-class Mesh:
-    """Triangles of one material.
+class IndexedMesh:
+    """A mesh in memory whose attributes have the same numbers at corners, as in glTF.
 
-    triangles: uint32[T, 3]; attributes: glTF's name -> float32[V, n], or uint8[V, 4] for COLOR_0.
+    Attributes:
+        triangles: uint32[T, 3]; attributes: name -> float32[V, n], or uint8[V, 4] for COLOR_0.
     """
 
     name: str
     triangles: np.ndarray
     attributes: dict[str, np.ndarray]
+    material: Material | None
+
+
+# Attributes that have the same numbers at corners, and these: int32[3 T, 1]. None for one attribute
+# whose rows are the values at the corners.
+Group = tuple[tuple[str, ...], RowArray | None]
+
+
+@dataclass
+class Mesh:
+    """Triangles of one material, as a file has them.
+
+    Attributes:
+        attributes: glTF's name -> float32[n, components], or uint8[n, 4] for COLOR_0.
+        groups: each attribute is in one.
+        shares_rows: whether other meshes use the same arrays. Rows that this one does not use are
+            then no vertices of it.
+    """
+
+    name: str
+    attributes: dict[str, RowArray]
+    groups: list[Group]
     material: Material | None = None
+    shares_rows: bool = False
+
+    @property
+    def triangle_count(self) -> int:
+        """The number of triangles."""
+        names, numbers = self.groups[0]
+        return (numbers or self.attributes[names[0]]).count // 3
+
+    def indexed(self) -> IndexedMesh:
+        """Return the mesh with a vertex for each different combination of rows at a corner."""
+        values = {name: rows.rows(0, rows.count) for name, rows in self.attributes.items()}
+        if len(self.groups) == 1 and not self.shares_rows:
+            ((_, numbers),) = self.groups
+            triangles = (
+                np.arange(3 * self.triangle_count, dtype=np.int32).reshape(-1, 3)
+                if numbers is None
+                else _read(numbers)
+            )
+            return IndexedMesh(self.name, triangles.view(np.uint32), values, self.material)
+        corners = [
+            _of_equal_rows(values[names[0]]) if numbers is None else _read(numbers)
+            for names, numbers in self.groups
+        ]
+        triangles, chosen = split_vertices(corners)
+        rows_of = {name: rows for (names, _), rows in zip(self.groups, chosen) for name in names}
+        values = {name: values[name][rows_of[name]] for name in values}
+        return IndexedMesh(self.name, triangles, values, self.material)
+
+    def sample(self) -> IndexedMesh:
+        """Return a mesh of one vertex with the same attributes, in the order of their groups."""
+        names = [name for names, _ in self.groups for name in names]
+        first = {name: self.attributes[name].rows(0, 1) for name in names}
+        return IndexedMesh(self.name, np.zeros((1, 3), np.uint32), first, self.material)
 
 
 def block_bytes(file: BinaryIO) -> int:
-    """The size of the blocks in which a file is read: an eighth of it, between the two limits."""
+    """Return the size of blocks in which a file is read: an eighth of it, between the limits."""
     eighth = os.fstat(file.fileno()).st_size // 8
     return min(max(eighth, LEAST_BYTES), MOST_BYTES)
 
 
 def read_rows(file: BinaryIO, row: np.dtype, most: int) -> np.ndarray:
-    """The next block of a binary file: at most so many rows, and those that it has."""
+    """Read the next block of a binary file: at most so many rows, and those that it has."""
     size = row.itemsize
     data = file.read(min(most, block_bytes(file) // size or 1) * size)
     return np.frombuffer(data, row, len(data) // size)
 
 
 def text_blocks(file: BinaryIO) -> Iterator[bytes]:
-    """The rest of a file in blocks of whole lines. Raises MeshletError if it is not text.
+    """Yield the rest of a file in blocks of whole lines. Raises MeshletError if it is not text.
 
     A line that a backslash continues stays in one block. A file's byte order mark is left out.
     """
@@ -81,34 +142,15 @@ def text_blocks(file: BinaryIO) -> Iterator[bytes]:
         yield text
 
 
-class Collected:
-    """Rows of blocks, one after the other. A bytearray grows in place: a binary .ply or .stl takes
-    half the memory, and an .stl two thirds of the time, of keeping the blocks to join them."""
-
-    def __init__(self) -> None:
-        self._bytes = bytearray()
-        self._row: tuple[np.dtype, tuple[int, ...]] = (np.dtype("u1"), ())
-
-    def add(self, values: np.ndarray) -> None:
-        """values: [n, ...], of one type and shape each time."""
-        self._row = values.dtype, values.shape[1:]
-        self._bytes += np.ascontiguousarray(values).data
-
-    def rows(self) -> np.ndarray:
-        """All, [n, ...]. No more can be added."""
-        dtype, shape = self._row
-        return np.frombuffer(self._bytes, dtype).reshape(-1, *shape)
-
-
 def words_after(text: bytes, offsets: np.ndarray) -> list[bytes]:
-    """The words after the keyword of each line, which starts at an offset."""
+    """Return the words after the keyword of each line, which starts at an offset."""
     ends = (text.find(b"\n", at) for at in offsets.tolist())
     lines = (text[at : end if end >= 0 else None] for at, end in zip(offsets.tolist(), ends))
     return [b" ".join(line.split()[1:]) for line in lines]
 
 
 def fans(sizes: np.ndarray) -> tuple[np.ndarray | None, np.ndarray]:
-    """Cuts polygons into triangles around their first corners.
+    """Cut polygons into triangles around their first corners.
 
     sizes: int64[F], corners of each polygon; those with fewer than 3 give no triangle. Returns
     (corners: int64[T, 3], in the order of all polygons' corners, or None if all are triangles;
@@ -130,8 +172,45 @@ def picked(values: np.ndarray, corners: np.ndarray | None) -> np.ndarray:
     return triangles
 
 
+class CornerNumbers:
+    """Numbers of rows at corners: int32[3 T, 1], and their range.
+
+    Attributes:
+        rows: these numbers, as far as none of them is negative.
+    """
+
+    def __init__(self, rows: RowArray) -> None:
+        """Start with rows that are empty."""
+        self.rows = rows
+        self.least, self.most = 0, -1
+
+    def add(self, numbers: np.ndarray) -> None:
+        """Append numbers of more triangles: int32[n, 3]. Raises OSError."""
+        self.least = min(self.least, int(numbers.min(initial=0)))
+        self.most = max(self.most, int(numbers.max(initial=-1)))
+        if self.least >= 0:
+            self.rows.add(numbers.reshape(-1, 1))
+
+    def check(self, count: int, kind: str) -> None:
+        """Raise MeshletError for a number that is not in [0, count)."""
+        if self.most >= count or self.least < 0:
+            wrong = self.most if self.most >= count else self.least
+            raise MeshletError(f"a face uses {kind} {wrong + 1} of {count}", EXPORT_AGAIN)
+
+
+def _read(numbers: RowArray) -> np.ndarray:
+    """int32[T, 3]."""
+    return numbers.rows(0, numbers.count).reshape(-1, 3)
+
+
+def _of_equal_rows(values: np.ndarray) -> np.ndarray:
+    """int32[T, 3]: for each corner, the first with the same value. values: [3 T, components]."""
+    remap, count = _codec.weld(np.ascontiguousarray(values).view(np.uint8))
+    return first_of_each(remap, count)[remap].view(np.int32).reshape(-1, 3)
+
+
 def split_vertices(corners: Sequence[np.ndarray]) -> tuple[np.ndarray, list[np.ndarray]]:
-    """Makes a vertex of each different combination of numbers at a corner.
+    """Make a vertex of each different combination of numbers at a corner.
 
     corners: int32[T, 3] for each kind of number. Returns (triangles: uint32[T, 3], the vertices'
     numbers of each kind: int32[V]).
@@ -150,26 +229,19 @@ def split_vertices(corners: Sequence[np.ndarray]) -> tuple[np.ndarray, list[np.n
     return remap.reshape(-1, 3), [c.reshape(-1)[at] for c in corners]
 
 
-def check_numbers(numbers: np.ndarray, count: int, kind: str) -> None:
-    """Raises MeshletError for a number that is not in [0, count). numbers: int32."""
-    if len(numbers) and numbers.view(np.uint32).max() >= count:
-        wrong = next(n for n in (numbers.max(), numbers.min()) if not 0 <= n < count)
-        raise MeshletError(f"a face uses {kind} {wrong + 1} of {count}", EXPORT_AGAIN)
-
-
 def to_floats(values: np.ndarray) -> np.ndarray:
-    """As float32; numbers beyond its largest become infinite, which compress refuses."""
+    """Return float32; numbers beyond its largest become infinite, which compress refuses."""
     with np.errstate(over="ignore"):
         return values.astype(np.float32, copy=False)
 
 
 def to_texcoords(values: np.ndarray) -> np.ndarray:
-    """Texture coordinates [n, 2] with v upwards, as glTF has them: v grows downwards."""
+    """Turn texture coordinates [n, 2] with v upwards into those of glTF: v grows downwards."""
     return to_floats(np.stack([values[:, 0], 1 - values[:, 1]], axis=1))
 
 
 def color_bytes(values: np.ndarray, dtype: np.dtype) -> np.ndarray:
-    """Colours as uint8[n, 4]. values: [n, 3 or 4] of this type; floats are from 0 to 1."""
+    """Return colours as uint8[n, 4]. values: [n, 3 or 4] of this type; floats are from 0 to 1."""
     most = np.iinfo(dtype).max if dtype.kind in "iu" else 1
     levels = np.nan_to_num(values.astype(np.float64), posinf=0, neginf=0) * (255 / most)
     result = np.full((len(values), 4), 255, np.uint8)
@@ -177,8 +249,8 @@ def color_bytes(values: np.ndarray, dtype: np.dtype) -> np.ndarray:
     return result
 
 
-def to_document(meshes: Sequence[Mesh]) -> Document:
-    """A document with a node for each mesh."""
+def to_document(meshes: Sequence[IndexedMesh]) -> Document:
+    """Return a document with a node for each mesh."""
     names = [mesh.name.encode(errors="replace").decode() for mesh in meshes]
     materials = list(dict.fromkeys(mesh.material for mesh in meshes if mesh.material))
     images = list(dict.fromkeys(m.image for m in materials if m.image is not None))

@@ -16,19 +16,19 @@ from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.container import EXPORT_AGAIN
 from gltf_ext.gltf.images import read_texture
 from gltf_ext.gltf.mesh_files import (
-    Collected,
+    CornerNumbers,
+    Group,
     Material,
     Mesh,
-    check_numbers,
     color_bytes,
     fans,
     picked,
-    split_vertices,
     text_blocks,
     to_floats,
     to_texcoords,
     words_after,
 )
+from gltf_ext.gltf.row_arrays import NewRows, RowArray
 
 VERTEX, TEXCOORD, NORMAL = range(3)
 KINDS = ("v", "vt", "vn")
@@ -38,6 +38,7 @@ KEYWORDS = {
     **dict.fromkeys(("usemtl", "mtllib", "o"), "any"),
 }
 NAMES = ("vertex", "texture coordinate", "normal")
+ATTRIBUTES = ("POSITION", "TEXCOORD_0", "NORMAL", "COLOR_0")  # of each kind; colours of vertices
 FEWEST = (3, 2, 3)  # numbers of a line
 NONE = -1
 
@@ -58,13 +59,16 @@ class Block(NamedTuple):
 
 
 def blocks(path: Path) -> Iterator[Block]:
-    """The file in order. A face may use vertices of later blocks. Raises MeshletError, OSError."""
+    """Yield the file in order. A face may use vertices of later blocks.
+
+    Raises MeshletError, OSError.
+    """
     totals, material = [0, 0, 0], b""
     with open(path, "rb") as file:
         for text in text_blocks(file):
-            *scans, found, uses, libraries, objects = _codec.scan_lines(text, KEYWORDS)
+            *scans, of_faces, uses, libraries, objects = _codec.scan_lines(text, KEYWORDS)
             rows = [_rows(scan[0], scan[1], kind) for kind, scan in enumerate(scans)]
-            numbers, counts, at = found
+            numbers, counts, at = of_faces
             above = _Above(totals, [scan[2] for scan in scans], at)
             corners, triangles = _triangles(numbers.reshape(-1, 3), counts // 3, above)
             faces = []
@@ -87,8 +91,8 @@ class _Above(NamedTuple):
 
     def lines(self, kind: int) -> np.ndarray:
         """int32: for each face, the number of lines of a kind above it."""
-        found = np.searchsorted(self.offsets[kind], self.at) + self.totals[kind]
-        return found.astype(np.int32)
+        lines = np.searchsorted(self.offsets[kind], self.at) + self.totals[kind]
+        return lines.astype(np.int32)
 
 
 def _rows(numbers: np.ndarray, counts: np.ndarray, kind: int) -> np.ndarray:
@@ -130,37 +134,40 @@ def _triangles(
     return result, counts
 
 
-def read(path: Path) -> tuple[list[Mesh], tuple[str, ...]]:
-    """A mesh for each material that has triangles, and warnings. Raises MeshletError, OSError."""
-    rows: dict[str, Collected] = defaultdict(Collected)
-    faces: dict[bytes, list[list[np.ndarray]]] = defaultdict(list)
+def read(path: Path, new_rows: NewRows) -> tuple[list[Mesh], tuple[str, ...]]:
+    """Read a mesh for each material that has triangles, and warnings.
+
+    Raises MeshletError, OSError.
+    """
+    table: dict[str, RowArray] = defaultdict(new_rows)
+    faces: dict[bytes, list[CornerNumbers]] = defaultdict(
+        lambda: [CornerNumbers(new_rows()) for _ in KINDS]
+    )
     libraries: list[bytes] = []
     objects: list[bytes] = []
     for block in blocks(path):
         for attribute, values in attributes(block).items():
-            rows[attribute].add(values)
+            table[attribute].add(values)
         for material, corners in block.faces:
-            faces[material].append(corners)
+            for numbers, more in zip(faces[material], corners):
+                numbers.add(more)
         libraries += block.libraries
         objects += block.objects
-    table = {attribute: collected.rows() for attribute, collected in rows.items()}
-    if len(table.get("COLOR_0", ())) < len(table.get("POSITION", ())):
-        table.pop("COLOR_0", None)  # some vertices have none
     materials, warnings = materials_of(path.parent, libraries)
-    whole = objects[0] if objects else b""
-    several = len(faces) > 1
     meshes = []
-    for material in list(faces):
-        label = material if several and material else whole
+    for material, numbers_of_kinds in faces.items():
+        label = material if len(faces) > 1 and material else (objects or [b""])[0]
         name = label.decode(errors="replace") or path.name
-        triangles, values_of, more = _vertices(faces.pop(material), table)
-        meshes.append(Mesh(name, triangles, values_of, materials.get(material)))
-        warnings += [f"{name}: {line}" for line in more]
+        groups, problems = _groups(numbers_of_kinds, table)
+        used = {attribute for names, _ in groups for attribute in names}
+        rows = {attribute: table[attribute] for attribute in ATTRIBUTES if attribute in used}
+        meshes.append(Mesh(name, rows, groups, materials.get(material), shares_rows=True))
+        warnings += [f"{name}: {problem}" for problem in problems]
     return meshes, tuple(warnings)
 
 
 def attributes(block: Block) -> dict[str, np.ndarray]:
-    """glTF's attributes for each line of v (POSITION, COLOR_0), vt and vn, as in Mesh."""
+    """Return the attributes of each line of v (POSITION, COLOR_0), vt and vn, as in Mesh."""
     v, vt, vn = block.rows
     result = {"POSITION": to_floats(v[:, :3]), "NORMAL": to_floats(vn[:, :3])}
     result["TEXCOORD_0"] = to_texcoords(vt)
@@ -170,35 +177,35 @@ def attributes(block: Block) -> dict[str, np.ndarray]:
     return result
 
 
-def _vertices(
-    parts: list[list[np.ndarray]], table: dict[str, np.ndarray]
-) -> tuple[np.ndarray, dict[str, np.ndarray], list[str]]:
-    """Triangles and attributes, as in Mesh, and warnings: a vertex per combination of numbers.
+def _groups(
+    numbers_of_kinds: list[CornerNumbers], table: dict[str, RowArray]
+) -> tuple[list[Group], list[str]]:
+    """Group the attributes that all corners of a material have, and warn of numbers without rows.
 
-    parts: corners, as in Block. An attribute that some corner lacks is left out.
+    table: the rows of all attributes.
     """
-    used, warnings = {}, []
-    for attribute, kind in (("POSITION", VERTEX), ("TEXCOORD_0", TEXCOORD), ("NORMAL", NORMAL)):
-        if any((part[kind] == NONE).any() for part in parts):
-            continue
-        numbers = np.concatenate([part[kind] for part in parts])
-        if kind == VERTEX or numbers.max() < len(table.get(attribute, ())):
-            used[attribute] = numbers
+    counts = {attribute: table[attribute].count for attribute in ATTRIBUTES}
+    vertex, *others = numbers_of_kinds
+    vertex.check(counts["POSITION"], NAMES[VERTEX])
+    all_have_colors = counts["COLOR_0"] == counts["POSITION"]
+    of_vertices = ("POSITION", "COLOR_0") if all_have_colors else ("POSITION",)
+    groups: list[Group] = [(of_vertices, vertex.rows)]
+    warnings = []
+    for attribute, kind, numbers in zip(ATTRIBUTES[1:], NAMES[1:], others):
+        if numbers.least < 0:
+            continue  # some corner has none
+        if numbers.most < counts[attribute]:
+            groups.append(((attribute,), numbers.rows))
         else:
-            warnings.append(f"a face uses a {NAMES[kind]} that is not there; all are left out")
-    check_numbers(used["POSITION"], len(table.get("POSITION", ())), NAMES[VERTEX])
-    triangles, numbers_of = split_vertices(list(used.values()))
-    values = {attribute: table[attribute][n] for attribute, n in zip(used, numbers_of)}
-    if "COLOR_0" in table:
-        values["COLOR_0"] = table["COLOR_0"][numbers_of[0]]
-    return triangles, values, warnings
+            warnings.append(f"a face uses a {kind} that is not there; all are left out")
+    return groups, warnings
 
 
 # --- materials ---
 
 
 def referenced_files(path: Path) -> list[Path]:
-    """The libraries that a file names, and the images that those of them name that exist."""
+    """List the libraries that a file names, and the images that those of them name that exist."""
     with open(path, "rb") as file:
         names = [name for text in text_blocks(file) for name in _libraries_of(text)]
     libraries = [path.parent / os.fsdecode(name) for name in dict.fromkeys(names)]
@@ -218,7 +225,7 @@ def _libraries_of(text: bytes) -> list[bytes]:
 
 
 def materials_of(folder: Path, libraries: list[bytes]) -> tuple[dict[bytes, Material], list[str]]:
-    """The materials of all libraries by name, and warnings for files that are not there."""
+    """Read the materials of all libraries by name; warn of files that are not there."""
     materials: dict[bytes, Material] = {}
     warnings: list[str] = []
     for library in dict.fromkeys(libraries):
@@ -251,7 +258,7 @@ def _libraries_materials(text: bytes) -> Iterator[tuple[bytes, Lines]]:
 
 
 def _material(folder: Path, name: bytes, lines: Lines) -> tuple[Material, tuple[str, ...]]:
-    """A glTF material of base colour (Kd, map_Kd) and shininess (Ns), and warnings."""
+    """Return a glTF material of base colour (Kd, map_Kd) and shininess (Ns), and warnings."""
     shininess = (_numbers(lines.get(b"ns", [])) or [1.0])[0]
     pbr: dict[str, Any] = {
         "metallicFactor": 0.0,

@@ -16,20 +16,20 @@ from gltf_ext.gltf.container import EXPORT_AGAIN
 from gltf_ext.gltf.images import read_texture
 from gltf_ext.gltf.mesh_files import (
     CUT_OFF,
-    Collected,
+    CornerNumbers,
+    Group,
     Material,
     Mesh,
     block_bytes,
-    check_numbers,
     color_bytes,
     fans,
     picked,
     read_rows,
-    split_vertices,
     text_blocks,
     to_floats,
     to_texcoords,
 )
+from gltf_ext.gltf.row_arrays import NewRows, RowArray
 from gltf_ext.ranges import numbers_of
 
 MAX_HEADER_LINES = 10_000
@@ -52,7 +52,11 @@ CORNER_TEXCOORDS = "texcoord"
 
 
 class Property(NamedTuple):
-    """length: the type of a list's length; None for a single value."""
+    """A value of each row, or a list of them.
+
+    Attributes:
+        length: the type of a list's length; None for a single value.
+    """
 
     name: str
     dtype: np.dtype
@@ -60,16 +64,24 @@ class Property(NamedTuple):
 
 
 class Element(NamedTuple):
+    """Rows with the same properties."""
+
     name: str
     rows: int
     properties: list[Property]
 
     def type_of(self, name: str) -> np.dtype:
+        """Return the type of the property with this name, which is there."""
         return next(p.dtype for p in self.properties if p.name == name)
 
 
 class Header(NamedTuple):
-    """texture: the name of a texture file, if a comment gives one."""
+    """What a file says of its rows.
+
+    Attributes:
+        order: of bytes, as numpy has it; "=" for text.
+        texture: the name of a texture file, if a comment gives one.
+    """
 
     order: str
     elements: list[Element]
@@ -87,7 +99,7 @@ Columns = dict[str, "np.ndarray | Lists"]
 
 
 def read_header(file: BinaryIO) -> Header:
-    """Reads up to the first element. Raises MeshletError."""
+    """Read up to the first element. Raises MeshletError."""
     if file.readline(MAX_LINE).strip().lower() != b"ply":
         raise MeshletError("is not a .ply", EXPORT_AGAIN)
     order, texture = "", ""
@@ -120,7 +132,7 @@ def read_header(file: BinaryIO) -> Header:
 
 
 def blocks(file: BinaryIO, header: Header) -> Iterator[tuple[Element, Columns]]:
-    """The elements' rows after the header, a block at a time, in the order of the file.
+    """Yield the elements' rows after the header, a block at a time, in the order of the file.
 
     Raises MeshletError, OSError.
     """
@@ -133,32 +145,50 @@ def blocks(file: BinaryIO, header: Header) -> Iterator[tuple[Element, Columns]]:
                 yield element, columns
 
 
-def read(path: Path) -> tuple[list[Mesh], tuple[str, ...]]:
-    """The mesh, if it has triangles, and warnings. Raises MeshletError, OSError."""
-    vertices: dict[str, Collected] = defaultdict(Collected)
-    faces: dict[str, Collected] = defaultdict(Collected)
+def read(path: Path, new_rows: NewRows) -> tuple[list[Mesh], tuple[str, ...]]:
+    """Read the mesh, if it has triangles, and warnings. Raises MeshletError, OSError.
+
+    A vertex's own values go before those that faces have at their corners.
+    """
+    vertices: dict[str, RowArray] = defaultdict(new_rows)
+    faces: dict[str, RowArray] = defaultdict(new_rows)
+    triangles = CornerNumbers(new_rows())
     with open(path, "rb") as file:
         header = read_header(file)
         for element, columns in blocks(file, header):
             if element.name == "vertex":
-                parts = vertex_attributes(element, columns)
-                collected = vertices
+                for name, values in vertex_attributes(element, columns).items():
+                    vertices[name].add(values)
             elif element.name == "face":
-                parts = face_corners(element, columns)
-                collected = faces
-            else:
-                continue
-            for name, values in parts.items():
-                collected[name].add(values)
-    if "POSITION" not in vertices or "triangles" not in faces:
+                at_corners = face_corners(element, columns)
+                if "triangles" in at_corners:
+                    triangles.add(at_corners.pop("triangles"))
+                for name, values in at_corners.items():
+                    faces[name].add(values)
+    if "POSITION" not in vertices:
         return [], ()
-    mesh = _mesh(path, *({n: c.rows() for n, c in d.items()} for d in (vertices, faces)))
-    mesh.material, warnings = material_of(path.parent, header.texture)
-    return [mesh], warnings
+    triangles.check(vertices["POSITION"].count, "vertex")
+    if not triangles.rows.count:
+        return [], ()
+    faces = {name: rows for name, rows in faces.items() if name not in vertices}
+    _check_counts(vertices, vertices["POSITION"].count)
+    _check_counts(faces, triangles.rows.count)
+    groups: list[Group] = [(tuple(vertices), triangles.rows), *(((name,), None) for name in faces)]
+    material, warnings = material_of(path.parent, header.texture)
+    return [Mesh(path.name, {**vertices, **faces}, groups, material)], warnings
+
+
+def _check_counts(attributes: dict[str, RowArray], count: int) -> None:
+    """Raise MeshletError for attributes that only some elements of the same name have."""
+    for name, rows in attributes.items():
+        if rows.count != count:
+            raise MeshletError(
+                f"has {rows.count} values of {name} instead of {count}", EXPORT_AGAIN
+            )
 
 
 def vertex_attributes(element: Element, columns: Columns) -> dict[str, np.ndarray]:
-    """glTF's attributes of a block of vertices, as in Mesh."""
+    """Return the attributes of a block of vertices, as in Mesh."""
     values = {name: c for name, c in columns.items() if not isinstance(c, Lists)}
 
     def stacked(names: Sequence[str]) -> np.ndarray:
@@ -179,7 +209,7 @@ def vertex_attributes(element: Element, columns: Columns) -> dict[str, np.ndarra
 
 
 def face_corners(element: Element, columns: Columns) -> dict[str, np.ndarray]:
-    """The triangles of a block of faces.
+    """Return the triangles of a block of faces.
 
     "triangles": int32[T, 3]; if faces have them, "TEXCOORD_0": float32[3 T, 2] and "COLOR_0":
     uint8[3 T, 4], at corners.
@@ -207,27 +237,8 @@ def face_corners(element: Element, columns: Columns) -> dict[str, np.ndarray]:
     return result
 
 
-def _mesh(path: Path, vertices: dict[str, np.ndarray], faces: dict[str, np.ndarray]) -> Mesh:
-    """Gives vertices what faces have at their corners; a vertex's own values go first."""
-    triangles = faces.pop("triangles")
-    check_numbers(triangles, len(vertices["POSITION"]), "vertex")
-    at_corners = {name: values for name, values in faces.items() if name not in vertices}
-    if not at_corners:
-        return Mesh(path.name, triangles.view(np.uint32), vertices)
-    numbers = [triangles]
-    for values in at_corners.values():
-        rows = np.ascontiguousarray(values).view(np.uint8).reshape(len(values), -1)
-        numbers.append(_codec.weld(rows)[0].astype(np.int32).reshape(-1, 3))
-    new_triangles, (of_vertex, *_) = split_vertices(numbers)
-    attributes = {name: values[of_vertex] for name, values in vertices.items()}
-    for name, values in at_corners.items():
-        attributes[name] = np.empty((len(of_vertex), values.shape[1]), values.dtype)
-        attributes[name][new_triangles.reshape(-1)] = values
-    return Mesh(path.name, new_triangles, attributes)
-
-
 def material_of(folder: Path, texture: str) -> tuple[Material | None, tuple[str, ...]]:
-    """The material of a texture's file, if there is one, and warnings."""
+    """Return the material of a texture's file, if there is one, and warnings."""
     if not texture:
         return None, ()
     image, warnings = read_texture(folder, texture)
@@ -260,7 +271,7 @@ def _text(texts: Iterator[bytes], elements: Sequence[Element]) -> Iterator[tuple
 def _columns_of_text(
     numbers: np.ndarray, starts: np.ndarray, ends: np.ndarray, element: Element
 ) -> Columns:
-    """The properties of rows: numbers[starts[i]:ends[i]] is row i."""
+    """Return the properties of rows: numbers[starts[i]:ends[i]] is row i."""
     columns: Columns = {}
     at = starts
     for name, _, length in element.properties:
@@ -282,7 +293,7 @@ def _columns_of_text(
 
 
 def _binary(file: BinaryIO, element: Element) -> Iterator[Columns]:
-    """Reads whole blocks while all lists are as long as those of the first row."""
+    """Read whole blocks while all lists are as long as those of the first row."""
     lengths = _lengths_of_row(file, element)
     fields: list[tuple[str, np.dtype, tuple[int, ...]]] = []
     for (name, dtype, length), count in zip(element.properties, lengths):
@@ -312,8 +323,10 @@ def _binary(file: BinaryIO, element: Element) -> Iterator[Columns]:
 
 
 def _values(rows: np.ndarray, name: str) -> np.ndarray:
-    """The lists of a field, one after the other. Copies each as a whole: numpy takes 1.6 times as
-    long for value by value."""
+    """Return the lists of a field, one after the other.
+
+    Copies each as a whole: numpy takes 1.6 times as long for value by value.
+    """
     lists = rows[name]
     size = lists.itemsize * lists.shape[1]
     if not size:
@@ -324,7 +337,7 @@ def _values(rows: np.ndarray, name: str) -> np.ndarray:
 
 
 def _lengths_of_row(file: BinaryIO, element: Element) -> list[int]:
-    """Reads the length of each list of the next row; 0 for a single value. Stays at the row."""
+    """Read the length of each list of the next row; 0 for a single value. Stays at the row."""
     start, lengths = file.tell(), []
     for _, dtype, length in element.properties:
         count = 0
@@ -339,7 +352,7 @@ def _lengths_of_row(file: BinaryIO, element: Element) -> list[int]:
 
 
 def _mixed(file: BinaryIO, element: Element, left: int) -> Iterator[Columns]:
-    """Walks row by row: 1 us each."""
+    """Walk row by row: 1 us each."""
     size = block_bytes(file)
     while left:
         start, data = file.tell(), file.read(size)

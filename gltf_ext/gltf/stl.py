@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import os
 from collections.abc import Iterator
 from pathlib import Path
@@ -14,13 +13,13 @@ from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.container import EXPORT_AGAIN
 from gltf_ext.gltf.mesh_files import (
     CUT_OFF,
-    Collected,
     Mesh,
     read_rows,
     text_blocks,
     to_floats,
     words_after,
 )
+from gltf_ext.gltf.row_arrays import NewRows
 
 HEADER = np.dtype([("text", "S80"), ("triangles", "<u4")])
 KEYWORDS = {"vertex": "numbers", "solid": "any", "endsolid": "any"}
@@ -30,7 +29,7 @@ Block = tuple[int, str, np.ndarray]
 
 
 def blocks(path: Path) -> Iterator[Block]:
-    """(number of a solid, its name, corners: float32[T, 3, 3]), in the order of the file.
+    """Yield (number of a solid, its name, corners: float32[T, 3, 3]), in the order of the file.
 
     Raises MeshletError, OSError.
     """
@@ -54,18 +53,15 @@ def blocks(path: Path) -> Iterator[Block]:
             yield from _text(text_blocks(file))
 
 
-def read(path: Path) -> tuple[list[Mesh], tuple[str, ...]]:
-    """A mesh for each solid that has triangles, and no warnings. Raises MeshletError, OSError."""
-    meshes = []
-    for (_, name), group in itertools.groupby(blocks(path), lambda block: block[:2]):
-        collected = Collected()
-        for _, _, corners in group:
-            collected.add(corners)
-        positions = collected.rows().reshape(-1, 3)
-        if len(positions):
-            triangles = np.arange(len(positions), dtype=np.uint32).reshape(-1, 3)
-            meshes.append(Mesh(name or path.name, triangles, {"POSITION": positions}))
-    return meshes, ()
+def read(path: Path, new_rows: NewRows) -> tuple[list[Mesh], tuple[str, ...]]:
+    """Read a mesh for each solid, and no warnings. Raises MeshletError, OSError."""
+    meshes: dict[int, Mesh] = {}
+    for number, name, corners in blocks(path):
+        if number not in meshes:
+            positions = {"POSITION": new_rows()}
+            meshes[number] = Mesh(name or path.name, positions, [(("POSITION",), None)])
+        meshes[number].attributes["POSITION"].add(corners.reshape(-1, 3))
+    return list(meshes.values()), ()
 
 
 def _text(texts: Iterator[bytes]) -> Iterator[Block]:

@@ -4,20 +4,15 @@ from __future__ import annotations
 
 import os
 import shutil
-from collections import defaultdict
-from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
-
-import numpy as np
 
 from gltf_ext.compression.options import Options
 from gltf_ext.errors import MeshletError
-from gltf_ext.gltf import obj, ply, stl
-from gltf_ext.gltf.accessors import Format
-from gltf_ext.gltf.container import EXPORT_AGAIN
 from gltf_ext.gltf.document import Document
-from gltf_ext.gltf.importers import MESH_SUFFIXES, open_model
-from gltf_ext.gltf.mesh_files import Material, Mesh, to_document
+from gltf_ext.gltf.importers import MESH_SUFFIXES, open_model, read_meshes
+from gltf_ext.gltf.mesh_files import Mesh, to_document
+from gltf_ext.gltf.row_arrays import FileRows
 from gltf_ext.out_of_core.sources import (
     BASE_BYTES,
     LargePrimitive,
@@ -29,7 +24,6 @@ from gltf_ext.out_of_core.sources import (
     stamp_of,
 )
 from gltf_ext.progress import progress_bar, shared_progress
-from gltf_ext.work_files import WorkFile
 
 # A triangle takes at least 18 bytes in an .obj, .ply or .stl, and 300 while it is encoded.
 MEMORY_OF_FILE = 16
@@ -41,7 +35,7 @@ Larges = dict[tuple[int, int], LargePrimitive]  # by mesh and primitive
 
 
 def open_large(path: Path, options: Options) -> tuple[Document, Larges]:
-    """The document, and its primitives that do not fit memory. Raises MeshletError, OSError."""
+    """Read a document, and its primitives that do not fit memory. Raises MeshletError, OSError."""
     fitting(options)  # check
     suffix = path.suffix.lower()
     if suffix not in MESH_SUFFIXES:
@@ -60,24 +54,22 @@ def open_large(path: Path, options: Options) -> tuple[Document, Larges]:
         )
     stamp = stamp_of(path)
     try:
-        meshes, warnings = {".obj": _obj, ".ply": _ply, ".stl": _stl}[suffix](path, folder)
-    except MeshletError:
-        raise
-    except ValueError as error:  # of _codec.scan_lines
-        raise MeshletError(str(error), EXPORT_AGAIN) from None
+        meshes, warnings = read_meshes(path, partial(FileRows, folder))
     finally:
         check_unchanged(path, stamp)
-    meshes = [mesh for mesh in meshes if mesh.triangles]
-    if not meshes:
-        raise MeshletError("holds no triangles", "there is nothing to compress")
-    document = to_document([mesh.sketch() for mesh in meshes])
-    document.base, document.import_warnings = path.parent, tuple(warnings)
-    large = {(m, 0): mesh.primitive(m, options) for m, mesh in enumerate(meshes)}
+    document = to_document([mesh.sample() for mesh in meshes])
+    document.base, document.import_warnings = path.parent, warnings
+    large = {(m, 0): _large(m, mesh, options) for m, mesh in enumerate(meshes)}
     return document, _checked(large, path, options)
 
 
+def _large(number: int, mesh: Mesh, options: Options) -> LargePrimitive:
+    attributes: dict[str, Rows] = dict(mesh.attributes)
+    return LargePrimitive(number, 0, attributes, list(mesh.groups), *reading(options))
+
+
 def _checked(large: Larges, path: Path, options: Options) -> Larges:
-    """Reads the bounds of all. Raises MeshletError, also for too many triangles."""
+    """Read the bounds of all. Raises MeshletError, also for too many triangles."""
     counts = [primitive.triangle_count for primitive in large.values()]
     for primitive, count in zip(large.values(), counts):
         if count > MAX_TRIANGLES:
@@ -98,155 +90,3 @@ def _checked(large: Larges, path: Path, options: Options) -> Larges:
         for primitive, move in zip(large.values(), moves):
             primitive.read_bounds(move)
     return large
-
-
-class WorkArray:
-    """Rows in a work file.
-
-    Attributes:
-        form: type and number of components; count: number of rows.
-    """
-
-    def __init__(self, folder: str) -> None:
-        self._file = WorkFile(folder)
-        self.form: Format = (np.dtype("<f4"), 0)
-        self.count = 0
-
-    def add(self, values: np.ndarray) -> None:
-        """values: [n, components] of the same type each time."""
-        if self.count and (values.dtype, values.shape[1]) != self.form:
-            raise MeshletError("changes the type of its values", EXPORT_AGAIN)
-        self.form = values.dtype, values.shape[1]
-        self._file.append(values)
-        self.count += len(values)
-
-    def rows(self, first: int, last: int) -> np.ndarray:
-        """[last - first, components]. Raises OSError."""
-        dtype, width = self.form
-        return self._file.rows(dtype, first * width, (last - first) * width).reshape(-1, width)
-
-
-@dataclass
-class _Spooled:
-    """A mesh in work files; see LargePrimitive."""
-
-    name: str
-    attributes: dict[str, WorkArray]
-    indices: list[tuple[tuple[str, ...], WorkArray | None]]
-    material: Material | None = None
-
-    @property
-    def triangles(self) -> int:
-        names, numbers = self.indices[0]
-        return (numbers or self.attributes[names[0]]).count // 3
-
-    def sketch(self) -> Mesh:
-        """A mesh of one vertex with the same attributes."""
-        first = {name: array.rows(0, 1) for name, array in self.attributes.items()}
-        return Mesh(self.name, np.zeros((1, 3), np.uint32), first, self.material)
-
-    def primitive(self, mesh: int, options: Options) -> LargePrimitive:
-        attributes: dict[str, Rows] = dict(self.attributes)
-        return LargePrimitive(mesh, 0, attributes, list(self.indices), *reading(options))
-
-
-Result = tuple[list[_Spooled], list[str]]  # meshes, warnings
-
-
-def _stl(path: Path, folder: str) -> Result:
-    meshes: dict[int, _Spooled] = {}
-    for number, name, corners in stl.blocks(path):
-        if number not in meshes:
-            attributes = {"POSITION": WorkArray(folder)}
-            meshes[number] = _Spooled(name or path.name, attributes, [(("POSITION",), None)])
-        meshes[number].attributes["POSITION"].add(corners.reshape(-1, 3))
-    return list(meshes.values()), []
-
-
-def _ply(path: Path, folder: str) -> Result:
-    vertices: dict[str, WorkArray] = defaultdict(lambda: WorkArray(folder))
-    corners: dict[str, WorkArray] = defaultdict(lambda: WorkArray(folder))
-    triangles = WorkArray(folder)
-    with open(path, "rb") as file:
-        header = ply.read_header(file)
-        for element, columns in ply.blocks(file, header):
-            if element.name == "vertex":
-                for name, values in ply.vertex_attributes(element, columns).items():
-                    vertices[name].add(values)
-            elif element.name == "face":
-                found = ply.face_corners(element, columns)
-                if "triangles" in found:
-                    triangles.add(found.pop("triangles").reshape(-1, 1).astype("<i4"))
-                for name, values in found.items():
-                    corners[name].add(values)
-    if "POSITION" not in vertices:
-        return [], []
-    own = {name: array for name, array in corners.items() if name not in vertices}
-    indices: list[tuple[tuple[str, ...], WorkArray | None]] = [(tuple(vertices), triangles)]
-    indices += [((name,), None) for name in own]
-    material, warnings = ply.material_of(path.parent, header.texture)
-    return [_Spooled(path.name, {**vertices, **own}, indices, material)], list(warnings)
-
-
-@dataclass
-class _Faces:
-    """The faces of a material of an .obj: numbers at corners of each kind; lacks: kinds that some
-    corner has none of; most: the largest number of each kind."""
-
-    numbers: list[WorkArray]
-    lacks: set[int] = field(default_factory=set)
-    most: list[int] = field(default_factory=lambda: [-1, -1, -1])
-
-
-def _obj(path: Path, folder: str) -> Result:
-    rows: dict[str, WorkArray] = defaultdict(lambda: WorkArray(folder))
-    faces: dict[bytes, _Faces] = {}
-    libraries: list[bytes] = []
-    objects: list[bytes] = []
-    for block in obj.blocks(path):
-        for name, values in obj.attributes(block).items():
-            rows[name].add(values)
-        for material, corners in block.faces:
-            found = faces.setdefault(material, _Faces([WorkArray(folder) for _ in obj.KINDS]))
-            for kind, numbers in enumerate(corners):
-                found.numbers[kind].add(numbers.reshape(-1, 1).astype("<i4"))
-                found.most[kind] = max(found.most[kind], int(numbers.max(initial=-1)))
-                if (numbers == obj.NONE).any():
-                    found.lacks.add(kind)
-        libraries += block.libraries
-        objects += block.objects
-    materials, warnings = obj.materials_of(path.parent, libraries)
-    meshes = []
-    for material, found in faces.items():
-        label = material if len(faces) > 1 and material else (objects or [b""])[0]
-        name = label.decode(errors="replace") or path.name
-        groups, more = _groups(found, rows)
-        attributes = {n: rows[n] for names, _ in groups for n in names}
-        meshes.append(_Spooled(name, attributes, groups, materials.get(material)))
-        warnings += [f"{name}: {line}" for line in more]
-    return meshes, warnings
-
-
-def _groups(
-    faces: _Faces, rows: dict[str, WorkArray]
-) -> tuple[list[tuple[tuple[str, ...], WorkArray | None]], list[str]]:
-    """The attributes that a material's faces have, with their numbers, and warnings."""
-    count = rows["POSITION"].count
-    colors = ("COLOR_0",) if "COLOR_0" in rows and rows["COLOR_0"].count == count else ()
-    names = {
-        obj.VERTEX: ("POSITION", *colors),
-        obj.TEXCOORD: ("TEXCOORD_0",),
-        obj.NORMAL: ("NORMAL",),
-    }
-    groups: list[tuple[tuple[str, ...], WorkArray | None]] = []
-    warnings = []
-    for kind, attributes in names.items():
-        if kind in faces.lacks:
-            continue
-        if kind == obj.VERTEX or (
-            attributes[0] in rows and faces.most[kind] < rows[attributes[0]].count
-        ):
-            groups.append((attributes, faces.numbers[kind]))
-        else:
-            warnings.append(f"a face uses a {obj.NAMES[kind]} that is not there; all are left out")
-    return groups, warnings

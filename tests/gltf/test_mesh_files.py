@@ -4,6 +4,7 @@ import codecs
 import io
 import random
 import tracemalloc
+from functools import partial
 
 import numpy as np
 import pytest
@@ -14,7 +15,8 @@ from gltf_ext import _codec
 from gltf_ext.compression.primitives import read_primitive
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf import mesh_files
-from gltf_ext.gltf.importers import open_model
+from gltf_ext.gltf.importers import open_model, read_meshes
+from gltf_ext.gltf.row_arrays import FileRows, MemoryRows
 
 OBJ = b"""# a quad and a triangle with a seam, then two faces of other materials
 mtllib m.mtl
@@ -95,6 +97,51 @@ def folder(tmp_path):
         "newmtl red\nKd 1 0.5 0\nNs 98\nmap_Kd t.bmp\nnewmtl two words\nNewmtl unused\nKd x\n"
     )
     return tmp_path
+
+
+# Only some vertices have colours; only some faces texture coordinates at their corners.
+TWO_VERTEX_ELEMENTS = b"""ply
+format ascii 1.0
+element vertex 3
+property float x
+property float y
+property float z
+property uchar red
+property uchar green
+property uchar blue
+element vertex 1
+property float x
+property float y
+property float z
+element face 2
+property list uchar int vertex_index
+property list uchar float texcoord
+end_header
+0 0 0 1 2 3
+1 0 0 4 5 6
+0 1 0 7 8 9
+1 1 0
+3 0 1 2 6 0 0 1 0 0 1
+3 2 1 3 6 0 1 1 0 1 1
+"""
+TWO_FACE_ELEMENTS = b"""ply
+format ascii 1.0
+element vertex 3
+property float x
+property float y
+property float z
+element face 1
+property list uchar int vertex_index
+property list uchar float texcoord
+element face 1
+property list uchar int vertex_index
+end_header
+0 0 0
+1 0 0
+0 1 0
+3 0 1 2 6 0 0 1 0 0 1
+3 2 1 0
+"""
 
 
 def read(path):
@@ -233,6 +280,29 @@ def test_blocks_of_any_size_give_the_same(folder, monkeypatch, name):
                 np.testing.assert_array_equal(parts[key][1][attribute], values)
 
 
+@pytest.mark.parametrize("name", FILES)
+def test_rows_in_work_files_are_those_in_memory(folder, monkeypatch, name):
+    monkeypatch.setattr(mesh_files, "MOST_BYTES", 50)
+    stores = (MemoryRows, partial(FileRows, str(folder)))
+    (meshes, warnings), (others, same) = (read_meshes(folder / name, rows) for rows in stores)
+    assert len(meshes) == len(others) and warnings == same
+    for mesh, other in zip(meshes, others):
+        assert (mesh.name, [names for names, _ in mesh.groups], mesh.triangle_count) == (
+            other.name,
+            [names for names, _ in other.groups],
+            other.triangle_count,
+        )
+        for attribute, rows in mesh.attributes.items():
+            stored = other.attributes[attribute]
+            assert (stored.form, stored.count) == (rows.form, rows.count)
+            np.testing.assert_array_equal(stored.rows(1, 2), rows.rows(1, 2))
+        indexed, expected = other.indexed(), mesh.indexed()
+        np.testing.assert_array_equal(indexed.triangles, expected.triangles)
+        assert indexed.attributes.keys() == expected.attributes.keys()
+        for attribute, values in expected.attributes.items():
+            np.testing.assert_array_equal(indexed.attributes[attribute], values)
+
+
 @pytest.mark.parametrize("name", ["a.obj", "a.ply", "b.ply", "a.stl", "b.stl"])
 def test_memory_is_at_most_three_times_the_file(tmp_path, name):
     mesh = trimesh.creation.icosphere(subdivisions=6)  # 80,000 triangles
@@ -267,6 +337,10 @@ def test_memory_is_at_most_three_times_the_file(tmp_path, name):
             ply("binary_big_endian").replace(b"list uchar int", b"list int double"),
             "is cut off",
         ),
+        ("a.ply", ply("ascii").replace(b"3 0 1 2 7", b"3 0 1 -2 7"), "a face uses vertex 0 of 5"),
+        ("a.ply", TWO_VERTEX_ELEMENTS, "has 3 values of COLOR_0 instead of 4"),
+        ("a.ply", TWO_FACE_ELEMENTS, "has 3 values of TEXCOORD_0 instead of 6"),
+        ("a.obj", b"f 1 2 3\n", "a face uses vertex 3 of 0"),
         ("a.stl", BINARY_STL[:-1], "is cut off"),
         ("a.stl", STL[:-20], "is cut off"),
         ("a.stl", STL.replace(b"1e0 0 0", b"1e0 0"), "is not 3 numbers"),
@@ -274,10 +348,12 @@ def test_memory_is_at_most_three_times_the_file(tmp_path, name):
     ],
 )
 def test_refused_in_one_line(tmp_path, name, content, message):
+    """Alike in memory and in work files."""
     (tmp_path / name).write_bytes(content)
-    with pytest.raises(MeshletError, match=r"^[^\n]*$") as caught:
-        open_model(tmp_path / name)
-    assert message in str(caught.value)
+    for new_rows in (MemoryRows, partial(FileRows, str(tmp_path))):
+        with pytest.raises(MeshletError, match=r"^[^\n]*$") as caught:
+            read_meshes(tmp_path / name, new_rows)
+        assert message in str(caught.value)
 
 
 @pytest.mark.parametrize("name", FILES)

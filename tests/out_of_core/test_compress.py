@@ -10,6 +10,7 @@ import pytest
 
 import gltf_ext
 from gltf_ext import MeshletError
+from gltf_ext.gltf.row_arrays import FileRows
 from gltf_ext.lod import LodPrimitive, View, cut_for_view, open_lod
 from gltf_ext.lod.coverage import check_coverage
 from gltf_ext.out_of_core import encoding, opening, sources
@@ -442,13 +443,13 @@ def test_an_output_folder_that_vanishes(tube, tmp_path, small_chunks, monkeypatc
 
 
 def test_other_inputs_that_change_are_noticed(tmp_path, other_format, monkeypatch):
-    spool = opening.WorkArray.add
+    add = FileRows.add
 
     def changing(array, values):
         os.utime(other_format, (1, 1))
-        spool(array, values)
+        add(array, values)
 
-    monkeypatch.setattr(opening.WorkArray, "add", changing)
+    monkeypatch.setattr(FileRows, "add", changing)
     assert "changed while it was read" in message(tmp_path, other_format, max_memory="1G")
 
 
