@@ -5,6 +5,7 @@
 #include <cstring>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 
 namespace meshlet {
 namespace {
@@ -48,13 +49,34 @@ bool is_keyword(const char* at, const char* end, std::string_view keyword) {
   throw std::invalid_argument("\"" + shown + "\" is not a line of numbers");
 }
 
-// Reads one number; returns null if there is none.
+// Of a number that no double holds: is it too small for one? Otherwise it is too large.
+bool is_tiny(const char* at, const char* end) {
+  int64_t place = 0;  // digits from the first that is not 0 to the point; below 0 behind it
+  bool has_begun = false, is_behind = false;
+  for (; at != end && *at != 'e' && *at != 'E'; at++) {
+    is_behind |= *at == '.';
+    has_begun |= '1' <= *at && *at <= '9';
+    if ('0' <= *at && *at <= '9')
+      place += int(has_begun && !is_behind) - int(!has_begun && is_behind);
+  }
+  if (at == end) return place < 0;
+  if (++at != end && *at == '+') at++;
+  int64_t exponent = 0;
+  const bool is_far = std::from_chars(at, end, exponent).ec != std::errc();
+  return is_far ? at != end && *at == '-' : exponent < -place;
+}
+
+// Reads one number; returns null if there is none. The closest double of a tiny one is 0.
 template <class Number>
 const char* read_number(const char* at, const char* end, std::vector<Number>& numbers) {
   if (at != end && *at == '+') at++;
   Number value;
   const auto [after, error] = std::from_chars(at, end, value);
-  if (error != std::errc()) return nullptr;
+  if (error == std::errc::result_out_of_range && std::is_floating_point_v<Number> &&
+      is_tiny(at, after))
+    value = 0;
+  else if (error != std::errc())
+    return nullptr;
   numbers.push_back(value);
   return after;
 }

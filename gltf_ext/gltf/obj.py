@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import codecs
 import math
 import os
+import re
 from collections import defaultdict
 from collections.abc import Iterator
 from pathlib import Path
@@ -39,14 +41,24 @@ KEYWORDS = {
 }
 NAMES = ("vertex", "texture coordinate", "normal")
 ATTRIBUTES = ("POSITION", "TEXCOORD_0", "NORMAL", "COLOR_0")  # of each kind; colours of vertices
-FEWEST = (3, 2, 3)  # numbers of a line
+FEWEST = (3, 1, 3)  # numbers of a line
+# Option of a texture -> the words after it, at most, and those that do not change the picture.
+TEXTURE_OPTIONS: dict[bytes, tuple[int, list[Any] | None]] = {
+    **dict.fromkeys((b"-blendu", b"-blendv", b"-bm", b"-boost"), (1, None)),
+    **dict.fromkeys((b"-imfchan", b"-texres", b"-type"), (1, None)),
+    **dict.fromkeys((b"-cc", b"-clamp"), (1, [b"off"])),
+    b"-mm": (2, [0.0, 1.0]),
+    **dict.fromkeys((b"-o", b"-t"), (3, [0.0, 0.0, 0.0])),  # 1 to 3 numbers
+    b"-s": (3, [1.0, 1.0, 1.0]),
+}
 NONE = -1
+MOST_LIBRARIES = 1000  # of a line
 
 
 class Block(NamedTuple):
     """A piece of the file.
 
-    rows: float64[n, columns] of v, vt and vn; columns: the fewest of a line, at least FEWEST.
+    rows: float64[n, columns] of v, vt and vn; columns: the fewest of a line, but 2 of vt.
     faces: (material, corners) in the order of the file. corners: int32[T, 3] for v, vt and vn, the
         numbers from 0 at each corner of the triangles; NONE where there is none.
     libraries, objects: names after mtllib and o.
@@ -101,6 +113,10 @@ def _rows(numbers: np.ndarray, counts: np.ndarray, kind: int) -> np.ndarray:
     columns = int(counts.min())
     if columns < FEWEST[kind]:
         raise MeshletError(f"has a {NAMES[kind]} of {columns} numbers", EXPORT_AGAIN)
+    if kind == TEXCOORD and columns == 1:  # a line without v, which is 0
+        numbers = np.insert(numbers, np.cumsum(counts, dtype=np.int64)[counts == 1], 0.0)
+        counts = np.maximum(counts, 2)
+        columns = 2
     if columns == counts.max():
         return numbers.reshape(-1, columns)
     starts = np.cumsum(counts, dtype=np.int64) - counts
@@ -205,16 +221,17 @@ def _groups(
 
 
 def referenced_files(path: Path) -> list[Path]:
-    """List the libraries that a file names, and the images that those of them name that exist."""
+    """List the libraries that a file may name, and the images that those that exist name."""
     with open(path, "rb") as file:
-        names = [name for text in text_blocks(file) for name in _libraries_of(text)]
-    libraries = [path.parent / os.fsdecode(name) for name in dict.fromkeys(names)]
+        lines = [line for text in text_blocks(file) for line in _libraries_of(text)]
+    names = [name for line in dict.fromkeys(lines) for names in _readings(line) for name in names]
+    libraries = [path.parent / name for name in dict.fromkeys(names)]
     images = [
-        path.parent / os.fsdecode(b" ".join(lines[b"map_kd"]))
+        path.parent / texture.file
         for library in libraries
-        if library.is_file()
-        for _, lines in _libraries_materials(library.read_bytes())
-        if b"map_kd" in lines
+        if os.path.isfile(library)
+        for _, lines_of in _libraries_materials(library.read_bytes())
+        if (texture := _texture_of(lines_of))
     ]
     return [*libraries, *dict.fromkeys(images)]
 
@@ -224,18 +241,38 @@ def _libraries_of(text: bytes) -> list[bytes]:
     return words_after(text, offsets)
 
 
+def _readings(line: bytes) -> list[list[str]]:
+    """List the names of libraries in a line, of which nothing says whether they have spaces.
+
+    As several names that end in .mtl, as one name, as a name for each word.
+    """
+    ending = re.split(rb"(?i)(?<=\.mtl) ", line, maxsplit=MOST_LIBRARIES)
+    readings = ending, [line], line.split(b" ", MOST_LIBRARIES)
+    return [[_file_name(name) for name in dict.fromkeys(names)] for names in readings]
+
+
+def _file_name(name: bytes) -> str:
+    """Return a relative path, which may be in quotes, or have backslashes, as in Windows."""
+    return os.fsdecode(name.strip(b'"').replace(b"\\", b"/"))
+
+
 def materials_of(folder: Path, libraries: list[bytes]) -> tuple[dict[bytes, Material], list[str]]:
-    """Read the materials of all libraries by name; warn of files that are not there."""
+    """Read the materials of all libraries by name; warn of files that are not there.
+
+    libraries: lines without mtllib.
+    """
     materials: dict[bytes, Material] = {}
     warnings: list[str] = []
-    for library in dict.fromkeys(libraries):
-        path = folder / os.fsdecode(library)
-        if not path.is_file():
-            warnings.append(f"{path.name} is not there, so its material is left out")
-            continue
-        for name, lines in _libraries_materials(path.read_bytes()):
-            materials[name], more = _material(folder, name, lines)
-            warnings += more
+    for line in dict.fromkeys(libraries):
+        readings = [[folder / name for name in names] for names in _readings(line)]
+        chosen = next((paths for paths in readings if any(map(os.path.isfile, paths))), readings[0])
+        for path in chosen:
+            if not os.path.isfile(path):
+                warnings.append(f"{path.name} is not there, so its material is left out")
+                continue
+            for name, lines in _libraries_materials(path.read_bytes()):
+                materials[name], more = _material(folder, name, lines)
+                warnings += more
     return materials, warnings
 
 
@@ -245,7 +282,7 @@ Lines = dict[bytes, list[bytes]]  # keyword in lower case -> the words after it
 def _libraries_materials(text: bytes) -> Iterator[tuple[bytes, Lines]]:
     """Name and lines of each material."""
     name, lines = b"", Lines()
-    for line in text.splitlines():
+    for line in text.removeprefix(codecs.BOM_UTF8).splitlines():
         keyword, *words = line.split() or [b""]
         if keyword.lower() == b"newmtl":
             if name:
@@ -268,10 +305,41 @@ def _material(folder: Path, name: bytes, lines: Lines) -> tuple[Material, tuple[
     if len(color) == 3:
         pbr["baseColorFactor"] = [*(min(max(c, 0.0), 1.0) for c in color), 1.0]
     properties = {"name": name.decode(errors="replace"), "pbrMetallicRoughness": pbr}
-    if b"map_kd" not in lines:
+    texture = _texture_of(lines)
+    if texture is None:
         return Material(properties), ()
-    image, warnings = read_texture(folder, os.fsdecode(b" ".join(lines[b"map_kd"])))
+    image, warnings = read_texture(folder, texture.file)
+    if image and texture.lost:
+        warnings += (f"{properties['name']}: its texture is shown without {texture.lost}",)
     return Material(properties, image), warnings
+
+
+class Texture(NamedTuple):
+    """A texture of a material.
+
+    Attributes:
+        file: relative path; lost: the options that change the picture, which are left out.
+    """
+
+    file: str
+    lost: str
+
+
+def _texture_of(lines: Lines) -> Texture | None:
+    """Read the file of a material's base colour texture, and the options before it."""
+    if b"map_kd" not in lines:
+        return None
+    words, lost = lines[b"map_kd"], []
+    while len(words) > 1 and (option := words[0].lower()) in TEXTURE_OPTIONS:
+        most, neutral = TEXTURE_OPTIONS[option]
+        values = words[1:-1][:most]
+        while most == 3 and not _numbers(values) and values:
+            values.pop()  # it belongs to the file's name
+        setting: list[Any] = _numbers(values) or [value.lower() for value in values]
+        if neutral and setting != neutral[: len(values)]:
+            lost.append(option.decode())
+        words = words[1 + len(values) :]
+    return Texture(_file_name(b" ".join(words)), ", ".join(lost))
 
 
 def _numbers(words: list[bytes]) -> list[float]:

@@ -15,7 +15,7 @@ from gltf_ext import _codec
 from gltf_ext.compression.primitives import read_primitive
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf import mesh_files
-from gltf_ext.gltf.importers import open_model, read_meshes
+from gltf_ext.gltf.importers import open_model, read_meshes, referenced_files
 from gltf_ext.gltf.row_arrays import FileRows, MemoryRows
 
 OBJ = b"""# a quad and a triangle with a seam, then two faces of other materials
@@ -227,6 +227,98 @@ def test_obj_colors(tmp_path):
         [0, 0, 255, 255],
         [0, 0, 0, 255],
     ]
+
+
+def test_obj_texture_coordinates_without_v(tmp_path):
+    """It is 0 then."""
+    (tmp_path / "a.obj").write_text(
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0.5\nvt 0.25 0.75 1\nvt 1\nf 1/1 2/2 3/3\n"
+    )
+    ((_, attributes),) = read(tmp_path / "a.obj").values()
+    assert attributes["TEXCOORD_0"].tolist() == [[0.5, 1], [0.25, 0.25], [1, 1]]
+
+
+SMALL = ("1e-400", "-1E-99999999999999999999", f"0.{'0' * 400}1", f".{'0' * 400}1e+50")
+LARGE = ("1e400", "1e+99999999999999999999", f"-1{'0' * 400}e-50")
+
+
+def test_numbers_that_no_double_holds(tmp_path):
+    """Those near 0 are 0; large ones are refused."""
+    path = tmp_path / "a.obj"
+    for number in SMALL:
+        path.write_text(f"v {number} 1 2\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+        ((_, attributes),) = read(path).values()
+        assert attributes["POSITION"][0].tolist() == [0, 1, 2], number
+    for number in LARGE:
+        path.write_text(f"v {number} 1 2\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+        with pytest.raises(MeshletError, match="is not a line of numbers"):
+            open_model(path)
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "mtllib a.mtl b.mtl",
+        "mtllib a.mtl my b.MTL",
+        'mtllib "a.mtl"\nmtllib "my b.MTL"',
+        "mtllib .\\a.mtl sub\\b.mtl",
+        "mtllib one two",
+    ],
+)
+def test_obj_several_libraries(tmp_path, line):
+    (tmp_path / "sub").mkdir()
+    for names, material in (
+        (("a.mtl", "one"), "a"),
+        (("b.mtl", "my b.MTL", "two", "sub/b.mtl"), "b"),
+    ):
+        for name in names:
+            (tmp_path / name).write_bytes(codecs.BOM_UTF8 + b"newmtl %s\n" % material.encode())
+    (tmp_path / "a.obj").write_text(
+        line + "\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl a\nf 1 2 3\nusemtl b\nf 1 3 2\n"
+    )
+    document = open_model(tmp_path / "a.obj")
+    assert [material.name for material in document.materials] == ["a", "b"]
+    assert document.import_warnings == ()
+    named = {path.resolve() for path in referenced_files(tmp_path / "a.obj") if path.is_file()}
+    assert len(named) == 2
+
+
+def test_obj_libraries_that_are_not_there(tmp_path):
+    (tmp_path / "a.obj").write_text("mtllib x.mtl y z.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    assert [line.split(" is ")[0] for line in open_model(tmp_path / "a.obj").import_warnings] == [
+        "x.mtl",
+        "y z.mtl",
+    ]
+
+
+@pytest.mark.parametrize(
+    "words, lost",
+    [
+        ("-s 1 1 1 t.png", ""),
+        ("-blendu on -Bm 0.5 -imfchan r -texres 9 -type sphere t.png", ""),
+        ("-s 2 t.png", "-s"),
+        ("-o 0 0 0 -s 1 3 -clamp on t.png", "-s, -clamp"),
+        ("-mm 0 1 -t 0.5 0.5 0.5 -cc off t.png", "-t"),
+        ("-clamp off my t.png", ""),
+        ("-s 1 1 1 1", ""),
+        ('"t.png"', ""),
+        ("-s 1 1 1 .\\t.png", ""),
+        ("sub\\t.png", ""),
+    ],
+)
+def test_obj_texture_options(tmp_path, words, lost):
+    """The file is found behind them; those that change the picture are named."""
+    (tmp_path / "sub").mkdir()
+    for name in ("t.png", "my t.png", "1", "sub/t.png"):
+        Image.new("RGB", (2, 2)).save(tmp_path / name, "PNG")
+    (tmp_path / "m.mtl").write_text(f"newmtl m\nmap_Kd {words}\n")
+    (tmp_path / "a.obj").write_text("mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n")
+    document = open_model(tmp_path / "a.obj")
+    assert len(document.images) == 1
+    assert document.import_warnings == (
+        (f"m: its texture is shown without {lost}",) if lost else ()
+    )
+    assert len([path for path in referenced_files(tmp_path / "a.obj") if path.is_file()]) == 2
 
 
 def test_obj_with_indices_of_missing_normals(tmp_path):

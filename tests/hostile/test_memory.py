@@ -215,6 +215,10 @@ PLY += b"element face %d\nproperty list uchar int vertex_indices\nend_header\n"
         ("a.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 999999999\n"),
         ("a.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3 " + b"1 2 3 " * 5000 + b"\n"),
         ("a.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1/%d 2/1 3/1\n" % 10**400),
+        (
+            "a.obj",
+            b"mtllib " + b" ".join(b"%d" % i for i in range(300_000)) + b"\nf 1 1 1\nv 0 0 0",
+        ),
     ],
 )
 def test_other_formats(tmp_path, name, data):
