@@ -30,7 +30,7 @@ from gltf_ext.gltf.mesh_files import (
     to_texcoords,
     words_after,
 )
-from gltf_ext.gltf.row_arrays import NewRows, RowArray
+from gltf_ext.gltf.row_arrays import NewRows, RowArray, add_all
 
 VERTEX, TEXCOORD, NORMAL = range(3)
 KINDS = ("v", "vt", "vn")
@@ -162,8 +162,7 @@ def read(path: Path, new_rows: NewRows) -> tuple[list[Mesh], tuple[str, ...]]:
     libraries: list[bytes] = []
     objects: list[bytes] = []
     for block in blocks(path):
-        for attribute, values in attributes(block).items():
-            table[attribute].add(values)
+        add_all(table, attributes(block))
         for material, corners in block.faces:
             for numbers, more in zip(faces[material], corners):
                 numbers.add(more)

@@ -29,7 +29,7 @@ from gltf_ext.gltf.mesh_files import (
     to_floats,
     to_texcoords,
 )
-from gltf_ext.gltf.row_arrays import NewRows, RowArray
+from gltf_ext.gltf.row_arrays import NewRows, RowArray, add_all
 from gltf_ext.ranges import numbers_of
 
 MAX_HEADER_LINES = 10_000
@@ -157,14 +157,12 @@ def read(path: Path, new_rows: NewRows) -> tuple[list[Mesh], tuple[str, ...]]:
         header = read_header(file)
         for element, columns in blocks(file, header):
             if element.name == "vertex":
-                for name, values in vertex_attributes(element, columns).items():
-                    vertices[name].add(values)
+                add_all(vertices, vertex_attributes(element, columns))
             elif element.name == "face":
                 at_corners = face_corners(element, columns)
                 if "triangles" in at_corners:
                     triangles.add(at_corners.pop("triangles"))
-                for name, values in at_corners.items():
-                    faces[name].add(values)
+                add_all(faces, at_corners)
     if "POSITION" not in vertices:
         return [], ()
     triangles.check(vertices["POSITION"].count, "vertex")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
@@ -38,6 +38,12 @@ class RowArray(ABC):
     @abstractmethod
     def rows(self, first: int, last: int) -> np.ndarray:
         """Return [last - first, components]. Raises OSError."""
+
+
+def add_all(arrays: Mapping[str, RowArray], values: Mapping[str, np.ndarray]) -> None:
+    """Append values to the arrays of the same names. Raises OSError."""
+    for name, rows in values.items():
+        arrays[name].add(rows)
 
 
 NewRows = Callable[[], RowArray]  # where a reader stores its rows
