@@ -28,8 +28,8 @@ from gltf_ext.compression.view_points import view_points
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.document import Document
 from gltf_ext.gltf.importers import open_model
+from gltf_ext.gltf.nodes import MAX_SIZE
 from gltf_ext.gltf.scene import (
-    MAX_SIZE,
     PlacedPrimitive,
     ValueFormat,
     box_corners,
