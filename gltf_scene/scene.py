@@ -14,10 +14,10 @@ import pygltflib
 
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.accessors import accessor_format
-from gltf_ext.gltf.camera import Camera, read_camera
 from gltf_ext.gltf.document import TRIANGLE_MODES, Document, item
 from gltf_ext.gltf.json_values import member, number, numbers
 from gltf_ext.gltf.nodes import placed
+from gltf_scene.camera import Camera, read_camera
 
 LIGHTS = "KHR_lights_punctual"
 QUANTIZATION = "KHR_mesh_quantization"
