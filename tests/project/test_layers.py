@@ -80,6 +80,22 @@ def test_packages_import_only_from_below(package):
     assert problems == []
 
 
+def listed_in_pyproject(key):
+    """The names of a list in pyproject.toml (Python 3.10 has no reader of TOML)."""
+    text = (ROOT / "pyproject.toml").read_text()
+    (names,) = re.findall(rf"^{re.escape(key)} = \[(.*?)\]", text, re.M | re.S)
+    return re.findall(r'"([^"]+)"', names)
+
+
+def test_every_package_is_in_the_wheel_and_typed_and_has_its_layer():
+    """A package that others import at run time cannot stay out of one of the lists."""
+    wheel = listed_in_pyproject("wheel.packages")
+    assert {path.parent.name for path in ROOT.glob("*/__init__.py")} <= OURS
+    assert wheel == listed_in_pyproject("packages")
+    for package in wheel:
+        assert set(wheel) >= ALLOWED[package], f"what {package} imports is not in the wheel"
+
+
 def layer_problems(path):
     """Imports of a module of gltf_ext that are not from below."""
     number = {name: i for i, names in enumerate(LAYERS) for name in names}
