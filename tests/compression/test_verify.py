@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import gltf_ext
-from gltf_ext.commands.verify import _multiset_difference, _rotated
+from gltf_ext.checks.verify import _multiset_difference, _rotated
 from tests.helpers.gltf_builder import NORMALIZED, Builder, everything, glb_bytes, glb_json
 
 EXTENSION = "EXT_meshlet_edgebreaker"

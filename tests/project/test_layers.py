@@ -34,6 +34,7 @@ LAYERS = (
     {"compression"},
     {"lod"},
     {"out_of_core"},
+    {"checks"},
     {"commands"},
     {"batches"},
     {"__init__", "trimesh_handler"},

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from gltf_ext.checks.samples import shading_differences, surface_distances
 from gltf_ext.gltf.document import Document
 from gltf_ext.lod.cuts import Cut, cut_at_level, error_of
 from gltf_ext.lod.reading import LodPrimitive, levels_of
-from gltf_ext.lod.samples import shading_differences, surface_distances
 
 SAMPLES = 50_000  # of a surface, for measured errors
 WITHIN = 99.9  # percent of the samples that a stated error must hold

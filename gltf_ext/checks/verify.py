@@ -18,6 +18,8 @@ import numpy as np
 
 from gltf_ext import _codec
 from gltf_ext._codec import Stream
+from gltf_ext.checks.large import Comparison, format_of
+from gltf_ext.checks.reports import measure_levels
 from gltf_ext.compression.extension import (
     Compressed,
     has_compressed,
@@ -40,8 +42,6 @@ from gltf_ext.compression.streams import (
 from gltf_ext.errors import MeshletError, blaming
 from gltf_ext.gltf.document import Document
 from gltf_ext.gltf.importers import open_model
-from gltf_ext.lod.reports import measure_levels
-from gltf_ext.out_of_core.comparing import Comparison, format_of
 from gltf_ext.out_of_core.opening import Larges, open_large
 from gltf_ext.out_of_core.sources import LargePrimitive
 from gltf_ext.progress import Advance, progress_bar
