@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
+from gltf_ext.checks.level_errors import measure_levels
 from gltf_ext.checks.levels import lod_problems
-from gltf_ext.checks.reports import measure_levels
 from gltf_ext.compression.extension import compressed_primitives
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.container import parse_glb

@@ -70,7 +70,7 @@ def inspect(path: str | os.PathLike[str]) -> dict[str, Any]:
     Raises MeshletError when the file is malformed or not compressed, OSError when it cannot be
     read.
     """
-    from gltf_ext.checks.reports import describe_levels  # compress, which starts faster, needs none
+    from gltf_ext.lod.reports import describe_levels  # compress, which starts faster, needs none
 
     file_bytes = os.path.getsize(path)
     with blaming(path):

@@ -1,0 +1,63 @@
+"""What inspect reports on levels of detail."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from gltf_ext.gltf.document import Document
+from gltf_ext.lod.cuts import cut_at_level, error_of
+from gltf_ext.lod.reading import LodPrimitive, levels_of
+
+Report = dict[str, Any]
+
+
+def describe_levels(document: Document) -> list[Report]:
+    """What inspect shows of each primitive with levels. Primitives that share data count once.
+
+    Raises MeshletError.
+    """
+    return [_describe(primitive) for primitive in levels_of(document)]
+
+
+def _describe(primitive: LodPrimitive) -> Report:
+    tables = primitive.tables
+    triangles = primitive.cluster_triangles
+    level = tables.group_level[tables.cluster_group]
+    waits = _waiting(primitive)
+    page = tables.groups["page"][tables.cluster_group].astype(np.int64)
+    share = triangles / np.bincount(page, triangles)[page]
+    page_bytes = tables.pages["byteLength"][page] * share
+    return {
+        "mesh": primitive.compressed.mesh,
+        "primitive": primitive.compressed.primitive,
+        "table_bytes": len(tables.to_bytes()),
+        "page_bytes": int(tables.page_begin[-1]),
+        "pages": len(tables.pages),
+        "root_pages": tables.root_pages,
+        "largest_page": int(tables.pages["byteLength"].max()),
+        "levels": [
+            {
+                "triangles": primitive.drawn_triangles(cut_at_level(tables, k)),
+                "stored_triangles": int(triangles[level == k].sum()),
+                "clusters": int((level == k).sum()),
+                "groups": int((tables.group_level == k).sum()),
+                "stuck_triangles": int(triangles[waits & (level == k)].sum()),
+                "bytes": round(float(page_bytes[level == k].sum())),
+                "error": error_of(tables, cut_at_level(tables, k)),
+            }
+            for k in range(tables.level_count)
+        ],
+    }
+
+
+def _waiting(primitive: LodPrimitive) -> np.ndarray:
+    """bool[C]: clusters that could not be simplified where they were made: copied from level 0, or
+    grouped again one level up or more."""
+    tables = primitive.tables
+    group, refined = tables.cluster_group, tables.cluster_refined
+    copied = (refined < 0) & (tables.groups["error"][group] == 0.0)
+    later = (refined >= 0) & (tables.group_level[group] > tables.group_level[refined] + 1)
+    waiting: np.ndarray = copied | later
+    return waiting
