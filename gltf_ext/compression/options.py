@@ -1,8 +1,8 @@
 """The options of `compress`, declared once.
 
-The command line's arguments, the docstring of `compress` and the table in docs/cli.md come from
-here: tools/option_docs.py writes the table, and a test compares it. Imports nothing heavy, so that
-`compress --help` is quick.
+The command line's arguments, the signature and the docstring of `compress` and the table in
+docs/cli.md come from here: tools/option_docs.py writes the docstring and the table, and a test
+compares them. Imports nothing heavy, so that `compress --help` is quick.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import numbers
 import re
 import textwrap
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 from gltf_ext.errors import MeshletError
 
@@ -20,7 +20,6 @@ MIN_POSITION_BITS, DEFAULT_POSITION_BITS = 4, 12
 # A page of fewer bytes holds less than about ten meshlets, and mostly borders.
 MIN_PAGE_BYTES, MAX_PAGE_BYTES = 4096, 1 << 28
 LARGEST_NUMBER = 1e9
-EFFORTS = ("fast", "normal", "high")
 DEFAULT_LOD_PAGE_BYTES = 32768
 # By default, primitives of more triangles become pages. One with fewer decodes in at most 8 ms in a
 # browser (bench/results/web.json). Pages of 128 KiB cost igea and dragon 0.8 and 0.7 % of their
@@ -39,7 +38,7 @@ class Option:
         help: one phrase, without limits and default.
         type: int, float, str or bool; a bool is a switch.
         limits: smallest and largest value, both allowed; None: any number above zero.
-        choices: for a str.
+        choices: for a str, from the field's Literal.
         default: as shown; the value may be None if the encoder has the default.
         shown: what stands for the value in help texts; by default from the type.
         name: the keyword argument; set when the option is listed.
@@ -117,7 +116,7 @@ def bytes_of(text: str) -> int:
     return int(found[1]) << 10 * " KMG".index(found[2] or " ")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Options:
     """Options of `compress`. Raises MeshletError for a value out of its limits."""
 
@@ -142,11 +141,10 @@ class Options:
         "position step in model units, instead of bits: 0.001 is 1 mm if units are metres",
         type=float,
     )
-    grid: str = _declared(
+    grid: Literal["mesh", "scene"] = _declared(
         "mesh",
         "--grid",
         "one position grid per mesh, or one for the whole scene",
-        choices=("mesh", "scene"),
     )
     max_triangles: int = _declared(
         64, "--max-triangles", "most triangles in a meshlet", limits=(16, 64)
@@ -158,12 +156,11 @@ class Options:
         type=float,
         default="1.4",
     )
-    effort: str = _declared(
+    effort: Literal["fast", "normal", "high"] = _declared(
         "normal",
         "--effort",
         "how long to look for a smaller file; against normal, fast takes about 0.6 of the time for "
         "2 % more bytes, and high 1.7 times for 0.2 % fewer",
-        choices=EFFORTS,
     )
     page_bytes: int | None = _declared(
         None,
@@ -245,7 +242,7 @@ class Options:
             )
         if self.position_bits is None:
             object.__setattr__(self, "position_bits", DEFAULT_POSITION_BITS)
-        if self.effort == "max":
+        if str(self.effort) == "max":
             raise MeshletError("effort max was removed", "use high", options=("effort",))
         for option in OPTIONS:
             value = getattr(self, option.name)
@@ -315,15 +312,21 @@ class Options:
         return {"max_triangles": self.max_triangles, "effort": self.effort, **shape}
 
 
+def _choices(name: str) -> tuple[str, ...]:
+    """The values of an option whose type is a Literal; empty for others."""
+    hint = get_type_hints(Options)[name]
+    return get_args(hint) if get_origin(hint) is Literal else ()
+
+
 OPTIONS: tuple[Option, ...] = tuple(
-    dataclasses.replace(field.metadata["option"], name=field.name)
+    dataclasses.replace(field.metadata["option"], name=field.name, choices=_choices(field.name))
     for field in dataclasses.fields(Options)
 )
 FLAGS = {option.name: option.flag for option in OPTIONS if option.flag}
 
 
 def described() -> str:
-    """The options by their Python names, as the docstring of `compress` has them."""
+    """The lines for the docstring of `compress`: each option by its Python name."""
     blocks = []
     for option in OPTIONS:
         choices = '" or "'.join(option.choices)
@@ -336,4 +339,4 @@ def described() -> str:
                 subsequent_indent=" " * 12,
             )
         )
-    return "\n".join(blocks)
+    return "\n".join(blocks) + "\n"

@@ -10,19 +10,48 @@ import pytest
 import gltf_ext
 from gltf_ext.compression.options import OPTIONS, REMOVED_OPTIONS, Options
 from gltf_meshlet import cli
+from tests.helpers.environment import ROOT
 from tests.helpers.gltf_builder import Builder, grid_mesh
-from tools.option_docs import PAGE, written
+from tools.option_docs import BLOCKS
 
 
-def test_documentation_is_current():
-    text = PAGE.read_text()
-    assert text == written(text), "run python -m tools.option_docs"
+@pytest.mark.parametrize("block", BLOCKS, ids=lambda block: block.path.name)
+def test_documentation_is_current(block):
+    assert block.path.read_text() == block.current(), "run python -m tools.option_docs"
 
 
 def test_the_docstring_names_every_option():
     text = inspect.getdoc(gltf_ext.compress)
     named = re.findall(r"^    (\w+): ", text.partition("Options:")[2].partition("Returns")[0], re.M)
     assert named == [option.name for option in OPTIONS]
+
+
+def test_the_signature_has_every_option_with_its_default():
+    parameters = inspect.signature(gltf_ext.compress).parameters
+    assert list(parameters)[:2] == ["input", "output"]
+    keywords = {name: p.default for name, p in list(parameters.items())[2:]}
+    assert keywords == {
+        option.name: Options.__dataclass_fields__[option.name].default for option in OPTIONS
+    }
+    assert all(p.kind == p.KEYWORD_ONLY for p in list(parameters.values())[2:])
+
+
+def test_type_checkers_see_the_options(tmp_path):
+    """Wrong names and types of options are errors for a type checker, right ones are none."""
+    api = pytest.importorskip("mypy.api", reason="mypy is not installed; make lint")
+    source = tmp_path / "user.py"
+    source.write_text(
+        "import gltf_ext\n"
+        "gltf_ext.compress('a.obj', 'b.glb', position_bits=14, effort='fast', lod=True)\n"
+        "gltf_ext.compress('a.obj', 'b.glb', positon_bits=14)\n"
+        "gltf_ext.compress('a.obj', 'b.glb', lod='no')\n"
+        "gltf_ext.compress('a.obj', 'b.glb', effort='slow')\n"
+        "gltf_ext.compress('a.obj')\n"
+    )
+    options = ("--config-file", str(ROOT / "pyproject.toml"), "--cache-dir", str(tmp_path))
+    output, _, _ = api.run([*options, str(source)])
+    lines = re.findall(r"user\.py:(\d+): error", output)
+    assert lines == ["3", "4", "5", "6"], output
 
 
 def test_the_command_line_has_every_option_but_progress():
