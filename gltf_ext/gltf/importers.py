@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from pathlib import Path
 
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf import obj, ply, stl
 from gltf_ext.gltf.container import EMPTY, EXPORT_AGAIN, read_document
 from gltf_ext.gltf.document import Document
-from gltf_ext.gltf.mesh_files import Mesh, to_document
+from gltf_ext.gltf.mesh_files import IndexedMesh, MeshFile, to_document
 from gltf_ext.gltf.row_arrays import MemoryRows, NewRows
 
 GLTF_SUFFIXES = (".glb", ".gltf")
@@ -24,12 +25,10 @@ def open_model(path: str | os.PathLike[str]) -> Document:
     if suffix in GLTF_SUFFIXES:
         return read_document(path)
     if suffix in MESH_SUFFIXES:
-        meshes, warnings = read_meshes(Path(path), MemoryRows)
+        contents = read_meshes(Path(path), MemoryRows)
         # Each mesh is gone once it is indexed, so that memory holds few of them twice.
-        indexed = [meshes.pop(0).indexed() for _ in range(len(meshes))]
-        document = to_document(indexed)
-        document.base, document.import_warnings = Path(path).parent, warnings
-        return document
+        indexed = [contents.meshes.pop(0).indexed() for _ in range(len(contents.meshes))]
+        return document_of(path, contents, indexed)
     raise MeshletError(
         f"has an unknown format ({suffix or 'no suffix'})",
         f"use one of {' '.join(SUFFIXES)}",
@@ -51,20 +50,30 @@ def referenced_files(path: Path) -> list[Path]:
     return read_document(path).files() if suffix in GLTF_SUFFIXES else []
 
 
-def read_meshes(path: Path, new_rows: NewRows) -> tuple[list[Mesh], tuple[str, ...]]:
-    """Read the meshes of an .obj, .ply or .stl that have triangles, at least one, and warnings.
+def read_meshes(path: Path, new_rows: NewRows) -> MeshFile:
+    """Read the meshes of an .obj, .ply or .stl that have triangles, at least one.
 
     Identical vertices are welded later. Raises MeshletError, OSError.
     """
     if not os.path.getsize(path):
         raise MeshletError(EMPTY, EXPORT_AGAIN)
     try:
-        meshes, warnings = READERS[path.suffix.lower()](path, new_rows)
+        contents = READERS[path.suffix.lower()](path, new_rows)
     except MeshletError:
         raise
     except ValueError as error:  # of _codec.scan_lines
         raise MeshletError(str(error), EXPORT_AGAIN) from None
-    meshes = [mesh for mesh in meshes if mesh.triangle_count]
-    if not meshes:
+    contents.meshes = [mesh for mesh in contents.meshes if mesh.triangle_count]
+    if not contents.meshes:
         raise MeshletError("holds no triangles", "there is nothing to compress")
-    return meshes, warnings
+    return contents
+
+
+def document_of(
+    path: str | os.PathLike[str], contents: MeshFile, meshes: Sequence[IndexedMesh]
+) -> Document:
+    """Return a document of these meshes, with the files and warnings of what was read."""
+    document = to_document(meshes)
+    document.base, document.import_warnings = Path(path).parent, tuple(contents.warnings)
+    document.import_files = tuple(filter(os.path.isfile, contents.others))
+    return document

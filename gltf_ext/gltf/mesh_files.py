@@ -5,7 +5,8 @@ from __future__ import annotations
 import codecs
 import os
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, BinaryIO
 
 import numpy as np
@@ -106,6 +107,20 @@ class Mesh:
         names = [name for names, _ in self.groups for name in names]
         first = {name: self.attributes[name].rows(0, 1) for name in names}
         return IndexedMesh(self.name, np.zeros((1, 3), np.uint32), first, self.material)
+
+
+@dataclass
+class MeshFile:
+    """The contents of an .obj, .ply or .stl.
+
+    Attributes:
+        warnings: a line for each thing that is left out.
+        others: the other files that were looked for, such as materials and textures.
+    """
+
+    meshes: list[Mesh]
+    warnings: list[str] = field(default_factory=list)
+    others: list[Path] = field(default_factory=list)
 
 
 def block_bytes(file: BinaryIO) -> int:

@@ -22,6 +22,7 @@ from gltf_ext.gltf.mesh_files import (
     Group,
     Material,
     Mesh,
+    MeshFile,
     color_bytes,
     fans,
     picked,
@@ -150,11 +151,8 @@ def _triangles(
     return result, counts
 
 
-def read(path: Path, new_rows: NewRows) -> tuple[list[Mesh], tuple[str, ...]]:
-    """Read a mesh for each material that has triangles, and warnings.
-
-    Raises MeshletError, OSError.
-    """
+def read(path: Path, new_rows: NewRows) -> MeshFile:
+    """Read a mesh for each material that has triangles. Raises MeshletError, OSError."""
     table: dict[str, RowArray] = defaultdict(new_rows)
     faces: dict[bytes, list[CornerNumbers]] = defaultdict(
         lambda: [CornerNumbers(new_rows()) for _ in KINDS]
@@ -168,17 +166,17 @@ def read(path: Path, new_rows: NewRows) -> tuple[list[Mesh], tuple[str, ...]]:
                 numbers.add(more)
         libraries += block.libraries
         objects += block.objects
-    materials, warnings = materials_of(path.parent, libraries)
-    meshes = []
+    contents = MeshFile([])
+    materials = _materials_of(path.parent, libraries, contents)
     for material, numbers_of_kinds in faces.items():
         label = material if len(faces) > 1 and material else (objects or [b""])[0]
         name = label.decode(errors="replace") or path.name
         groups, problems = _groups(numbers_of_kinds, table)
         used = {attribute for names, _ in groups for attribute in names}
         rows = {attribute: table[attribute] for attribute in ATTRIBUTES if attribute in used}
-        meshes.append(Mesh(name, rows, groups, materials.get(material), shares_rows=True))
-        warnings += [f"{name}: {problem}" for problem in problems]
-    return meshes, tuple(warnings)
+        contents.meshes.append(Mesh(name, rows, groups, materials.get(material), shares_rows=True))
+        contents.warnings += [f"{name}: {problem}" for problem in problems]
+    return contents
 
 
 def attributes(block: Block) -> dict[str, np.ndarray]:
@@ -255,24 +253,26 @@ def _file_name(name: bytes) -> str:
     return os.fsdecode(name.strip(b'"').replace(b"\\", b"/"))
 
 
-def materials_of(folder: Path, libraries: list[bytes]) -> tuple[dict[bytes, Material], list[str]]:
-    """Read the materials of all libraries by name; warn of files that are not there.
+def _materials_of(
+    folder: Path, libraries: list[bytes], contents: MeshFile
+) -> dict[bytes, Material]:
+    """Read the materials of all libraries by name; note their files and what is left out.
 
     libraries: lines without mtllib.
     """
     materials: dict[bytes, Material] = {}
-    warnings: list[str] = []
     for line in dict.fromkeys(libraries):
         readings = [[folder / name for name in names] for names in _readings(line)]
         chosen = next((paths for paths in readings if any(map(os.path.isfile, paths))), readings[0])
+        contents.others += chosen
         for path in chosen:
             if not os.path.isfile(path):
-                warnings.append(f"{path.name} is not there, so its material is left out")
+                problem = f"{path.name} is not there, so its material is left out"
+                contents.warnings.append(problem)
                 continue
             for name, lines in _libraries_materials(path.read_bytes()):
-                materials[name], more = _material(folder, name, lines)
-                warnings += more
-    return materials, warnings
+                materials[name] = _material(folder, name, lines, contents)
+    return materials
 
 
 Lines = dict[bytes, list[bytes]]  # keyword in lower case -> the words after it
@@ -293,8 +293,8 @@ def _libraries_materials(text: bytes) -> Iterator[tuple[bytes, Lines]]:
         yield name, lines
 
 
-def _material(folder: Path, name: bytes, lines: Lines) -> tuple[Material, tuple[str, ...]]:
-    """Return a glTF material of base colour (Kd, map_Kd) and shininess (Ns), and warnings."""
+def _material(folder: Path, name: bytes, lines: Lines, contents: MeshFile) -> Material:
+    """Return a glTF material of base colour (Kd, map_Kd) and shininess (Ns)."""
     shininess = (_numbers(lines.get(b"ns", [])) or [1.0])[0]
     pbr: dict[str, Any] = {
         "metallicFactor": 0.0,
@@ -306,11 +306,14 @@ def _material(folder: Path, name: bytes, lines: Lines) -> tuple[Material, tuple[
     properties = {"name": name.decode(errors="replace"), "pbrMetallicRoughness": pbr}
     texture = _texture_of(lines)
     if texture is None:
-        return Material(properties), ()
+        return Material(properties)
     image, warnings = read_texture(folder, texture.file)
+    contents.others.append(folder / texture.file)
+    contents.warnings += warnings
     if image and texture.lost:
-        warnings += (f"{properties['name']}: its texture is shown without {texture.lost}",)
-    return Material(properties, image), warnings
+        problem = f"{properties['name']}: its texture is shown without {texture.lost}"
+        contents.warnings.append(problem)
+    return Material(properties, image)
 
 
 class Texture(NamedTuple):

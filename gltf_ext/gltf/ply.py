@@ -20,6 +20,7 @@ from gltf_ext.gltf.mesh_files import (
     Group,
     Material,
     Mesh,
+    MeshFile,
     block_bytes,
     color_bytes,
     fans,
@@ -145,8 +146,8 @@ def blocks(file: BinaryIO, header: Header) -> Iterator[tuple[Element, Columns]]:
                 yield element, columns
 
 
-def read(path: Path, new_rows: NewRows) -> tuple[list[Mesh], tuple[str, ...]]:
-    """Read the mesh, if it has triangles, and warnings. Raises MeshletError, OSError.
+def read(path: Path, new_rows: NewRows) -> MeshFile:
+    """Read the mesh, if it has triangles. Raises MeshletError, OSError.
 
     A vertex's own values go before those that faces have at their corners.
     """
@@ -164,16 +165,20 @@ def read(path: Path, new_rows: NewRows) -> tuple[list[Mesh], tuple[str, ...]]:
                     triangles.add(at_corners.pop("triangles"))
                 add_all(faces, at_corners)
     if "POSITION" not in vertices:
-        return [], ()
+        return MeshFile([])
     triangles.check(vertices["POSITION"].count, "vertex")
     if not triangles.rows.count:
-        return [], ()
+        return MeshFile([])
     faces = {name: rows for name, rows in faces.items() if name not in vertices}
     _check_counts(vertices, vertices["POSITION"].count)
     _check_counts(faces, triangles.rows.count)
     groups: list[Group] = [(tuple(vertices), triangles.rows), *(((name,), None) for name in faces)]
-    material, warnings = material_of(path.parent, header.texture)
-    return [Mesh(path.name, {**vertices, **faces}, groups, material)], warnings
+    mesh = Mesh(path.name, {**vertices, **faces}, groups)
+    if not header.texture:
+        return MeshFile([mesh])
+    image, warnings = read_texture(path.parent, header.texture)
+    mesh.material = Material({}, image) if image else None
+    return MeshFile([mesh], list(warnings), [path.parent / header.texture])
 
 
 def _check_counts(attributes: dict[str, RowArray], count: int) -> None:
@@ -233,14 +238,6 @@ def face_corners(element: Element, columns: Columns) -> dict[str, np.ndarray]:
         of_faces = color_bytes(np.stack(colors, axis=1), element.type_of(COLOR[0]))
         result["COLOR_0"] = np.repeat(of_faces, 3 * counts, axis=0)
     return result
-
-
-def material_of(folder: Path, texture: str) -> tuple[Material | None, tuple[str, ...]]:
-    """Return the material of a texture's file, if there is one, and warnings."""
-    if not texture:
-        return None, ()
-    image, warnings = read_texture(folder, texture)
-    return (Material({}, image) if image else None), warnings
 
 
 # --- text ---

@@ -14,6 +14,7 @@ from gltf_ext.gltf.container import EXPORT_AGAIN
 from gltf_ext.gltf.mesh_files import (
     CUT_OFF,
     Mesh,
+    MeshFile,
     read_rows,
     text_blocks,
     to_floats,
@@ -53,15 +54,15 @@ def blocks(path: Path) -> Iterator[Block]:
             yield from _text(text_blocks(file))
 
 
-def read(path: Path, new_rows: NewRows) -> tuple[list[Mesh], tuple[str, ...]]:
-    """Read a mesh for each solid, and no warnings. Raises MeshletError, OSError."""
+def read(path: Path, new_rows: NewRows) -> MeshFile:
+    """Read a mesh for each solid. Raises MeshletError, OSError."""
     meshes: dict[int, Mesh] = {}
     for number, name, corners in blocks(path):
         if number not in meshes:
             positions = {"POSITION": new_rows()}
             meshes[number] = Mesh(name or path.name, positions, [(("POSITION",), None)])
         meshes[number].attributes["POSITION"].add(corners.reshape(-1, 3))
-    return list(meshes.values()), ()
+    return MeshFile(list(meshes.values()))
 
 
 def _text(texts: Iterator[bytes]) -> Iterator[Block]:

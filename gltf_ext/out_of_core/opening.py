@@ -10,8 +10,8 @@ from pathlib import Path
 from gltf_ext.compression.options import Options
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.document import Document
-from gltf_ext.gltf.importers import MESH_SUFFIXES, open_model, read_meshes
-from gltf_ext.gltf.mesh_files import Mesh, to_document
+from gltf_ext.gltf.importers import MESH_SUFFIXES, document_of, open_model, read_meshes
+from gltf_ext.gltf.mesh_files import Mesh
 from gltf_ext.gltf.row_arrays import FileRows
 from gltf_ext.out_of_core.sources import (
     BASE_BYTES,
@@ -54,12 +54,11 @@ def open_large(path: Path, options: Options) -> tuple[Document, Larges]:
         )
     stamp = stamp_of(path)
     try:
-        meshes, warnings = read_meshes(path, partial(FileRows, folder))
+        contents = read_meshes(path, partial(FileRows, folder))
     finally:
         check_unchanged(path, stamp)
-    document = to_document([mesh.sample() for mesh in meshes])
-    document.base, document.import_warnings = path.parent, warnings
-    large = {(m, 0): _large(m, mesh, options) for m, mesh in enumerate(meshes)}
+    document = document_of(path, contents, [mesh.sample() for mesh in contents.meshes])
+    large = {(m, 0): _large(m, mesh, options) for m, mesh in enumerate(contents.meshes)}
     return document, _checked(large, path, options)
 
 

@@ -185,7 +185,8 @@ def test_obj_materials(folder):
     data = bytes(document.bytes_of_view(document.images[0].bufferView))
     with Image.open(io.BytesIO(data)) as image:  # glTF has no .bmp
         assert image.format == "PNG" and image.getpixel((0, 0))[:3] == (255, 0, 0)
-    assert open_model(folder / "a.obj").import_warnings == ()
+    assert document.import_warnings == ()
+    assert document.files() == [folder / "m.mtl", folder / "t.bmp"]
 
 
 def test_obj_keywords_in_any_case(tmp_path):
@@ -334,7 +335,8 @@ def test_ply(folder, name):
     assert triangles.tolist() == [[0, 1, 2], [0, 1, 2], [0, 2, 3], [2, 3, 4]]
     assert attributes["POSITION"].tolist() == [[i, i * i, 0.5] for i in range(5)]
     assert attributes["COLOR_0"].tolist() == [[10 * i, 0, 255, 255] for i in range(5)]
-    assert len(open_model(folder / name).images) == 1
+    document = open_model(folder / name)
+    assert len(document.images) == 1 and document.files() == [folder / "t.png"]
 
 
 def test_ply_with_values_at_corners(tmp_path):
@@ -376,8 +378,11 @@ def test_blocks_of_any_size_give_the_same(folder, monkeypatch, name):
 def test_rows_in_work_files_are_those_in_memory(folder, monkeypatch, name):
     monkeypatch.setattr(mesh_files, "MOST_BYTES", 50)
     stores = (MemoryRows, partial(FileRows, str(folder)))
-    (meshes, warnings), (others, same) = (read_meshes(folder / name, rows) for rows in stores)
-    assert len(meshes) == len(others) and warnings == same
+    contents, stored_contents = (read_meshes(folder / name, rows) for rows in stores)
+    assert contents.warnings == stored_contents.warnings
+    assert contents.others == stored_contents.others
+    meshes, others = contents.meshes, stored_contents.meshes
+    assert len(meshes) == len(others)
     for mesh, other in zip(meshes, others):
         assert (mesh.name, [names for names, _ in mesh.groups], mesh.triangle_count) == (
             other.name,
