@@ -97,8 +97,10 @@ class Mesh:
             _of_equal_rows(values[names[0]]) if numbers is None else _read(numbers)
             for names, numbers in self.groups
         ]
-        triangles, chosen = split_vertices(corners)
-        rows_of = {name: rows for (names, _), rows in zip(self.groups, chosen) for name in names}
+        triangles, numbers_of_groups = split_vertices(corners)
+        rows_of = {
+            name: rows for (names, _), rows in zip(self.groups, numbers_of_groups) for name in names
+        }
         values = {name: values[name][rows_of[name]] for name in values}
         return IndexedMesh(self.name, triangles, values, self.material)
 
@@ -179,7 +181,7 @@ def fans(sizes: np.ndarray) -> tuple[np.ndarray | None, np.ndarray]:
     return np.stack([np.repeat(starts, counts), second, second + 1], axis=1), counts
 
 
-def picked(values: np.ndarray, corners: np.ndarray | None) -> np.ndarray:
+def at_corners(values: np.ndarray, corners: np.ndarray | None) -> np.ndarray:
     """[T, 3, ...]: values [C, ...] of all polygons' corners at those that `fans` returns."""
     if corners is None:
         return values.reshape(-1, 3, *values.shape[1:])

@@ -23,9 +23,9 @@ from gltf_ext.gltf.mesh_files import (
     Material,
     Mesh,
     MeshFile,
+    at_corners,
     color_bytes,
     fans,
-    picked,
     text_blocks,
     to_floats,
     to_texcoords,
@@ -60,13 +60,13 @@ class Block(NamedTuple):
     """A piece of the file.
 
     rows: float64[n, columns] of v, vt and vn; columns: the fewest of a line, but 2 of vt.
-    faces: (material, corners) in the order of the file. corners: int32[T, 3] for v, vt and vn, the
-        numbers from 0 at each corner of the triangles; NONE where there is none.
+    faces: material -> for v, vt and vn, int32[T, 3]: the numbers from 0 at each corner of its
+        triangles, in the order of the file; NONE where there is none.
     libraries, objects: names after mtllib and o.
     """
 
     rows: list[np.ndarray]
-    faces: list[tuple[bytes, list[np.ndarray]]]
+    faces: dict[bytes, list[np.ndarray]]
     libraries: list[bytes]
     objects: list[bytes]
 
@@ -84,15 +84,22 @@ def blocks(path: Path) -> Iterator[Block]:
             numbers, counts, at = of_faces
             above = _Above(totals, [scan[2] for scan in scans], at)
             corners, triangles = _triangles(numbers.reshape(-1, 3), counts // 3, above)
-            faces = []
+            parts: dict[bytes, list[slice]] = defaultdict(list)
             names = [material, *words_after(text, uses[2])]
             ends = np.concatenate([[0], np.cumsum(triangles)])
             cuts = ends[np.searchsorted(at, [0, *uses[2]])]
             for material, first, last in zip(names, cuts, [*cuts[1:], ends[-1]]):
                 if last > first:
-                    faces.append((material, [numbers[first:last] for numbers in corners]))
+                    parts[material].append(slice(first, last))
+            faces = {
+                name: [_joined(kind, part) for kind in corners] for name, part in parts.items()
+            }
             yield Block(rows, faces, *(words_after(text, k[2]) for k in (libraries, objects)))
             totals = [total + len(r) for total, r in zip(totals, rows)]
+
+
+def _joined(rows: np.ndarray, parts: list[slice]) -> np.ndarray:
+    return rows[parts[0]] if len(parts) == 1 else np.concatenate([rows[part] for part in parts])
 
 
 class _Above(NamedTuple):
@@ -145,7 +152,7 @@ def _triangles(
             written[relative] += np.repeat(above.lines(kind), sizes)[relative] + 1
             if (written[relative] < 0).any():
                 raise MeshletError(f"a face uses a {NAMES[kind]} before the first", EXPORT_AGAIN)
-        result.append(picked(written, corners))
+        result.append(at_corners(written, corners))
     if (result[VERTEX] == NONE).any():
         raise MeshletError("a face uses vertex 0", EXPORT_AGAIN)
     return result, counts
@@ -161,7 +168,7 @@ def read(path: Path, new_rows: NewRows) -> MeshFile:
     objects: list[bytes] = []
     for block in blocks(path):
         add_all(table, attributes(block))
-        for material, corners in block.faces:
+        for material, corners in block.faces.items():
             for numbers, more in zip(faces[material], corners):
                 numbers.add(more)
         libraries += block.libraries
@@ -172,8 +179,8 @@ def read(path: Path, new_rows: NewRows) -> MeshFile:
         label = material if len(faces) > 1 and material else (objects or [b""])[0]
         name = label.decode(errors="replace") or path.name
         groups, problems = _groups(numbers_of_kinds, table)
-        used = {attribute for names, _ in groups for attribute in names}
-        rows = {attribute: table[attribute] for attribute in ATTRIBUTES if attribute in used}
+        of_groups = {attribute for names, _ in groups for attribute in names}
+        rows = {attribute: table[attribute] for attribute in ATTRIBUTES if attribute in of_groups}
         contents.meshes.append(Mesh(name, rows, groups, materials.get(material), shares_rows=True))
         contents.warnings += [f"{name}: {problem}" for problem in problems]
     return contents
@@ -263,9 +270,9 @@ def _materials_of(
     materials: dict[bytes, Material] = {}
     for line in dict.fromkeys(libraries):
         readings = [[folder / name for name in names] for names in _readings(line)]
-        chosen = next((paths for paths in readings if any(map(os.path.isfile, paths))), readings[0])
-        contents.others += chosen
-        for path in chosen:
+        paths = next((paths for paths in readings if any(map(os.path.isfile, paths))), readings[0])
+        contents.others += paths
+        for path in paths:
             if not os.path.isfile(path):
                 problem = f"{path.name} is not there, so its material is left out"
                 contents.warnings.append(problem)
@@ -310,8 +317,8 @@ def _material(folder: Path, name: bytes, lines: Lines, contents: MeshFile) -> Ma
     image, warnings = read_texture(folder, texture.file)
     contents.others.append(folder / texture.file)
     contents.warnings += warnings
-    if image and texture.lost:
-        problem = f"{properties['name']}: its texture is shown without {texture.lost}"
+    if image and texture.omissions:
+        problem = f"{properties['name']}: its texture is shown without {texture.omissions}"
         contents.warnings.append(problem)
     return Material(properties, image)
 
@@ -320,18 +327,18 @@ class Texture(NamedTuple):
     """A texture of a material.
 
     Attributes:
-        file: relative path; lost: the options that change the picture, which are left out.
+        file: relative path; omissions: options that change the picture, which are left out.
     """
 
     file: str
-    lost: str
+    omissions: str
 
 
 def _texture_of(lines: Lines) -> Texture | None:
     """Read the file of a material's base colour texture, and the options before it."""
     if b"map_kd" not in lines:
         return None
-    words, lost = lines[b"map_kd"], []
+    words, omissions = lines[b"map_kd"], []
     while len(words) > 1 and (option := words[0].lower()) in TEXTURE_OPTIONS:
         most, neutral = TEXTURE_OPTIONS[option]
         values = words[1:-1][:most]
@@ -339,9 +346,9 @@ def _texture_of(lines: Lines) -> Texture | None:
             values.pop()  # it belongs to the file's name
         setting: list[Any] = _numbers(values) or [value.lower() for value in values]
         if neutral and setting != neutral[: len(values)]:
-            lost.append(option.decode())
+            omissions.append(option.decode())
         words = words[1 + len(values) :]
-    return Texture(_file_name(b" ".join(words)), ", ".join(lost))
+    return Texture(_file_name(b" ".join(words)), ", ".join(omissions))
 
 
 def _numbers(words: list[bytes]) -> list[float]:

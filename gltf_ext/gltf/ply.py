@@ -21,10 +21,10 @@ from gltf_ext.gltf.mesh_files import (
     Material,
     Mesh,
     MeshFile,
+    at_corners,
     block_bytes,
     color_bytes,
     fans,
-    picked,
     read_rows,
     text_blocks,
     to_floats,
@@ -160,10 +160,10 @@ def read(path: Path, new_rows: NewRows) -> MeshFile:
             if element.name == "vertex":
                 add_all(vertices, vertex_attributes(element, columns))
             elif element.name == "face":
-                at_corners = face_corners(element, columns)
-                if "triangles" in at_corners:
-                    triangles.add(at_corners.pop("triangles"))
-                add_all(faces, at_corners)
+                parts = face_corners(element, columns)
+                if "triangles" in parts:
+                    triangles.add(parts.pop("triangles"))
+                add_all(faces, parts)
     if "POSITION" not in vertices:
         return MeshFile([])
     triangles.check(vertices["POSITION"].count, "vertex")
@@ -226,12 +226,12 @@ def face_corners(element: Element, columns: Columns) -> dict[str, np.ndarray]:
     if not np.can_cast(numbers.dtype, np.int32):
         with np.errstate(invalid="ignore"):  # a text may say nan; no number beyond int32 is valid
             numbers = np.clip(numbers, -1, np.iinfo(np.int32).max)
-    result = {"triangles": picked(numbers.astype(np.int32, copy=False), corners)}
+    result = {"triangles": at_corners(numbers.astype(np.int32, copy=False), corners)}
     texcoords = columns.get(CORNER_TEXCOORDS)
     if isinstance(texcoords, Lists):
         if (texcoords.lengths != 2 * polygons.lengths).any():
             raise MeshletError("has faces with missing texture coordinates", EXPORT_AGAIN)
-        uv = picked(texcoords.values.reshape(-1, 2), corners)
+        uv = at_corners(texcoords.values.reshape(-1, 2), corners)
         result["TEXCOORD_0"] = to_texcoords(uv.reshape(-1, 2))
     colors = [columns[name] for name in COLOR if name in columns]
     if len(colors) >= 3 and not any(isinstance(c, Lists) for c in colors):
