@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from bisect import bisect_right
 from collections.abc import Callable, Mapping
 
 import numpy as np
@@ -73,17 +74,34 @@ class MemoryRows(RowArray):
 
 
 class FileRows(RowArray):
-    """Rows in a work file in a folder."""
+    """Rows in a work file, which arrays share: an .obj may have thousands.
 
-    def __init__(self, folder: str) -> None:
-        """Open the file. Raises OSError."""
+    Rows of all of them take a multiple of 4 bytes.
+    """
+
+    def __init__(self, file: WorkFile) -> None:
+        """Start without rows."""
         super().__init__()
-        self._file = WorkFile(folder)
+        self._file = file
+        # Of each block: the rows before it, and then all; the bytes before it in the file.
+        self._begins, self._places = [0], list[int]()
 
     def _append(self, values: np.ndarray) -> None:
-        self._file.append(values)
+        if len(values):
+            self._places.append(self._file.size)
+            self._begins.append(self._begins[-1] + len(values))
+            self._file.append(values)
 
     def rows(self, first: int, last: int) -> np.ndarray:
         """Return a copy, [last - first, components]. Raises OSError."""
-        dtype, width = self.form
-        return self._file.rows(dtype, first * width, (last - first) * width).reshape(-1, width)
+        (dtype, width), begins = self.form, self._begins
+        result = np.empty((last - first, width), dtype)
+        block = bisect_right(begins, first) - 1
+        row = first
+        while row < last:
+            end = min(begins[block + 1], last)
+            start = self._places[block] // dtype.itemsize + (row - begins[block]) * width
+            values = self._file.rows(dtype, start, (end - row) * width)
+            result[row - first : end - first] = values.reshape(-1, width)
+            row, block = end, block + 1
+        return result

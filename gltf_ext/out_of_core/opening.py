@@ -24,6 +24,7 @@ from gltf_ext.out_of_core.sources import (
     stamp_of,
 )
 from gltf_ext.progress import progress_bar, shared_progress
+from gltf_ext.work_files import WorkFile
 
 # A triangle takes at least 18 bytes in an .obj, .ply or .stl, and 300 while it is encoded.
 MEMORY_OF_FILE = 16
@@ -54,7 +55,7 @@ def open_large(path: Path, options: Options) -> tuple[Document, Larges]:
         )
     stamp = stamp_of(path)
     try:
-        contents = read_meshes(path, partial(FileRows, folder))
+        contents = read_meshes(path, partial(FileRows, WorkFile(folder)))
     finally:
         check_unchanged(path, stamp)
     document = document_of(path, contents, [mesh.sample() for mesh in contents.meshes])

@@ -17,6 +17,7 @@ from gltf_ext.errors import MeshletError
 from gltf_ext.gltf import mesh_files
 from gltf_ext.gltf.importers import open_model, read_meshes, referenced_files
 from gltf_ext.gltf.row_arrays import FileRows, MemoryRows
+from gltf_ext.work_files import WorkFile
 
 OBJ = b"""# a quad and a triangle with a seam, then two faces of other materials
 mtllib m.mtl
@@ -377,7 +378,7 @@ def test_blocks_of_any_size_give_the_same(folder, monkeypatch, name):
 @pytest.mark.parametrize("name", FILES)
 def test_rows_in_work_files_are_those_in_memory(folder, monkeypatch, name):
     monkeypatch.setattr(mesh_files, "MOST_BYTES", 50)
-    stores = (MemoryRows, partial(FileRows, str(folder)))
+    stores = (MemoryRows, partial(FileRows, WorkFile(str(folder))))
     contents, stored_contents = (read_meshes(folder / name, rows) for rows in stores)
     assert contents.warnings == stored_contents.warnings
     assert contents.others == stored_contents.others
@@ -447,7 +448,7 @@ def test_memory_is_at_most_three_times_the_file(tmp_path, name):
 def test_refused_in_one_line(tmp_path, name, content, message):
     """Alike in memory and in work files."""
     (tmp_path / name).write_bytes(content)
-    for new_rows in (MemoryRows, partial(FileRows, str(tmp_path))):
+    for new_rows in (MemoryRows, partial(FileRows, WorkFile(str(tmp_path)))):
         with pytest.raises(MeshletError, match=r"^[^\n]*$") as caught:
             read_meshes(tmp_path / name, new_rows)
         assert message in str(caught.value)

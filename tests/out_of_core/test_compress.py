@@ -11,6 +11,7 @@ import pytest
 import gltf_ext
 from gltf_ext import MeshletError
 from gltf_ext.checks.coverage import check_coverage
+from gltf_ext.compression.options import Options
 from gltf_ext.gltf.row_arrays import FileRows
 from gltf_ext.lod import LodPrimitive, View, cut_for_view, open_lod
 from gltf_ext.out_of_core import encoding, opening, sources
@@ -225,6 +226,22 @@ def test_other_formats(tmp_path, other_format):
     if path.suffix != ".obj":  # a shorter one is as good
         path.write_bytes(path.read_bytes()[:-5000])
         assert "cut off" in message(tmp_path, path, max_memory="1G")
+
+
+def test_many_materials_share_a_work_file(tmp_path, monkeypatch):
+    """Each has numbers of three kinds."""
+    lines = ["v 0 0 0", "v 1 0 0", "v 0 1 0", "vt 0 0", "vn 0 0 1"]
+    lines += [f"usemtl m{i}\nf 1/1/1 2/1/1 3/1/1" for i in range(100)]
+    (tmp_path / "in.obj").write_text("\n".join(lines))
+    monkeypatch.setattr(opening, "MEMORY_OF_FILE", 1 << 30)
+    options = Options.of({"max_memory": "1G", "work_dir": str(tmp_path)})
+    limits = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (len(os.listdir("/proc/self/fd")) + 20, limits[1]))
+    try:
+        _, primitives = opening.open_large(tmp_path / "in.obj", options)
+    finally:
+        resource.setrlimit(resource.RLIMIT_NOFILE, limits)
+    assert len(primitives) == 100
 
 
 # --- memory ---
