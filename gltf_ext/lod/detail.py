@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from gltf_ext.compression.extension import Compressed
 from gltf_ext.compression.primitives import Primitive
 from gltf_ext.errors import MeshletError
+from gltf_ext.gltf.accessors import stated_bounds
 from gltf_ext.gltf.document import Document
 from gltf_ext.lod.cuts import cut_at_error, cut_at_level
 from gltf_ext.lod.reading import read_lod
@@ -75,9 +76,9 @@ def _longest_side(document: Document, compressed: Compressed) -> float:
     """Of the bounding box that the POSITION accessor states."""
     primitive = document.meshes[compressed.mesh].primitives[compressed.primitive]
     accessor = document.accessors[primitive.attributes["POSITION"]]
-    low, high = accessor.min, accessor.max
-    if not low or not high or len(low) != 3 or len(high) != 3:
+    low, high = stated_bounds(accessor)
+    if low is None or high is None or len(low) != 3 or len(high) != 3:
         raise MeshletError(
             f"{compressed.where}: POSITION has no bounds", "compress the original again"
         )
-    return float(max(b - a for a, b in zip(low, high)))
+    return float((high - low).max())
