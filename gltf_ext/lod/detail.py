@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+import numbers
 from dataclasses import dataclass
+from typing import Any
 
 from gltf_ext.compression.extension import Compressed
 from gltf_ext.compression.primitives import Primitive
@@ -35,7 +37,7 @@ class Detail:
             raise MeshletError(
                 "level and error both choose the detail", "give one", options=("level", "error")
             )
-        if level is not None and (not isinstance(level, int) or level < 0):
+        if level is not None and (not _is_count(level)):
             raise MeshletError(f"level is {level!r}", "use 0 or more", options=("level",))
         if error is None:
             return cls(level)
@@ -63,6 +65,11 @@ class Detail:
         assert self.error is not None
         error = self.error * (_longest_side(document, compressed) if self.is_share else 1.0)
         return primitive.mesh(cut_at_error(primitive.tables, error))
+
+
+def _is_count(value: Any) -> bool:
+    is_integer = isinstance(value, numbers.Integral) and not isinstance(value, bool)
+    return is_integer and bool(value >= 0)
 
 
 def missing_levels(document: Document) -> list[str]:
