@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import numbers
 import os
 import time
 from collections import deque
@@ -16,6 +17,7 @@ from gltf_ext.batches.page import page
 from gltf_ext.batches.storage import STATE, Folder, find_models, output_names, stamp_of
 from gltf_ext.batches.task import DONE, FAILED, UNCHANGED, Job, Record
 from gltf_ext.compression.options import Options
+from gltf_ext.errors import MeshletError
 from gltf_ext.progress import Advance, progress_bar
 from gltf_ext.scheduler import MEMORY, Workers, connected, require_dask, silence
 
@@ -64,7 +66,8 @@ def batch(
     Raises MeshletError when nothing can be started or the scheduler is lost, OSError when the
     source or the destination cannot be read or written.
     """
-    Options.of({**options, "progress": False})
+    Options.of({**options, "progress": progress})
+    _check_cluster(scheduler, workers)
     start = time.perf_counter()
     goal = Folder(destination)
     folder, models = find_models(source, goal)
@@ -88,6 +91,19 @@ def batch(
     goal.write(REPORT, json.dumps(report, indent=1).encode())
     goal.write(PAGE, page(report).encode())
     return report
+
+
+def _check_cluster(scheduler: Any, workers: Any) -> None:
+    """Raises MeshletError for a value that these options of batch cannot have."""
+    if not (scheduler is None or isinstance(scheduler, str) or hasattr(scheduler, "submit")):
+        raise MeshletError(
+            f"scheduler is {scheduler!r}",
+            "use an address such as tcp://192.0.2.1:8786, or a distributed.Client",
+            options=("scheduler",),
+        )
+    count = isinstance(workers, numbers.Integral) and not isinstance(workers, bool)
+    if workers is not None and not (count and workers >= 1):
+        raise MeshletError(f"workers is {workers!r}", "use 1 or more", options=("workers",))
 
 
 def _finished(

@@ -152,8 +152,8 @@ def compress(input: File, output: File, settings: Options) -> Report:
         grid: "mesh" or "scene": one position grid per mesh, or one for the whole scene (default
             mesh).
         max_triangles: most triangles in a meshlet (16 to 64, default 64).
-        lambda_: above 1; small values give planar meshlets, large ones compact meshlets (default
-            1.4).
+        lambda_: above 0 and up to 1000; small values give planar meshlets, large ones compact
+            meshlets (default 1.4).
         effort: "fast" or "normal" or "high": how long to look for a smaller file; against normal,
             fast takes about 0.6 of the time for 2 % more bytes, and high 1.7 times for 0.2 % fewer
             (default normal).

@@ -121,9 +121,15 @@ def glb_bytes(properties: dict, binary: bytes) -> bytes:
     return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
 
 
-def glb_json(path: Path) -> dict:
+def glb_parts(path: Path) -> tuple[dict, bytearray]:
+    """The JSON and the binary chunk of a .glb."""
     data = path.read_bytes()
-    return json.loads(data[20 : 20 + struct.unpack_from("<I", data, 12)[0]])
+    end = 20 + struct.unpack_from("<I", data, 12)[0]
+    return json.loads(data[20:end]), bytearray(data[end + 8 :])
+
+
+def glb_json(path: Path) -> dict:
+    return glb_parts(path)[0]
 
 
 def grid_mesh(columns: int, rows: int) -> tuple[np.ndarray, np.ndarray]:
