@@ -45,7 +45,8 @@ def run(options: argparse.Namespace) -> int:
         **compress_options.given(options),
     )
     print(json.dumps(report, indent=2) if options.json else table(report))
-    return FAILED if report["totals"]["failed"] else DONE
+    totals = report["totals"]
+    return FAILED if totals["failed"] or totals["left_out"] else DONE
 
 
 def table(report: dict[str, Any]) -> str:
@@ -55,15 +56,24 @@ def table(report: dict[str, Any]) -> str:
     good = [file for file in report["files"] if file["status"] != "failed"]
     shown = sorted(good, key=lambda file: -file["input_bytes"])[:SHOWN]
     lines = [f"{printable(file['name'])}: failed: {file['error']}" for file in failed]
+    lines += [f"{printable(i['path'])}: left out: it {i['reason']}" for i in report["left_out"]]
     lines += [_line(file) for file in shown]
     if len(shown) < len(good):
         lines.append(f"the {len(shown)} largest of {len(good):,}; batch.html shows all")
+    if report["skipped"]:
+        count = report_text.counted(len(report["skipped"]), "model")
+        lines.append(f"skipped {count} in the destination that batches wrote there")
+    if report["leftover"]:
+        count = report_text.counted(len(report["leftover"]), "file")
+        lines.append(f"{count} in the destination are of models that this run does not have")
     sizes = (
         f"{report_text.size(totals['input_bytes'])} -> {report_text.size(totals['output_bytes'])}"
     )
     counts = (
         f"{totals['done']:,} done, {totals['unchanged']:,} unchanged, {totals['failed']:,} failed"
     )
+    if totals["left_out"]:
+        counts += f", {totals['left_out']:,} left out"
     triangles = report_text.counted(totals["triangles"], "triangle")
     return "\n".join([*lines, f"{counts}: {sizes}, {triangles}, {report['seconds']:.1f} s"])
 

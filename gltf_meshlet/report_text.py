@@ -128,7 +128,7 @@ def _inspect_rows(report: Report) -> list[tuple[str, str]]:
         ("bits per triangle", f"{bits['total']:.3f}"),
         *((f"  {label}", f"{value:.3f}") for label, value in labelled_bits(bits)),
         ("symbols", ", ".join(symbols)),
-        *(("fallback", f"{count:,} bytes in {name}") for name, count in fallback),
+        *(("fallback", f"{count:,} bytes in {printable(name)}") for name, count in fallback),
     ]
 
 

@@ -6,6 +6,7 @@ import base64
 import binascii
 import mmap
 import os
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -150,15 +151,12 @@ class Document:
 
     def files(self) -> list[Path]:
         """The files that buffers and images refer to, and those that an import has read."""
-        uris = [holder.uri for holder in (*self.buffers, *self.images)]
-        return [
-            *self.import_files,
-            *(
-                self.path_of(uri)
-                for uri in uris
-                if uri and not uri.startswith("data:") and uri.isprintable()
-            ),
-        ]
+        found = list(self.import_files)
+        for holder in (*self.buffers, *self.images):
+            if holder.uri and not holder.uri.startswith("data:"):
+                with suppress(ValueError):  # no path at all, so nothing reads it
+                    found.append(self.path_of(holder.uri))
+        return found
 
     # --- extensions ---
 
