@@ -7,7 +7,7 @@ import os
 import posixpath
 import re
 import stat
-from collections import Counter
+from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import takewhile
@@ -320,13 +320,16 @@ def output_names(names: Sequence[str], ignore_case: bool = False) -> dict[str, s
     while True:
         outputs = {name: _output_name(name, number) for name, number in added.items()}
         keys = {name: o.lower() if ignore_case else o for name, o in outputs.items()}
-        uses = Counter(keys.values())
-        folders = {above.as_posix() for key in uses for above in Path(key).parents}
-        clashing = [name for name, key in keys.items() if uses[key] > 1 or key in folders]
+        users: dict[str, list[str]] = defaultdict(list)
+        for name, key in keys.items():
+            users[key].append(name)
+        folders = {above.as_posix() for key in users for above in Path(key).parents}
+        clashing = [n for key, n in users.items() if len(n) > 1 or key in folders]
         if not clashing:
             return outputs
-        for name in clashing:
-            added[name] += 1
+        for group in clashing:
+            for place, name in enumerate(group, start=1):  # numbers differ, so that this ends
+                added[name] += place if added[name] else 1
 
 
 def _output_name(name: str, number: int) -> str:
