@@ -22,7 +22,11 @@ def add_arguments(command: argparse.ArgumentParser) -> None:
         help="a folder, a glob in quotes, or a .txt with a path or URL in each line; on a disk, or "
         "s3://, https:// and whatever else fsspec reads",
     )
-    command.add_argument("destination", metavar="DESTINATION", help="folder to write, likewise")
+    command.add_argument(
+        "destination",
+        metavar="DESTINATION",
+        help="folder to write, likewise; nothing in it is overwritten that no batch wrote there",
+    )
     command.add_argument(
         "--scheduler",
         metavar="ADDRESS",
@@ -36,7 +40,9 @@ def add_arguments(command: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Runs or goes on with the batch; returns the exit status. Raises MeshletError, OSError."""
+    """Runs or goes on with the batch; returns the exit status: 2 if a file failed or something was
+    left out. Raises MeshletError, OSError.
+    """
     report = gltf_ext.batch(
         options.source,
         options.destination,
@@ -50,7 +56,8 @@ def run(options: argparse.Namespace) -> int:
 
 
 def table(report: dict[str, Any]) -> str:
-    """A line for each file that failed and for the largest others, then the totals."""
+    """A line for each file that failed or was left out and for the largest others, then the
+    totals."""
     totals = report["totals"]
     failed = [file for file in report["files"] if file["status"] == "failed"]
     good = [file for file in report["files"] if file["status"] != "failed"]

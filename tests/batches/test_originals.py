@@ -447,7 +447,7 @@ def test_what_is_left_out_is_named(source, tmp_path, compress_all, monkeypatch, 
     (source / "._a.glb").write_bytes(b"metadata of macOS")
 
     def scan(path):
-        if os.path.basename(path) == "secret":
+        if isinstance(path, str) and os.path.basename(path) == "secret":
             raise PermissionError(13, "Permission denied", path)
         return scandir(path)
 
