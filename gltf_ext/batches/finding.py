@@ -272,7 +272,10 @@ def _is_folder(entry: os.DirEntry[str]) -> bool:
 
 def _is_junction(entry: os.DirEntry[str]) -> bool:
     """Whether it is Windows' other kind of link to a folder."""
-    tag = getattr(entry.stat(follow_symlinks=False), "st_reparse_tag", 0)
+    try:
+        tag = getattr(entry.stat(follow_symlinks=False), "st_reparse_tag", 0)
+    except OSError:
+        return False
     return bool(tag == getattr(stat, "IO_REPARSE_TAG_MOUNT_POINT", -1))
 
 

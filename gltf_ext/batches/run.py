@@ -25,13 +25,14 @@ from gltf_ext.scheduler import MEMORY, Workers, connected, require_dask, silence
 if TYPE_CHECKING:
     from distributed import Client, Future
 
+PathText = str | os.PathLike[str]
 RETRIES = 2  # of a task that raises, such as for a network that fails
 RUN_AGAIN = "run again: what is done is kept"
 
 
 def batch(
-    source: str | Sequence[str],
-    destination: str,
+    source: PathText | Sequence[PathText],
+    destination: PathText,
     *,
     scheduler: str | Client | None = None,
     workers: int | None = None,
@@ -78,8 +79,12 @@ def batch(
     if workers is not None and workers < 1:
         raise MeshletError(f"workers is {workers}", "use 1 or more", options=("workers",))
     start = time.perf_counter()
-    goal = Folder(destination)
-    plan = Plan(source, goal, options)
+    if isinstance(source, str | os.PathLike):
+        paths: str | list[str] = os.fspath(source)
+    else:
+        paths = [os.fspath(entry) for entry in source]
+    goal = Folder(os.fspath(destination))
+    plan = Plan(paths, goal, options)
     left = [job for job in plan.jobs if job.name not in plan.records]
     left.sort(key=lambda job: -plan.models[job.name].size)
     if left:
@@ -90,7 +95,7 @@ def batch(
             plan.records.update(run.records)
     files = [plan.records[job.name] for job in plan.jobs]
     plan.outputs.save({name for file in files for name in file.get("outputs", ())})
-    report = _report(str(source), destination, options, files)
+    report = _report(str(paths), os.fspath(destination), options, files)
     report |= plan.remarks
     report["totals"]["left_out"] = len(report["left_out"])
     report["seconds"] = time.perf_counter() - start

@@ -11,6 +11,7 @@ import pytest
 from PIL import Image
 
 import gltf_ext
+from gltf_ext import scheduler
 from gltf_ext.batches import finding, run, storage, task, thumbnail
 from gltf_ext.batches.finding import output_names
 from gltf_ext.batches.page import page
@@ -182,6 +183,15 @@ def test_outputs_differ_where_case_does_not_count():
         "A.obj": "A.obj.2.glb",
         "a.obj": "a.obj.3.glb",
     }
+
+
+def test_a_destination_where_case_does_not_count(source, tmp_path, compress_all, monkeypatch):
+    (source / "A.obj").write_text(TRIANGLE + "f 1 2 3\n")
+    monkeypatch.setattr(storage.Folder, "ignores_case", lambda _: True)
+    for status in ("done", "unchanged"):
+        report = compress_all(source, tmp_path / "out")
+        assert statuses(report) == {"A.obj": status, "a.glb": status}
+        assert {file["output"] for file in report["files"]} == {"A.obj.glb", "a.glb.glb"}
 
 
 def test_models_of_the_same_name_and_a_folder(source, tmp_path, compress_all):
@@ -561,6 +571,13 @@ def test_addresses_of_a_web_server(library, web, tmp_path, compress_all):
     report = compress_all(tmp_path / "list.txt", tmp_path / "out")
     assert statuses(report) == {**wanted, "a.glb": "unchanged", "c.obj": "unchanged"}
     assert not (library / "out").exists()
+
+
+def test_a_web_server_is_no_scheduler(source, web, tmp_path, monkeypatch):
+    monkeypatch.setattr(scheduler, "CONNECT", 1)
+    address = web.replace("http:", "tcp:")
+    with pytest.raises(gltf_ext.MeshletError, match="no scheduler answers at this address"):
+        gltf_ext.batch(source, tmp_path / "out", scheduler=address)
 
 
 # --- memory ---
