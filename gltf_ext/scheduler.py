@@ -3,6 +3,7 @@ model."""
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
 import logging
 import os
@@ -46,12 +47,28 @@ def connected(address: str) -> Iterator[Client]:
     from distributed import Client
 
     try:
+        _check_answer(address)
         client = Client(address, timeout=CONNECT)
-    except (OSError, ValueError, TimeoutError):
+    except (OSError, ValueError, TimeoutError, asyncio.TimeoutError):
         problem = "no scheduler answers at this address"
         raise MeshletError(problem, "start one: dask scheduler", address) from None
     with client:
         yield client
+
+
+def _check_answer(address: str) -> None:
+    """Raises OSError, ValueError or TimeoutError unless a program of Dask answers: a client would
+    wait for ever for a web server, or a scheduler that is stopped, to say something."""
+    from concurrent.futures import ThreadPoolExecutor
+
+    from distributed.comm import connect
+
+    async def ask() -> None:
+        comm = await asyncio.wait_for(connect(address, timeout=CONNECT), CONNECT)
+        await comm.close()
+
+    with ThreadPoolExecutor(1) as pool:  # this thread may have a loop that runs
+        pool.submit(lambda: asyncio.run(ask())).result()
 
 
 def in_order(

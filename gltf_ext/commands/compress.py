@@ -219,7 +219,7 @@ def compress(input: File, output: File, settings: Options) -> Report:
         changes["warnings"].append("the file grew; the original is smaller")
     if model.suffix != output.suffix:
         changes["warnings"].append(f"the result does not fit a .glb; it is {model.name}")
-    if fallback_path not in files and fallback_path.exists():
+    if fallback_path not in files and os.path.exists(fallback_path):  # also if too long
         changes["warnings"].append(
             f"{fallback_path.name} is not part of this result; delete it if nothing needs it"
         )

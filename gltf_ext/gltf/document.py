@@ -6,6 +6,7 @@ import base64
 import binascii
 import mmap
 import os
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -46,6 +47,7 @@ class Document:
             document's.
         base: the folder that relative uris refer to.
         import_warnings: one line for each thing lost when another format was read.
+        import_files: the other files that were read then, such as materials and textures.
         was_packed: the file had packed views (transport.py).
     """
 
@@ -58,6 +60,7 @@ class Document:
             raise MeshletError("is not glTF 2.0", "convert it to glTF 2.0 first")
         self.base = base
         self.import_warnings: tuple[str, ...] = ()
+        self.import_files: tuple[Path, ...] = ()
         self.was_packed = False
         self._binary = binary
         self._buffers_read: dict[int, memoryview] = {}
@@ -147,13 +150,13 @@ class Document:
         return self.base / os.fsdecode(unquote_to_bytes(uri))
 
     def files(self) -> list[Path]:
-        """The files that buffers and images refer to."""
-        uris = [holder.uri for holder in (*self.buffers, *self.images)]
-        return [
-            self.path_of(uri)
-            for uri in uris
-            if uri and not uri.startswith("data:") and uri.isprintable()
-        ]
+        """The files that buffers and images refer to, and those that an import has read."""
+        found = list(self.import_files)
+        for holder in (*self.buffers, *self.images):
+            if holder.uri and not holder.uri.startswith("data:"):
+                with suppress(ValueError):  # no path at all, so nothing reads it
+                    found.append(self.path_of(holder.uri))
+        return found
 
     # --- extensions ---
 

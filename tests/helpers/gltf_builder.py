@@ -222,3 +222,11 @@ def write_everything(path: Path, **size: int) -> Path:
     builder.mesh(attributes, triangles, targets, NORMALIZED)
     builder.mesh({"POSITION": attributes["POSITION"]}, triangles)
     return builder.write(path)
+
+
+def write_grid(path: Path, size: int = 9) -> Path:
+    """Writes a .glb with a grid of size x size vertices."""
+    positions, triangles = grid_mesh(size, size)
+    builder = Builder()
+    builder.mesh({"POSITION": positions}, triangles)
+    return builder.write(path)
