@@ -118,15 +118,70 @@ def decoding(method: str) -> list[float]:
     return [times[model] for model in ("bunny", "igea_plain", "dragon_plain", "dragon_x4_plain")]
 
 
-def tracing(model: str, cache: float, bounces: int) -> float:
-    """Median milliseconds of path rt."""
+def traced(model: str, path: str, cache: float | None, bounces: int) -> dict[str, Any]:
+    """The row of a way to trace."""
     (row,) = (
         row
         for row in read_result("vulkan_raytracing")["rows"]
         if (row["model"], row["path"], row["cache"], row["bounces"])
-        == (model, "rt", cache, bounces)
+        == (model, path, cache, bounces)
     )
-    return row["milliseconds"]["median"]
+    return row
+
+
+def tracing(model: str, cache: float | None, bounces: int, path: str = "rt") -> float:
+    """Median milliseconds."""
+    return traced(model, path, cache, bounces)["milliseconds"]["median"]
+
+
+def traced_models() -> list[str]:
+    return sorted({row["model"] for row in read_result("vulkan_raytracing")["rows"]})
+
+
+def growing(row: dict[str, Any]) -> int:
+    """Resident bytes that grow with the model."""
+    return sum(size for name, size in row["resident_bytes"].items() if name != "records")
+
+
+def full_cache() -> list[float]:
+    """Path rt over rt-triangles: memory, time."""
+    memory = [
+        growing(traced(model, "rt", 1.0, 0)) / growing(traced(model, "rt-triangles", None, 0))
+        for model in traced_models()
+    ]
+    times = [
+        tracing(model, 1.0, bounces) / tracing(model, None, bounces, "rt-triangles")
+        for model in traced_models()
+        for bounces in (0, 2)
+    ]
+    return [*ends(memory), *ends(times)]
+
+
+def of_full(cache: float, bounces: int) -> dict[str, float]:
+    """Model -> time over that with everything cached."""
+    return {
+        model: tracing(model, cache, bounces) / tracing(model, 1.0, bounces)
+        for model in traced_models()
+    }
+
+
+def quarter() -> Iterator[float]:
+    yield growing(traced("dragon", "rt", 0.25, 0)) / 1e6
+    for bounces in (0, 2):
+        ratios = of_full(0.25, bounces)
+        largest = ratios.pop("dragon_x4")
+        yield from (*ends(ratios.values()), largest)
+
+
+def beside_the_papers_cache() -> list[float]:
+    return [
+        ratio
+        for bounces in (0, 2)
+        for ratio in ends(
+            tracing(model, 0.25, bounces, "rt-paper") / tracing(model, 0.25, bounces)
+            for model in traced_models()
+        )
+    ]
 
 
 def ends(values: Iterable[float]) -> list[float]:
@@ -241,6 +296,25 @@ CLAIMS: dict[str, list[tuple[str, Callable[[], Any]]]] = {
             lambda: [tracing(model, 0.5, 2) for model in ("sponza_like", "dragon")],
         ),
         ("{:.2f} ms for a full cache", lambda: [tracing("dragon_x4", 1.0, 0)]),
+        (
+            "a scene takes {:.2f} to {:.2f} of the memory of `rt-triangles` at {:.1f} to {:.1f} "
+            "times its frame time.",
+            full_cache,
+        ),
+        (
+            "(dragon {:.1f} MB, a seventh of `rt-triangles`), first hits take {:.1f} to {:.1f} "
+            "times as long (dragon_x4 {:.1f}), two bounces {:.1f} to {:.1f} times (dragon_x4 {:.1f}).",
+            quarter,
+        ),
+        (
+            "25 % is {:.0f} to {:.0f} times faster in first hits, {:.0f} to {:.0f} times with "
+            "bounces.",
+            beside_the_papers_cache,
+        ),
+        (
+            "First hits with 50 % take {:.1f} to {:.1f} times a full cache.",
+            lambda: ends(of_full(0.5, 0).values()),
+        ),
     ],
 }
 # Figures that no committed result has, with their source.
