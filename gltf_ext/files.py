@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import errno
 import os
-import uuid
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -85,7 +84,7 @@ def write_files(
     """
     refuse_overwriting(read, contents)
     # Short names: that of the path may already be as long as the file system allows.
-    partials = {path: path.with_name(f".{uuid.uuid4().hex}.part") for path in contents}
+    partials = {path: path.with_name(f".{os.urandom(16).hex()}.part") for path in contents}
     try:
         for path, partial in partials.items():
             with _errors_name(path), open(partial, "xb") as file:
