@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import errno
 import os
-import uuid
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -85,7 +84,7 @@ def write_files(
     """
     refuse_overwriting(read, contents)
     # Short names: that of the path may already be as long as the file system allows.
-    partials = {path: path.with_name(f".{uuid.uuid4().hex}.part") for path in contents}
+    partials = {path: path.with_name(f".{os.urandom(16).hex()}.part") for path in contents}
     try:
         for path, partial in partials.items():
             with _errors_name(path), open(partial, "xb") as file:
@@ -118,7 +117,7 @@ def rename_all(partials: Mapping[Path, Path]) -> None:
                     raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
                 former = partials[path].with_suffix(".former") if path.exists() else None
                 if former is not None:
-                    os.replace(path, former)
+                    _set_aside(path, former)
                 formers[path] = former
                 os.replace(partials[path], path)
         with _errors_name(last):
@@ -127,11 +126,22 @@ def rename_all(partials: Mapping[Path, Path]) -> None:
         for path, former in formers.items():
             if former is not None:
                 os.replace(former, path)
+                former.unlink(missing_ok=True)  # of two names of a file, replace keeps both
             else:
                 path.unlink(missing_ok=True)
         raise
     for former in filter(None, formers.values()):
         former.unlink()
+
+
+def _set_aside(path: Path, former: Path) -> None:
+    """Gives a file a second name: the first is there all the time, even if the process is killed,
+    unless it is a link or the file system has no hard links."""
+    with suppress(OSError):
+        if not path.is_symlink():
+            os.link(path, former)
+            return
+    os.replace(path, former)
 
 
 @contextmanager

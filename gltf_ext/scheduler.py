@@ -3,7 +3,6 @@ model."""
 
 from __future__ import annotations
 
-import asyncio
 import contextlib
 import logging
 import os
@@ -44,6 +43,8 @@ def connected(address: str) -> Iterator[Client]:
     """A client of a running scheduler. Raises MeshletError."""
     require_dask()
     silence()
+    import asyncio  # slow to load
+
     from distributed import Client
 
     try:
@@ -59,6 +60,7 @@ def connected(address: str) -> Iterator[Client]:
 def _check_answer(address: str) -> None:
     """Raises OSError, ValueError or TimeoutError unless a program of Dask answers: a client would
     wait for ever for a web server, or a scheduler that is stopped, to say something."""
+    import asyncio
     from concurrent.futures import ThreadPoolExecutor
 
     from distributed.comm import connect

@@ -64,10 +64,10 @@ def _row(file: dict[str, Any]) -> str:
         return f'<tr><td></td><td>{name}</td><td class="error" colspan="6">{error}</td></tr>\n'
     warnings = "".join(f"<br><small>{_text(line)}</small>" for line in file["warnings"])
     error = file["max_error_percent"]
-    picture = _text(file["thumbnail"])
-    image = f'<img src="data:image/png;base64,{picture}" width="96" height="96" loading="lazy">'
+    picture = f"data:image/png;base64,{_text(file['thumbnail'])}"
+    image = f'<img src="{picture}" alt="" width="96" height="96" loading="lazy">'
     cells = (
-        image if picture else "",
+        image if file["thumbnail"] else "",
         f"{name}{warnings}",
         f"{file['input_bytes']:,}",
         f"{file['output_bytes']:,}",

@@ -93,11 +93,11 @@ class Job:
     ) -> bool:
         """Whether no file that was read or written has another stamp since. stamp: of a file that
         the model names, by its path from the model's folder; output_stamp: of an output."""
+        outputs = {name: output.get("stamp") for name, output in record["outputs"].items()}
         return all(
-            value == stamp(name) and not str(value).endswith(UNSURE)
-            for name, value in record["inputs"].items()
-        ) and all(
-            output.get("stamp") == output_stamp(name) for name, output in record["outputs"].items()
+            value == now(name) and not str(value).endswith(UNSURE)
+            for stamps, now in ((record["inputs"], stamp), (outputs, output_stamp))
+            for name, value in stamps.items()
         )
 
     def failed(self, error: str, seconds: float = 0.0) -> Record:
