@@ -13,7 +13,7 @@ from importlib import import_module
 from typing import Any, NoReturn
 
 import gltf_ext
-from gltf_ext.errors import MeshletError
+from gltf_ext.errors import MeshletError, printable
 from gltf_meshlet import report_text
 
 PROGRAM = "gltf-meshlet"
@@ -85,13 +85,14 @@ def _with_flags(error: MeshletError) -> str:
 
 
 def _fail(path: str, message: str) -> int:
-    print(": ".join(part for part in (PROGRAM, path, message) if part), file=sys.stderr)
+    parts = (PROGRAM, printable(path), message)
+    print(": ".join(part for part in parts if part), file=sys.stderr)
     return FAILED
 
 
 def _warn(path: str, warnings: list[str]) -> None:
     for warning in warnings:
-        print(f"{PROGRAM}: {path}: warning: {warning}", file=sys.stderr)
+        print(f"{PROGRAM}: {printable(path)}: warning: {printable(warning)}", file=sys.stderr)
 
 
 def report_cut_files() -> None:
@@ -166,8 +167,9 @@ def _validate(options: argparse.Namespace) -> int:
         _fail(options.input, problem)
     if problems:
         return FAILED
-    meshlets = sum(decoder.meshlet_count for decoder in gltf_ext.decoders(options.input))
-    print(f"{options.input}: well formed: {report_text.counted(meshlets, 'meshlet')} decoded")
+    count = sum(decoder.meshlet_count for decoder in gltf_ext.decoders(options.input))
+    meshlets = report_text.counted(count, "meshlet")
+    print(f"{printable(options.input)}: well formed: {meshlets} decoded")
     return 0
 
 

@@ -152,8 +152,8 @@ def compress(input: File, output: File, settings: Options) -> Report:
         grid: "mesh" or "scene": one position grid per mesh, or one for the whole scene (default
             mesh).
         max_triangles: most triangles in a meshlet (16 to 64, default 64).
-        lambda_: above 1; small values give planar meshlets, large ones compact meshlets (default
-            1.4).
+        lambda_: above 0 and up to 1000; small values give planar meshlets, large ones compact
+            meshlets (default 1.4).
         effort: "fast" or "normal" or "high": how long to look for a smaller file; against normal,
             fast takes about 0.6 of the time for 2 % more bytes, and high 1.7 times for 0.2 % fewer
             (default normal).
@@ -219,7 +219,7 @@ def compress(input: File, output: File, settings: Options) -> Report:
         changes["warnings"].append("the file grew; the original is smaller")
     if model.suffix != output.suffix:
         changes["warnings"].append(f"the result does not fit a .glb; it is {model.name}")
-    if fallback_path not in files and fallback_path.exists():
+    if fallback_path not in files and os.path.exists(fallback_path):  # also if too long
         changes["warnings"].append(
             f"{fallback_path.name} is not part of this result; delete it if nothing needs it"
         )

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import numbers
+import os
 import re
 import textwrap
 from dataclasses import dataclass
@@ -20,6 +21,8 @@ MIN_POSITION_BITS, DEFAULT_POSITION_BITS = 4, 12
 # A page of fewer bytes holds less than about ten meshlets, and mostly borders.
 MIN_PAGE_BYTES, MAX_PAGE_BYTES = 4096, 1 << 28
 LARGEST_NUMBER = 1e9
+LARGEST_LAMBDA = 1000  # of the encoder
+MEMORY_TEXT = "a number such as 2G or 800M"
 DEFAULT_LOD_PAGE_BYTES = 32768
 # By default, primitives of more triangles become pages. One with fewer decodes in at most 8 ms in a
 # browser (bench/results/web.json). Pages of 128 KiB cost igea and dragon 0.8 and 0.7 % of their
@@ -38,7 +41,11 @@ class Option:
         help: one phrase, without limits and default.
         type: int, float, str or bool; a bool is a switch.
         limits: smallest and largest value, both allowed; None: any number above zero.
+        most: largest number without limits.
         choices: for a str, from the field's Literal.
+        optional: None is the default, and may be given.
+        wanted: what a str without choices has to be.
+        also: types of values beside str.
         default: as shown; the value may be None if the encoder has the default.
         shown: what stands for the value in help texts; by default from the type.
         name: the keyword argument; set when the option is listed.
@@ -48,7 +55,11 @@ class Option:
     help: str
     type: type = int
     limits: tuple[float, float] | None = None
+    most: float = LARGEST_NUMBER
     choices: tuple[str, ...] = ()
+    optional: bool = False
+    wanted: str = ""
+    also: tuple[Any, ...] = ()
     default: str = ""
     shown: str = ""
     name: str = ""
@@ -79,30 +90,40 @@ class Option:
             return ""
         return " to ".join(str(n) if isinstance(n, int) else f"{n:g}" for n in self.limits)
 
+    @property
+    def accepted(self) -> str:
+        """The values that the option may have, in words."""
+        if self.type is bool:
+            return "True or False"
+        if self.type is str:
+            return " or ".join(self.choices) or self.wanted
+        return self.limits_text or f"a number above 0 and up to {self.most:g}"
+
     def check(self, value: Any) -> None:
         """Raises MeshletError for a value that the option cannot have."""
-        remedy = ""
-        if self.choices:
-            if value not in self.choices:
-                remedy = f"use {' or '.join(self.choices)}"
-        elif self.limits:
-            low, high = self.limits
-            if not self._is_number(value) or not low <= value <= high:
-                remedy = f"use {self.limits_text}"
-        elif self.type in (int, float) and not (
-            self._is_number(value) and 0 < value <= LARGEST_NUMBER
-        ):
-            remedy = f"use a number above 0 and up to {LARGEST_NUMBER:g}"
-        if remedy:
-            raise MeshletError(f"{self.name} is {value!r}", remedy, options=(self.name,))
+        if not (self.optional if value is None else self._accepts(value)):
+            raise MeshletError(
+                f"{self.name} is {value!r}", f"use {self.accepted}", options=(self.name,)
+            )
 
-    def _is_number(self, value: Any) -> bool:
-        return isinstance(value, numbers.Integral if self.type is int else numbers.Real)
+    def _accepts(self, value: Any) -> bool:
+        if self.type is bool or isinstance(value, bool):
+            return self.type is bool and isinstance(value, bool)
+        if self.type is str:
+            fits = isinstance(value, (str, *self.also))
+            return fits and (not self.choices or value in self.choices)
+        is_number = isinstance(value, numbers.Integral if self.type is int else numbers.Real)
+        if self.limits:
+            low, high = self.limits
+            return is_number and bool(low <= value <= high)
+        return is_number and bool(0 < value <= self.most)
 
 
 def _declared(value: Any, flag: str, help: str, **more: Any) -> Any:
     """A field with its Option; `value` is the default, of the option's type unless it is None."""
-    if value is not None:
+    if value is None:
+        more["optional"] = True
+    else:
         more.setdefault("type", type(value))
         more.setdefault("default", "" if value is False else str(value))
     return dataclasses.field(default=value, metadata={"option": Option(flag, help, **more)})
@@ -118,7 +139,7 @@ def bytes_of(text: str) -> int:
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """Options of `compress`. Raises MeshletError for a value out of its limits."""
+    """Options of `compress`. Raises MeshletError for a value that an option cannot have."""
 
     position_bits: int | None = _declared(
         None,
@@ -152,8 +173,10 @@ class Options:
     lambda_: float | None = _declared(
         None,
         "--lambda",
-        "above 1; small values give planar meshlets, large ones compact meshlets",
+        f"above 0 and up to {LARGEST_LAMBDA}; small values give planar meshlets, large ones "
+        "compact meshlets",
         type=float,
+        most=LARGEST_LAMBDA,
         default="1.4",
     )
     effort: Literal["fast", "normal", "high"] = _declared(
@@ -215,6 +238,8 @@ class Options:
         "(K, M and G are powers of 1024)",
         type=str,
         shown="BYTES",
+        wanted=MEMORY_TEXT,
+        also=(int,),
     )
     work_dir: str | None = _declared(
         None,
@@ -222,6 +247,8 @@ class Options:
         "folder for the work files of --max-memory; by default that of the output",
         type=str,
         shown="FOLDER",
+        wanted="the path of a folder",
+        also=(os.PathLike,),
     )
     scheduler: str | None = _declared(
         None,
@@ -230,6 +257,7 @@ class Options:
         "stay below it too, each",
         type=str,
         shown="ADDRESS",
+        wanted="an address such as tcp://192.0.2.1:8786",
     )
     progress: bool = _declared(False, "", "draw a progress bar on a terminal")
 
@@ -245,9 +273,7 @@ class Options:
         if str(self.effort) == "max":
             raise MeshletError("effort max was removed", "use high", options=("effort",))
         for option in OPTIONS:
-            value = getattr(self, option.name)
-            if value is not None:
-                option.check(value)
+            option.check(getattr(self, option.name))
         for name in ("fallback", "transport"):
             if self.memory and getattr(self, name):
                 raise MeshletError(
@@ -291,7 +317,7 @@ class Options:
         except ValueError:
             raise MeshletError(
                 f"max_memory is {self.max_memory!r}",
-                "use a number such as 2G or 800M",
+                f"use {MEMORY_TEXT}",
                 options=("max_memory",),
             ) from None
 

@@ -10,6 +10,7 @@ import types
 
 import numpy as np
 import pytest
+from PIL import Image
 
 import gltf_ext
 from gltf_meshlet import render_command
@@ -196,6 +197,48 @@ def test_the_fallback_does_not_overwrite_the_inputs_buffer(compressed, original,
     )
     assert "is the input too" in error_line(capsys, tmp_path / "new.fallback.bin")
     assert (tmp_path / "new.fallback.bin").read_bytes() == data
+
+
+TRIANGLE_OBJ = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl m\nf 1/1 2/1 3/1\n"
+
+
+def textured(folder, library="m.mtl", texture="t.png"):
+    """An .obj with its materials and a texture."""
+    Image.new("RGB", (2, 2)).save(folder / "pixels.png")
+    os.replace(folder / "pixels.png", folder / texture)
+    (folder / library).write_text(f"newmtl m\nmap_Kd {texture}\n")
+    (folder / "in.obj").write_text(f"mtllib {library}\n{TRIANGLE_OBJ}")
+    return folder / "in.obj"
+
+
+@pytest.mark.parametrize("names", [("out.glb", "t.png"), ("m.mtl", "out.glb")])
+@pytest.mark.parametrize("limit", [[], ["--max-memory", "1G"]])
+def test_what_an_obj_reads_is_not_overwritten(tmp_path, capsys, names, limit):
+    model = textured(tmp_path, *names)
+    before = (tmp_path / "out.glb").read_bytes()
+    assert main(["compress", str(model), str(tmp_path / "out.glb"), *limit]) == 2
+    assert "is the input too" in error_line(capsys, tmp_path / "out.glb")
+    assert (tmp_path / "out.glb").read_bytes() == before
+
+
+def test_a_long_name(original, tmp_path, capsys):
+    output = tmp_path / f"{'n' * 251}.glb"
+    assert main(["compress", str(original), str(output)]) == 0
+    assert gltf_ext.inspect(output)["totals"]["triangles"] == 722
+    assert sorted(tmp_path.iterdir()) == sorted([original, output])
+
+
+def test_names_do_not_control_the_terminal(original, tmp_path, capsys):
+    name = str(tmp_path / "\x1b[2J.glb")
+    assert main(["inspect", name]) == 2
+    assert "\x1b" not in capsys.readouterr().err
+    os.link(original, name)
+    assert main(["compress", name, str(tmp_path / "\x1b[3J.glb")]) == 0
+    assert main(["transcode", str(tmp_path / "\x1b[3J.glb"), str(tmp_path / "p.glb")]) == 0
+    assert main(["validate", str(tmp_path / "p.glb")]) == 0
+    assert main(["inspect", str(tmp_path / "\x1b[3J.glb")]) == 0
+    shown = capsys.readouterr()
+    assert "\x1b" not in shown.out + shown.err and "\\x1b[3J.glb" in shown.out
 
 
 def test_missing_folder(original, tmp_path, capsys):
@@ -495,6 +538,21 @@ def test_render_passes_its_options_on(compressed, tmp_path, rendered):
         second.ring,
     ) == (0.5, "rt", 3, 0, True, None, None)
     assert (third.path, third.ring) == (None, 100)
+
+
+@pytest.mark.parametrize("link", [None, os.symlink, os.link])
+def test_render_does_not_overwrite_what_the_scene_reads(original, tmp_path, rendered, capsys, link):
+    picture = tmp_path / ("link.png" if link else "t.png")
+    model = textured(tmp_path)
+    if link:
+        link(tmp_path / "t.png", picture)
+    before = picture.read_bytes()
+    assert main(["render", str(model), "-o", str(picture)]) == 2
+    assert "is the input too" in error_line(capsys, picture)
+    assert rendered == [] and picture.read_bytes() == before
+    assert main(["render", str(model), "-o", str(tmp_path / "out.png")]) == 0
+    ((options, _),) = rendered
+    assert set(options.read) == {str(model), tmp_path / "m.mtl", tmp_path / "t.png"}
 
 
 def test_render_compresses_what_is_not(original, tmp_path, rendered, capsys):

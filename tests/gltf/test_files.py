@@ -4,6 +4,7 @@ import os
 
 import pytest
 
+from gltf_ext.errors import MeshletError
 from gltf_ext.files import write_files
 
 
@@ -19,7 +20,7 @@ def test_a_rename_that_fails_leaves_everything_as_it_was(tmp_path, failing):
     paths[failing].mkdir()
     before = contents_of(tmp_path)
     with pytest.raises(OSError) as caught:
-        write_files({path: [b"new"] for path in paths})
+        write_files({path: [b"new"] for path in paths}, read=())
     assert caught.value.filename == str(paths[failing])
     assert contents_of(tmp_path) == before
 
@@ -27,6 +28,49 @@ def test_a_rename_that_fails_leaves_everything_as_it_was(tmp_path, failing):
 def test_files_are_replaced(tmp_path):
     paths = [tmp_path / f"{i}.bin" for i in range(3)]
     paths[1].write_bytes(b"former")
-    write_files({path: [b"n", memoryview(b"ew")] for path in paths})
+    write_files({path: [b"n", memoryview(b"ew")] for path in paths}, read=())
     assert contents_of(tmp_path) == dict.fromkeys(("0.bin", "1.bin", "2.bin"), b"new")
     assert len(os.listdir(tmp_path)) == 3
+
+
+@pytest.mark.parametrize("link", [None, os.symlink, os.link])
+def test_no_file_that_was_read_is_overwritten(tmp_path, link):
+    read = tmp_path / "read.bin"
+    read.write_bytes(b"original")
+    (tmp_path / "folder").mkdir()
+    path = tmp_path / "folder" / ".." / "read.bin"
+    if link:
+        path = tmp_path / "link.bin"
+        link(read, path)
+    with pytest.raises(MeshletError, match="is the input too"):
+        write_files({tmp_path / "new.bin": [b"new"], path: [b"new"]}, [tmp_path / "none", read])
+    assert read.read_bytes() == b"original" and not (tmp_path / "new.bin").exists()
+    assert not list(tmp_path.glob(".*"))
+
+
+@pytest.mark.parametrize("links", [True, False])
+def test_a_former_file_is_there_until_the_new_one_is(tmp_path, monkeypatch, links):
+    """And is there again when the new one cannot be renamed; also without hard links."""
+    paths = [tmp_path / "side.bin", tmp_path / "model.glb"]
+    for path in paths:
+        path.write_bytes(b"former")
+    replace, seen = os.replace, []
+
+    def failing(source, target):
+        seen.append(paths[0].exists())
+        if target == paths[0] and len(seen) == (1 if links else 2):
+            raise PermissionError(13, "Permission denied", str(source))
+        replace(source, target)
+
+    def no_links(*_):
+        raise PermissionError(1, "Operation not permitted")
+
+    monkeypatch.setattr(os, "replace", failing)
+    if not links:
+        monkeypatch.setattr(os, "link", no_links)
+    with pytest.raises(PermissionError):
+        write_files({path: [b"new"] for path in paths}, read=())
+    assert seen[0] and contents_of(tmp_path) == {path.name: b"former" for path in paths}
+    write_files({path: [b"new"] for path in paths}, read=())
+    assert contents_of(tmp_path) == {path.name: b"new" for path in paths}
+    assert not links or all(seen)

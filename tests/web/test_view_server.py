@@ -24,6 +24,7 @@ from gltf_meshlet.cli import main
 from gltf_meshlet.view_models import prepare, prepare_upload
 from gltf_meshlet.view_server import ViewServer
 from tests.helpers.gltf_builder import Builder, glb_json, grid_mesh
+from tests.helpers.processes import running
 
 LIMIT = 1_000_000  # bytes of an upload
 
@@ -429,7 +430,7 @@ def test_command_prints_the_address_and_deletes_its_folder(original, tmp_path, n
     command = [sys.executable, "-m", "gltf_meshlet", "view", str(original), "--no-browser"]
     environment = {**os.environ, "TMPDIR": str(tmp_path / "tmp")}
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    with subprocess.Popen(command, env=environment, **pipes) as process:
+    with running(command, env=environment, **pipes) as process:
         line = process.stdout.readline()
         assert re.search(r": http://127\.0\.0\.1:\d+/[\w-]{20,}/ \(Ctrl-C stops\)\n$", line)
         assert len(list((tmp_path / "tmp").iterdir())) == 1
@@ -447,9 +448,8 @@ def test_browser_is_opened_where_there_is_one(original, display):
         if name not in ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")
     }
     command = [sys.executable, "-u", "-m", "gltf_meshlet", "view", str(original)]
-    with subprocess.Popen(
-        command, env={**environment, **display}, stdout=subprocess.PIPE, text=True
-    ) as process:
+    environment |= display
+    with running(command, env=environment, stdout=subprocess.PIPE, text=True) as process:
         address = process.stdout.readline().split()[1]
         if display:
             assert process.stdout.readline() == f"opened {address}\n"
