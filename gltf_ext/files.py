@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from gltf_ext.errors import MeshletError
+from gltf_ext.portable import remove, replace
 from gltf_ext.work_files import release
 
 BLOCK_BYTES = 1 << 24
@@ -72,7 +73,7 @@ def write_files(contents: Mapping[Path, Sequence[bytes | memoryview]]) -> None:
         _rename_all(partials)
     finally:
         for partial in partials.values():
-            partial.unlink(missing_ok=True)
+            remove(partial)
 
 
 def _write(file: BinaryIO, piece: bytes | memoryview) -> None:
@@ -93,20 +94,20 @@ def _rename_all(partials: Mapping[Path, Path]) -> None:
                     raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
                 former = partials[path].with_suffix(".former") if path.exists() else None
                 if former is not None:
-                    os.replace(path, former)
+                    replace(path, former)
                 formers[path] = former
-                os.replace(partials[path], path)
+                replace(partials[path], path)
         with _errors_name(last):
-            os.replace(partials[last], last)
+            replace(partials[last], last)
     except OSError:
         for path, former in formers.items():
             if former is not None:
-                os.replace(former, path)
+                replace(former, path)
             else:
-                path.unlink(missing_ok=True)
+                remove(path)
         raise
     for former in filter(None, formers.values()):
-        former.unlink()
+        remove(former)
 
 
 @contextmanager

@@ -14,6 +14,7 @@ from typing import Any, NoReturn
 
 import gltf_ext
 from gltf_ext.errors import MeshletError
+from gltf_ext.portable import IS_WINDOWS, is_too_long
 from gltf_meshlet import report_text
 
 PROGRAM = "gltf-meshlet"
@@ -66,6 +67,12 @@ def _fail_for(error: OSError) -> int:
         _discard_output()
     path = os.fsdecode(error.filename or "standard output")
     remedy = REMEDIES.get(error.errno or 0, DEFAULT_REMEDY)
+    if isinstance(error, PermissionError) and IS_WINDOWS:
+        remedy += ", and close other programs that use it"
+    if isinstance(error, FileNotFoundError) and is_too_long(path):
+        remedy = (
+            "it has more than 259 characters: enable long paths in Windows, or choose a shorter one"
+        )
     return _fail(path, f"{error.strerror or error}; {remedy}")
 
 

@@ -13,6 +13,7 @@ from typing import Any
 
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.importers import SUFFIXES
+from gltf_ext.portable import remove, replace
 
 STATE = ".gltf-meshlet"  # folder in a destination: records, and what is being written
 GLOB = re.compile(r"[*?\[]")
@@ -66,15 +67,15 @@ class Folder:
         os.makedirs(os.path.dirname(path), exist_ok=True)
         try:
             partial.write_bytes(data)
-            os.replace(partial, path)
+            replace(partial, path)
         finally:
-            partial.unlink(missing_ok=True)
+            remove(partial)
 
     def remove_partials(self) -> None:
         """Removes what killed writers left behind."""
         if self.is_local:
             for partial in Path(self.at(STATE)).glob("*.part"):
-                partial.unlink(missing_ok=True)
+                remove(partial)
 
 
 def stamp_of(info: Mapping[str, Any]) -> str:

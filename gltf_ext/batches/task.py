@@ -73,12 +73,20 @@ def run(job: Job, scratch: str | None = None) -> Record:
     try:
         if job.version != VERSION:
             raise MeshletError(f"the worker has gltf-meshlet {VERSION}", "update it")
-        with tempfile.TemporaryDirectory(dir=scratch, prefix="gltf-meshlet-") as folder:
+        with _temporary_folder(scratch) as folder:
             return _run(job, Path(folder), start)
     except MeshletError as error:
         return job.failed(error.message, time.perf_counter() - start)
     except MemoryError:
         return job.failed("there is not enough memory; split the model")
+
+
+def _temporary_folder(scratch: str | None) -> tempfile.TemporaryDirectory[str]:
+    """Windows deletes no file that is mapped into memory or that a virus scanner reads: then it
+    goes with the worker's folder, and the model is done all the same."""
+    return tempfile.TemporaryDirectory(
+        dir=scratch, prefix="gltf-meshlet-", ignore_cleanup_errors=True
+    )
 
 
 def _run(job: Job, folder: Path, start: float) -> Record:
@@ -153,9 +161,9 @@ def _on_this_machine(source: Folder, name: str, folder: Path) -> tuple[Path, lis
     others: list[Path] = []
     for _ in range(2):  # an .obj names libraries, and these name images
         for path in referenced_files(model):
-            relative = os.path.relpath(path, copies)
-            if path in others or relative.startswith("..") or path == model:
+            if path in others or path == model or not _is_in(copies, path):
                 continue  # a file must not have others written outside its folder
+            relative = Path(os.path.relpath(path, copies)).as_posix()
             path.parent.mkdir(parents=True, exist_ok=True)
             remote = posixpath.join(posixpath.dirname(source.at(name)), relative)
             try:
@@ -164,6 +172,10 @@ def _on_this_machine(source: Folder, name: str, folder: Path) -> tuple[Path, lis
                 continue
             others.append(path)
     return model, others
+
+
+def _is_in(folder: Path, path: Path) -> bool:
+    return Path(os.path.abspath(path)).is_relative_to(os.path.abspath(folder))
 
 
 def _digest(paths: list[Path]) -> str:

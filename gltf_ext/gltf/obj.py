@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 from collections import defaultdict
 from collections.abc import Iterator
 from pathlib import Path
@@ -29,6 +28,7 @@ from gltf_ext.gltf.mesh_files import (
     to_texcoords,
     words_after,
 )
+from gltf_ext.portable import file_name
 
 VERTEX, TEXCOORD, NORMAL = range(3)
 KINDS = ("v", "vt", "vn")
@@ -201,9 +201,9 @@ def referenced_files(path: Path) -> list[Path]:
     """The libraries that a file names, and the images that those of them name that exist."""
     with open(path, "rb") as file:
         names = [name for text in text_blocks(file) for name in _libraries_of(text)]
-    libraries = [path.parent / os.fsdecode(name) for name in dict.fromkeys(names)]
+    libraries = [path.parent / file_name(name) for name in dict.fromkeys(names)]
     images = [
-        path.parent / os.fsdecode(b" ".join(lines[b"map_kd"]))
+        path.parent / file_name(b" ".join(lines[b"map_kd"]))
         for library in libraries
         if library.is_file()
         for _, lines in _libraries_materials(library.read_bytes())
@@ -222,7 +222,7 @@ def materials_of(folder: Path, libraries: list[bytes]) -> tuple[dict[bytes, Mate
     materials: dict[bytes, Material] = {}
     warnings: list[str] = []
     for library in dict.fromkeys(libraries):
-        path = folder / os.fsdecode(library)
+        path = folder / file_name(library)
         if not path.is_file():
             warnings.append(f"{path.name} is not there, so its material is left out")
             continue
@@ -263,7 +263,7 @@ def _material(folder: Path, name: bytes, lines: Lines) -> tuple[Material, tuple[
     properties = {"name": name.decode(errors="replace"), "pbrMetallicRoughness": pbr}
     if b"map_kd" not in lines:
         return Material(properties), ()
-    image, warnings = read_texture(folder, os.fsdecode(b" ".join(lines[b"map_kd"])))
+    image, warnings = read_texture(folder, file_name(b" ".join(lines[b"map_kd"])))
     return Material(properties, image), warnings
 
 

@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 import gltf_ext
-from gltf_meshlet import render_command
+from gltf_ext import portable
+from gltf_meshlet import cli, render_command
 from gltf_meshlet.cli import main
 from tests.helpers.gltf_builder import Builder, glb_json, grid_mesh
 
@@ -582,3 +583,22 @@ def test_render_without_the_extra(compressed, tmp_path, capsys, monkeypatch, bac
     )
     (line,) = capsys.readouterr().err.splitlines()
     assert f"pip install 'gltf-meshlet[{backend}]'" in line
+
+
+# --- Windows ---
+
+
+@pytest.mark.parametrize(
+    "error, remedy",
+    [
+        (PermissionError(errno.EACCES, "in use", "out.glb"), "close other programs that use it"),
+        (FileNotFoundError(errno.ENOENT, "no", "x" * 260), "enable long paths in Windows"),
+        (FileNotFoundError(errno.ENOENT, "no", "x.glb"), "check the path"),
+    ],
+)
+def test_remedies_on_windows(monkeypatch, capsys, error, remedy):
+    for module in (cli, portable):
+        monkeypatch.setattr(module, "IS_WINDOWS", True)
+    assert cli._fail_for(error) == cli.FAILED
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.endswith(remedy) or f"{remedy}, or" in line
