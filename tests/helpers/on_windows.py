@@ -116,13 +116,8 @@ def batch():
 def paths():
     """Spaces, umlauts, other scripts, drive letters, slashes of both kinds, long paths."""
     here = Path.cwd()
-    folders = [
-        "with spaces and (more)",
-        "Möbel äöüß",
-        "模型 модель",
-        os.path.join(*["a long name of a folder that has more" for _ in range(9)]),
-    ]
-    for folder in folders:
+    long = os.path.join(*["a long name of a folder that has more"] * 9)
+    for folder in ("with spaces and (more) Möbel äöüß 模型 модель", long):
         there = here / folder
         there.mkdir(parents=True)
         source, output = there / "Stühle 1.glb", there / "out é.gltf"
