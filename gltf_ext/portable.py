@@ -12,7 +12,8 @@ IS_WINDOWS = os.name == "nt"
 # Virus scanners and indexers open every new file for a moment, and Windows then refuses to rename
 # or to delete it.
 PATIENCE, PAUSE = 2.0, 0.05  # seconds
-MOST_CHARACTERS = 259  # of a path, unless long paths are enabled in Windows
+# Of a path, unless long paths are enabled in Windows: 259, and unfinished files have longer names.
+MOST_CHARACTERS = 239
 
 
 def replace(source: str | os.PathLike[str], target: str | os.PathLike[str]) -> None:

@@ -592,7 +592,7 @@ def test_render_without_the_extra(compressed, tmp_path, capsys, monkeypatch, bac
     "error, remedy",
     [
         (PermissionError(errno.EACCES, "in use", "out.glb"), "close other programs that use it"),
-        (FileNotFoundError(errno.ENOENT, "no", "x" * 260), "enable long paths in Windows"),
+        (FileNotFoundError(errno.ENOENT, "no", "x" * 240), "enable long paths in Windows"),
         (FileNotFoundError(errno.ENOENT, "no", "x.glb"), "check the path"),
     ],
 )
@@ -602,3 +602,10 @@ def test_remedies_on_windows(monkeypatch, capsys, error, remedy):
     assert cli._fail_for(error) == cli.FAILED
     (line,) = capsys.readouterr().err.splitlines()
     assert line.endswith(remedy) or f"{remedy}, or" in line
+
+
+def test_a_closed_pipe_on_windows(monkeypatch, capsys):
+    monkeypatch.setattr(cli, "IS_WINDOWS", True)
+    monkeypatch.setattr(cli, "_discard_output", lambda: None)
+    assert cli._fail_for(OSError(errno.EINVAL, "Invalid argument")) == cli.FAILED
+    assert capsys.readouterr().err == ""

@@ -17,6 +17,7 @@ import urllib.request
 from pathlib import Path
 
 SECONDS = 600  # for a command
+FAILED = 2  # exit status
 # Each writes its last argument but options.
 LARGE = (
     ("compress", "in.glb", "out.glb"),
@@ -155,6 +156,17 @@ def uris():
     assert not Path("bad.glb").exists()
 
 
+def closed_pipe():
+    """Whoever reads the output has seen enough: no message."""
+    command("compress", "small.glb", "out.glb")
+    words = [sys.executable, "-m", "gltf_meshlet", "inspect", "--json", "out.glb"]
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    with subprocess.Popen(words, stdin=subprocess.DEVNULL, **pipes) as process:
+        process.stdout.close()
+        errors = process.stderr.read()
+    assert (process.returncode, errors) == (FAILED, b""), (process.returncode, errors)
+
+
 def in_use():
     """An output or an input that another program has open."""
     command("compress", "small.glb", "out.gltf")
@@ -220,4 +232,5 @@ def work_folders():
 
 
 if __name__ == "__main__":
-    {f.__name__: f for f in (large, batch, paths, uris, in_use, view)}[sys.argv[1]]()
+    scenarios = (large, batch, paths, uris, closed_pipe, in_use, view)
+    {scenario.__name__: scenario for scenario in scenarios}[sys.argv[1]]()
