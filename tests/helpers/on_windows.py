@@ -108,8 +108,7 @@ def batch():
     shutil.copy("small.glb", "models/small ü.glb")
     for expected in ("done", "unchanged"):
         command("batch", "models", "results", "--workers", 2)
-        report = json.loads(Path("results", "batch.json").read_bytes())
-        assert [file["status"] for file in report["files"]] == 2 * [expected], report
+        assert statuses() == {"large.glb": expected, "small ü.glb": expected}
     command("validate", "results/small ü.glb")
     shutil.copy("results/large.glb", "batched.glb")
 
@@ -196,6 +195,29 @@ def in_use():
     assert not Path("new.glb").exists() and not list(Path().glob(".*"))
 
 
+def batch_in_use():
+    """An output that is in use fails alone, is as before, and is done the next time."""
+    Path("models").mkdir()
+    for name in ("a.glb", "b.glb"):
+        shutil.copy("small.glb", Path("models", name))
+    words = ("batch", "models", "results", "--workers", 1)
+    command(*words)
+    before = Path("results", "a.glb").read_bytes()
+    with held("results/a.glb"):
+        command(*words, "-vp", 9, status=2)
+    assert Path("results", "a.glb").read_bytes() == before
+    assert statuses() == {"a.glb": "failed", "b.glb": "done"}
+    command(*words, "-vp", 9)
+    assert statuses() == {"a.glb": "done", "b.glb": "unchanged"}
+    assert not list(Path("results").rglob("*.part"))
+
+
+def statuses():
+    """Name -> status, of the last batch."""
+    report = json.loads(Path("results", "batch.json").read_bytes())
+    return {file["name"]: file["status"] for file in report["files"]}
+
+
 def check_line(errors, name):
     """One line that names the file and what to do."""
     lines = errors.strip().splitlines()
@@ -232,5 +254,5 @@ def work_folders():
 
 
 if __name__ == "__main__":
-    scenarios = (large, batch, paths, uris, closed_pipe, in_use, view)
+    scenarios = (large, batch, paths, uris, closed_pipe, in_use, batch_in_use, view)
     {scenario.__name__: scenario for scenario in scenarios}[sys.argv[1]]()

@@ -79,6 +79,8 @@ def test_batch(play, reference):
     assert (folder / "batched.glb").read_bytes() == (reference / "out.glb").read_bytes()
 
 
-@pytest.mark.parametrize("scenario", ["paths", "uris", "closed_pipe", "in_use", "view"])
+@pytest.mark.parametrize(
+    "scenario", ["paths", "uris", "closed_pipe", "in_use", "batch_in_use", "view"]
+)
 def test_scenario(play, scenario):
     play(scenario)
