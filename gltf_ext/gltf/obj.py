@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 from collections import defaultdict
 from collections.abc import Iterator
 from pathlib import Path
@@ -30,6 +29,7 @@ from gltf_ext.gltf.mesh_files import (
     to_texcoords,
     words_after,
 )
+from gltf_ext.portable import file_name
 
 VERTEX, TEXCOORD, NORMAL = range(3)
 KINDS = ("v", "vt", "vn")
@@ -202,7 +202,7 @@ def referenced_files(path: Path) -> list[Path]:
     """The libraries that a file names, and the images that those of them name that exist."""
     with open(path, "rb") as file:
         names = [name for text in text_blocks(file) for name in _libraries_of(text)]
-    libraries = [path.parent / os.fsdecode(name) for name in dict.fromkeys(names)]
+    libraries = [path.parent / file_name(name) for name in dict.fromkeys(names)]
     images = [
         path.parent / texture
         for library in libraries
@@ -227,7 +227,7 @@ def materials_of(
     warnings: list[str] = []
     files: list[Path] = []
     for library in dict.fromkeys(libraries):
-        path = folder / os.fsdecode(library)
+        path = folder / file_name(library)
         files.append(path)
         if not path.is_file():
             warnings.append(f"{path.name} is not there, so its material is left out")
@@ -260,7 +260,7 @@ def _libraries_materials(text: bytes) -> Iterator[tuple[bytes, Lines]]:
 
 def _texture_of(lines: Lines) -> str:
     """The file of a material's texture, empty for none."""
-    return os.fsdecode(b" ".join(lines.get(b"map_kd", [])))
+    return file_name(b" ".join(lines.get(b"map_kd", [])))
 
 
 def _material(folder: Path, name: bytes, lines: Lines) -> tuple[Material, tuple[str, ...]]:
