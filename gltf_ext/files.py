@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from gltf_ext.errors import MeshletError
+from gltf_ext.portable import remove, replace
 from gltf_ext.work_files import release
 
 BLOCK_BYTES = 1 << 24
@@ -93,7 +94,7 @@ def write_files(
         rename_all(partials)
     finally:
         for partial in partials.values():
-            partial.unlink(missing_ok=True)
+            remove(partial)
 
 
 def _write(file: BinaryIO, piece: bytes | memoryview) -> None:
@@ -119,19 +120,19 @@ def rename_all(partials: Mapping[Path, Path]) -> None:
                 if former is not None:
                     _set_aside(path, former)
                 formers[path] = former
-                os.replace(partials[path], path)
+                replace(partials[path], path)
         with _errors_name(last):
-            os.replace(partials[last], last)
+            replace(partials[last], last)
     except OSError:
         for path, former in formers.items():
             if former is not None:
-                os.replace(former, path)
-                former.unlink(missing_ok=True)  # of two names of a file, replace keeps both
+                replace(former, path)
+                remove(former)  # of two names of a file, replace keeps both
             else:
-                path.unlink(missing_ok=True)
+                remove(path)
         raise
     for former in filter(None, formers.values()):
-        former.unlink()
+        remove(former)
 
 
 def _set_aside(path: Path, former: Path) -> None:
@@ -141,7 +142,7 @@ def _set_aside(path: Path, former: Path) -> None:
         if not path.is_symlink():
             os.link(path, former)
             return
-    os.replace(path, former)
+    replace(path, former)
 
 
 @contextmanager

@@ -15,6 +15,7 @@ from typing import Any
 from gltf_ext.errors import MeshletError
 from gltf_ext.files import identity
 from gltf_ext.gltf.container import fallback_of
+from gltf_ext.portable import remove, replace
 
 STATE = ".gltf-meshlet"  # folder in a destination: records, and what is being written
 OUTPUTS = f"{STATE}/outputs.json"  # names of all files that batches wrote or are about to write
@@ -117,15 +118,15 @@ class Folder:
                 partial.write_bytes(data)
             else:
                 shutil.copyfile(data, partial)
-            os.replace(partial, path)
+            replace(partial, path)
         finally:
-            partial.unlink(missing_ok=True)
+            remove(partial)
 
     def remove_partials(self) -> None:
         """Removes what killed writers left behind."""
         if self.is_local:
             for partial in Path(self.at(STATE)).glob("*.part"):
-                partial.unlink(missing_ok=True)
+                remove(partial)
 
     def ignores_case(self) -> bool:
         """Whether "a" and "A" are the same file. On a disk, its folder STATE must exist."""

@@ -120,12 +120,20 @@ def run(job: Job, scratch: str | None = None) -> Record:
     try:
         if job.version != VERSION:
             raise MeshletError(f"the worker has gltf-meshlet {VERSION}", "update it")
-        with tempfile.TemporaryDirectory(dir=scratch, prefix="gltf-meshlet-") as folder:
+        with _temporary_folder(scratch) as folder:
             return _run(job, Path(folder), start)
     except MeshletError as error:
         return job.failed(error.message, time.perf_counter() - start)
     except MemoryError:
         return job.failed("there is not enough memory; split the model")
+
+
+def _temporary_folder(scratch: str | None) -> tempfile.TemporaryDirectory[str]:
+    """Windows deletes no file that is mapped into memory or that a virus scanner reads: then it
+    goes with the worker's folder, and the model is done all the same."""
+    return tempfile.TemporaryDirectory(
+        dir=scratch, prefix="gltf-meshlet-", ignore_cleanup_errors=True
+    )
 
 
 def _run(job: Job, folder: Path, start: float) -> Record:
@@ -261,7 +269,7 @@ class _Inputs:
         for _ in range(2):  # an .obj names libraries, and these name images
             for path in referenced_files(self.model):
                 name = posixpath.normpath(_relative(path, copies))
-                if name in self._names or os.path.isabs(name) or name.startswith(".."):
+                if name in self._names or not _is_in(copies, copies / name):
                     continue  # a file must not have others written outside its folder
                 self._add([name])
                 path = copies / name
@@ -283,6 +291,10 @@ def _relative(path: Path, folder: Path) -> str:
         return path.relative_to(folder).as_posix()
     except ValueError:
         return str(path)
+
+
+def _is_in(folder: Path, path: Path) -> bool:
+    return Path(os.path.abspath(path)).is_relative_to(os.path.abspath(folder))
 
 
 def _digest(paths: list[Path]) -> str:

@@ -16,6 +16,7 @@ import pygltflib
 
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.json_objects import from_json, minified, to_json
+from gltf_ext.portable import file_name, is_relative
 
 DAMAGED = "the file is damaged; get it again"
 TRIANGLE_MODES = (pygltflib.TRIANGLES, pygltflib.TRIANGLE_STRIP, pygltflib.TRIANGLE_FAN)
@@ -131,7 +132,7 @@ class Document:
     def _buffer_of(self, uri: str) -> bytes | memoryview:
         if uri.startswith("data:"):
             return _data_uri_bytes(uri)
-        if "://" in uri or unquote(uri).startswith("/"):
+        if "://" in uri or not is_relative(unquote(uri)):
             raise MeshletError(
                 f"refers to {uri}, which is not a relative path", "put the file beside the .gltf"
             )
@@ -147,7 +148,10 @@ class Document:
 
     def path_of(self, uri: str) -> Path:
         """The file behind a relative uri. Raises ValueError when there can be none."""
-        return self.base / os.fsdecode(unquote_to_bytes(uri))
+        name = file_name(unquote_to_bytes(uri))
+        if not is_relative(name):
+            raise ValueError
+        return self.base / name
 
     def files(self) -> list[Path]:
         """The files that buffers and images refer to, and those that an import has read."""

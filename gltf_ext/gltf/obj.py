@@ -32,6 +32,7 @@ from gltf_ext.gltf.mesh_files import (
     words_after,
 )
 from gltf_ext.gltf.row_arrays import NewRows, RowArray, add_all
+from gltf_ext.portable import file_name
 
 VERTEX, TEXCOORD, NORMAL = range(3)
 KINDS = ("v", "vt", "vn")
@@ -257,7 +258,7 @@ def _readings(line: bytes) -> list[list[str]]:
 
 def _file_name(name: bytes) -> str:
     """Return a relative path, which may be in quotes, or have backslashes, as in Windows."""
-    return os.fsdecode(name.strip(b'"').replace(b"\\", b"/"))
+    return file_name(name.strip(b'"').replace(b"\\", b"/"))
 
 
 def _materials_of(

@@ -13,7 +13,8 @@ import pytest
 from PIL import Image
 
 import gltf_ext
-from gltf_meshlet import render_command
+from gltf_ext import portable
+from gltf_meshlet import cli, render_command
 from gltf_meshlet.cli import main
 from tests.helpers.gltf_builder import Builder, glb_json, grid_mesh
 
@@ -640,3 +641,29 @@ def test_render_without_the_extra(compressed, tmp_path, capsys, monkeypatch, bac
     )
     (line,) = capsys.readouterr().err.splitlines()
     assert f"pip install 'gltf-meshlet[{backend}]'" in line
+
+
+# --- Windows ---
+
+
+@pytest.mark.parametrize(
+    "error, remedy",
+    [
+        (PermissionError(errno.EACCES, "in use", "out.glb"), "close other programs that use it"),
+        (FileNotFoundError(errno.ENOENT, "no", "x" * 240), "enable long paths in Windows"),
+        (FileNotFoundError(errno.ENOENT, "no", "x.glb"), "check the path"),
+    ],
+)
+def test_remedies_on_windows(monkeypatch, capsys, error, remedy):
+    for module in (cli, portable):
+        monkeypatch.setattr(module, "IS_WINDOWS", True)
+    assert cli._fail_for(error) == cli.FAILED
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.endswith(remedy) or f"{remedy}, or" in line
+
+
+def test_a_closed_pipe_on_windows(monkeypatch, capsys):
+    monkeypatch.setattr(cli, "IS_WINDOWS", True)
+    monkeypatch.setattr(cli, "_discard_output", lambda: None)
+    assert cli._fail_for(OSError(errno.EINVAL, "Invalid argument")) == cli.FAILED
+    assert capsys.readouterr().err == ""
