@@ -16,6 +16,7 @@ import argparse
 import tempfile
 import time
 from collections.abc import Callable
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -40,8 +41,9 @@ from gltf_ext.compression.primitives import Primitive
 from gltf_ext.errors import MeshletError
 
 PACKAGES = ("numpy", "vulkan")
-PATHS = ("vertex", "mesh-plain", "stream", "visibility", "visibility-pool", "mesh", "geometry")
-QUICK = PATHS[:5]  # without culling; the others take up to 320 times as long as vertex
+QUICK = ("vertex", "mesh-plain", "stream", "visibility", "visibility-pool")
+# Without culling, the others take up to 320 times as long as vertex.
+PATHS = (*QUICK, "mesh", "mesh-paper", "geometry")
 FAST = ("vertex", "stream", "visibility", "visibility-pool")
 POOL_SHARE = 0.9  # of the bytes of uncompressed vertices and indices, for visibility-pool
 LEAST_POOL = 100_000  # bytes: a few slots, for generated models
@@ -169,6 +171,7 @@ def measure_model(
 ) -> list[dict]:
     """A row for each of `paths` that the device supports. view: a value of VIEWS."""
     from bench.vulkan_paths import POOLED, TimedDrawing
+    from vk_backend.mesh import MeshDrawing
     from vk_backend.scene import load_scene
 
     scene = load_scene(path)
@@ -207,6 +210,8 @@ def measure_model(
             row["turning"] = percentiles(turning[name])
         if name == POOLED.name:
             row["pool"] = pool
+        if isinstance(drawing.drawing, MeshDrawing):
+            row["tasks"] = asdict(drawing.drawing.tasks)
         if name in (POOLED.name, "visibility"):
             runs = [drawing.run_steps() for _ in range(WARM_UP + FRAMES)][WARM_UP:]
             row["steps"] = {step: float(np.median([r[step] for r in runs])) for step in runs[0]}

@@ -20,7 +20,7 @@ from gltf_ext.compression.options import bytes_of
 from gltf_ext.errors import MeshletError, blaming
 
 BACKENDS = {"mitsuba": "mitsuba_plugin.command", "vulkan": "vk_backend.command"}
-PATHS = ("visibility", "stream", "mesh", "geometry", "vertex", "rt")
+PATHS = ("visibility", "stream", "mesh", "mesh-paper", "geometry", "vertex", "rt")
 # Former paths, and what draws the same picture now.
 REMOVED_PATHS = {
     "mesh-only": "mesh",
@@ -95,7 +95,7 @@ PATHS_WITH: dict[str, tuple[str | None, ...]] = {
     "cache_bytes": ("rt",),
     "bounces": ("rt",),
     "ring": ("visibility", "stream", None),
-    "lod_error": ("visibility", "rt", None),
+    "lod_error": ("visibility", "mesh", "mesh-paper", "rt", None),
     "pool": ("visibility", None),
 }
 # Misses cost a GPU far more than a CPU. There, all decoded meshlets take a third of the memory of
@@ -160,7 +160,7 @@ def _add_shared(command: argparse.ArgumentParser) -> None:
         type=float,
         metavar="PIXELS",
         help="show what has levels of detail with at most this error (default 0: all triangles); "
-        "with Vulkan, by --path visibility and rt",
+        "with Vulkan, by --path visibility, mesh, mesh-paper and rt",
     )
     command.add_argument("--json", action="store_true", help="print JSON instead of the line")
 

@@ -37,6 +37,7 @@ struct Cut {
   uvec4 small;
   uvec4 pieces;
   uvec4 resolve;
+  uvec4 tasks;  // of paths mesh and mesh-paper
 };
 
 struct Job {
