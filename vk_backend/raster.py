@@ -132,6 +132,7 @@ class Drawing:
     def _make_pipelines(self, constants: dict[str, int]) -> None:
         """Makes everything that draws. constants: specialisation constants by name."""
         textures = array_size(self.scene.textures)
+        constants = {**constants, "NUMBERS": int(self._reads_numbers)}
         self._pipeline = graphics_pipeline(
             self.device, self._modules(), constants, textures, self.ids
         )

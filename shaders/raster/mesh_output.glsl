@@ -8,14 +8,14 @@ layout(location = 1) out vec2 out_texcoord[];
 layout(location = 2) out vec4 out_color[];
 // Instance, meshlet * MESHLET_TRIANGLES + triangle.
 layout(location = 3) perprimitiveEXT out uvec2 out_ids[];
-layout(constant_id = 22) const bool IDS = false;  // surface.frag writes ids
+layout(constant_id = 22) const bool NUMBERS = false;  // surface.frag reads out_ids
 
 // Writes the attributes of vertex v that any primitive of the scene has. normal: in world space.
 void put_attributes(uint v, vec3 normal, vec2 texcoord, vec4 color) {
-  // With IDS all: Mesa's software renderer loses out_ids if an earlier output is not written.
-  if (IDS || (ATTRIBUTES & HAS_NORMAL) != 0u) out_normal[v] = normal;
-  if (IDS || (ATTRIBUTES & HAS_TEXCOORD) != 0u) out_texcoord[v] = texcoord;
-  if (IDS || (ATTRIBUTES & HAS_COLOR) != 0u) out_color[v] = color;
+  // With NUMBERS all: Mesa's software renderer loses out_ids if an earlier output is not written.
+  if (NUMBERS || (ATTRIBUTES & HAS_NORMAL) != 0u) out_normal[v] = normal;
+  if (NUMBERS || (ATTRIBUTES & HAS_TEXCOORD) != 0u) out_texcoord[v] = texcoord;
+  if (NUMBERS || (ATTRIBUTES & HAS_COLOR) != 0u) out_color[v] = color;
 }
 
 // Writes triangle t of meshlet m, packed a | b << 8 | v << 16.
