@@ -52,7 +52,10 @@ class MeshDrawing(Drawing):
 
     def __init__(self, *arguments: Any, occlusion: bool = True, **options: Any):
         super().__init__(*arguments, **options)
-        self._occlusion = occlusion and options.get("culling", True)
+        culling = options.get("culling", True)
+        self._occlusion = occlusion and culling
+        names = ("FIRST", "SECOND") if self._occlusion else ("VISIBLE",) if culling else ("ALL",)
+        self._phases = [CONSTANTS[f"PHASE_{name}"] for name in names]
         workgroups = -(-self._most_drawn // TASK_MESHLETS)
         self._hints = min(HINTS, 1 << (TASK_MESHLETS * workgroups - 1).bit_length())
         # The counters, then a bit for each meshlet that the first phase launches.
@@ -64,7 +67,8 @@ class MeshDrawing(Drawing):
         self._pyramid = ComputePipeline.of(self.device, "mesh_pyramid.comp", {})
 
     def _make_pipelines(self, constants: dict[str, int]) -> None:
-        super()._make_pipelines({**constants, "JOBS": int(self.jobs)})
+        # The phase says whether to cull: the same pipeline with culling and without.
+        super()._make_pipelines({**constants, "CULLING": 1, "JOBS": int(self.jobs)})
 
     @property
     def _reads_numbers(self) -> bool:
@@ -90,14 +94,13 @@ class MeshDrawing(Drawing):
 
     def record(self, commands: Any, targets: DepthTargets, mark: Mark = no_mark) -> None:
         self._begin_frame(commands, mark)
-        phases = ("FIRST", "SECOND") if self._occlusion else ("ALL",)
-        for phase in phases:
-            if phase == "SECOND":
+        for number, phase in enumerate(self._phases):
+            if number > 0:
                 self._record_pyramid(commands, targets)
                 mark(commands)
-            self._begin(commands, targets, resumed=phase == "SECOND")
-            fields = {"phase": CONSTANTS[f"PHASE_{phase}"], "pixels": targets.pixels.address}
-            self._draw_all(commands, self._push_constants(**fields))
+            self._begin(commands, targets, resumed=number > 0)
+            pixels = targets.pixels.address
+            self._draw_all(commands, self._push_constants(phase=phase, pixels=pixels))
             vk.vkCmdEndRendering(commands)
             mark(commands)
 

@@ -2,8 +2,8 @@
 //
 // With occlusion a frame has two phases. PHASE_FIRST draws what was visible when it was tested
 // last. PHASE_SECOND tests all in view against the depths of the first phase, notes what is visible
-// for the next frame, and draws what of that is not drawn yet. Without, PHASE_ALL draws all in
-// view.
+// for the next frame, and draws what of that is not drawn yet. Without occlusion PHASE_VISIBLE
+// draws all in view, without culling PHASE_ALL draws all.
 //
 // The threads agree through shared memory and not by subgroup operations: subgroups may be smaller
 // than the workgroup (8 threads in Mesa's software renderer).
@@ -48,8 +48,8 @@ void note_visible(uint hint, bool visible) {
 
 // Whether the current item, at a place of the workgroup with this number, is to be drawn now.
 bool item_wanted(uint workgroup, uint bit) {
-  bool visible = meshlet_visible(task_meshlet);
-  if (push.phase == PHASE_ALL) return visible;
+  bool visible = push.phase == PHASE_ALL || meshlet_visible(task_meshlet);
+  if (push.phase >= PHASE_VISIBLE) return visible;
   uint hint = hint_of(workgroup * TASK_MESHLETS + gl_LocalInvocationIndex);
   if (push.phase == PHASE_FIRST) return visible && was_visible(hint);
   bool shown = visible && !meshlet_hidden(task_meshlet);

@@ -30,7 +30,7 @@
 
 #define TASK_MESHLETS 32u  // that a task workgroup tests, one per thread
 #define PAPER_WORDS 75u    // of a meshlet in the payload of mesh-paper: task_payload.glsl
-#define PHASE_FIRST 0u  // see task_tests.glsl
+#define PHASE_FIRST 0u     // see task_tests.glsl
 #define PHASE_SECOND 1u
 #define PHASE_VISIBLE 2u
 #define PHASE_ALL 3u
