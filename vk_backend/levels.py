@@ -280,7 +280,8 @@ class MeshLevelsDrawing(CutDrawing, MeshDrawing):
     def __init__(self, *arguments: Any, pool: int | None = None, **options: Any):
         self._pool_bytes = pool
         super().__init__(*arguments, **options)
-        cut = push_record(CUT, capacity=self._most_drawn, slots=1)  # a slot, which nothing uses
+        # A slot, which nothing uses.
+        cut = push_record(CUT, capacity=self._most_drawn, slots=1, per_task=self.path.workgroup)
         self._jobs = Buffer(self.device, CUT.itemsize + JOB.itemsize * self._most_drawn, INDIRECT)
         self._own["jobs"] = self._jobs.write(cut.tobytes())
         self._make_tables()

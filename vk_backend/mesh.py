@@ -23,7 +23,6 @@ from .reflection import structure
 from .targets import DepthTargets, pyramid_tiles
 
 TASK_PUSH, TASK_COUNTERS = map(structure, ("TaskPush", "TaskCounters"))
-TASK_MESHLETS = CONSTANTS["TASK_MESHLETS"]
 # Most notes of what was visible, a bit each. With more meshlets, some share a note.
 HINTS = 1 << 22
 
@@ -56,9 +55,9 @@ class MeshDrawing(Drawing):
         self._occlusion = occlusion and culling
         names = ("FIRST", "SECOND") if self._occlusion else ("VISIBLE",) if culling else ("ALL",)
         self._phases = [CONSTANTS[f"PHASE_{name}"] for name in names]
-        workgroups = -(-self._most_drawn // TASK_MESHLETS)
-        self._hints = min(HINTS, 1 << (TASK_MESHLETS * workgroups - 1).bit_length())
-        # The counters, then a bit for each meshlet that the first phase launches.
+        workgroups = -(-self._most_drawn // self.path.workgroup)
+        self._hints = min(HINTS, 1 << max(self._most_drawn - 1, 31).bit_length())
+        # The counters, then a word for each workgroup: what the first phase launches.
         size = TASK_COUNTERS.itemsize + 4 * workgroups
         self._own |= {
             "counters": Buffer(self.device, size),
@@ -79,12 +78,12 @@ class MeshDrawing(Drawing):
         """int64[instances + 1]: number of each instance's first task workgroup."""
         primitives = self.scene.primitives
         meshlets = [primitives[i.primitive].meshlets for i in self.scene.instances]
-        return begins(-(-np.array(meshlets) // TASK_MESHLETS))
+        return begins(-(-np.array(meshlets) // self.path.workgroup))
 
     @property
     def _most_drawn(self) -> int:
         """Places of meshlets that are drawn at a time, at most."""
-        return TASK_MESHLETS * int(self._first_workgroups[-1])
+        return self.path.workgroup * int(self._first_workgroups[-1])
 
     # --- a frame ---
 
@@ -122,14 +121,14 @@ class MeshDrawing(Drawing):
     def _draw_all(self, commands: Any, data: np.ndarray) -> None:
         """Records the draws of all meshlets. data: push constants."""
         draw = self.device.function("vkCmdDrawMeshTasksEXT")
-        begin = self._first_workgroups
+        begin, meshlets = self._first_workgroups, self.path.workgroup
         for number, workgroups in enumerate(np.diff(begin)):
             self._set_sides(commands, number)
             data["instance"] = number
-            # Every device can draw MAX_WORKGROUPS of them, and 32 mesh workgroups for each.
+            # Every device can draw MAX_WORKGROUPS of them, with 32 mesh workgroups each.
             for first in range(0, int(workgroups), MAX_WORKGROUPS):
-                data["first"] = TASK_MESHLETS * first
-                data["first_place"] = TASK_MESHLETS * (begin[number] + first)
+                data["first"] = meshlets * first
+                data["first_place"] = meshlets * (begin[number] + first)
                 push(commands, self._layout, data)
                 draw(commands, min(int(workgroups) - first, MAX_WORKGROUPS), 1, 1)
 
@@ -155,23 +154,22 @@ class MeshDrawing(Drawing):
         return TaskStatistics(*(int(counters[name]) for name in ("tested", "launched", "hidden")))
 
 
+def _path(name: str, stage: str, meshlets: int, words: int) -> Path:
+    """meshlets: of a task workgroup; words: that it passes on for each."""
+    stages = ((f"{stage}.task", TASK), (f"{stage}.mesh", MESH))
+    return Path(
+        name,
+        BLOBS,
+        stages,
+        MeshDrawing,
+        "mesh",
+        workgroup=meshlets,
+        teams="mesh_shared_bytes",
+        payload=4 * meshlets * words,
+    )
+
+
 MESH_PATHS = (
-    Path(
-        "mesh",
-        BLOBS,
-        (("mesh.task", TASK), ("mesh.mesh", MESH)),
-        MeshDrawing,
-        "mesh",
-        teams="mesh_shared_bytes",
-        payload=4 * TASK_MESHLETS,
-    ),
-    Path(
-        "mesh-paper",
-        BLOBS,
-        (("mesh_paper.task", TASK), ("mesh_paper.mesh", MESH)),
-        MeshDrawing,
-        "mesh",
-        teams="mesh_shared_bytes",
-        payload=4 * TASK_MESHLETS * CONSTANTS["PAPER_WORDS"],
-    ),
+    _path("mesh", "mesh", CONSTANTS["MESH_TASK"], 1),
+    _path("mesh-paper", "mesh_paper", CONSTANTS["PAPER_TASK"], CONSTANTS["PAPER_WORDS"]),
 )

@@ -37,9 +37,11 @@ class Targets:
         if resumed:
             self._wait_for_pixels(commands)
         else:
+            color = vk.VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL
+            depth = vk.VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL
             for image in colors:
-                image.to_layout(commands, vk.VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL)
-            self.depth.to_layout(commands, vk.VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL)
+                image.to_layout(commands, color, keep=False)
+            self.depth.to_layout(commands, depth, keep=False)
         clear_color = vk.VkClearValue(color=vk.VkClearColorValue(float32=[0.0] * 4))
         clear_ids = vk.VkClearValue(color=vk.VkClearColorValue(uint32=[NO_ID] * 4))
         clear_depth = vk.VkClearValue(depthStencil=vk.VkClearDepthStencilValue(1.0, 0))

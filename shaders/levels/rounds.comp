@@ -28,6 +28,7 @@ void main() {
   uint clusters = min(jobs.cut.clusters, jobs.cut.capacity);
   jobs.cut.small.x = min(clusters, CUT_COLUMNS);
   jobs.cut.small.y = (clusters + CUT_COLUMNS - 1u) / CUT_COLUMNS;
-  uint tasks = (clusters + TASK_MESHLETS - 1u) / TASK_MESHLETS;
+  uint per_task = max(jobs.cut.per_task, 1u);
+  uint tasks = (clusters + per_task - 1u) / per_task;
   jobs.cut.tasks = uvec4(min(tasks, CUT_COLUMNS), (tasks + CUT_COLUMNS - 1u) / CUT_COLUMNS, 1u, 0u);
 }

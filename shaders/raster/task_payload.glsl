@@ -2,8 +2,8 @@
 // first of which is the number of its item (tasks.glsl).
 //
 // Every device has room for 16 KiB (maxTaskPayloadSize); `mesh` needs 128 bytes, `mesh-paper`
-// 9,600. Mesh workgroups have 28 KiB or more for the payload and their shared memory together,
-// which the host checks: vk_backend/mesh.py.
+// 2,400. Mesh workgroups have 28 KiB or more for the payload and their shared memory together
+// (maxMeshPayloadAndSharedMemorySize). The host checks both: Path.payload in vk_backend/raster.py.
 
 #ifdef PAPER
 #define PAYLOAD_WORDS PAPER_WORDS

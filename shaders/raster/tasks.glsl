@@ -7,6 +7,12 @@
 #include "scene/scene.glsl"
 #include "levels/jobs.glsl"
 
+#ifdef PAPER
+#define TASK_MESHLETS PAPER_TASK
+#else
+#define TASK_MESHLETS MESH_TASK
+#endif
+
 layout(constant_id = 25) const bool JOBS = false;  // levels of detail
 
 struct TaskCounters {
