@@ -96,8 +96,10 @@ PATHS_WITH: dict[str, tuple[str | None, ...]] = {
     "bounces": ("rt",),
     "ring": ("visibility", "stream", None),
     "lod_error": ("visibility", "mesh", "mesh-paper", "rt", None),
-    "pool": ("visibility", None),
+    "pool": ("visibility", "mesh", "mesh-paper", None),
 }
+# Paths whose pool is for compressed pages alone.
+LEVELS_ONLY = ("mesh", "mesh-paper")
 # Misses cost a GPU far more than a CPU. There, all decoded meshlets take a third of the memory of
 # uncompressed triangles.
 CACHE = {"mitsuba": 0.25, "vulkan": 1.0}
@@ -195,6 +197,12 @@ def _check(options: argparse.Namespace) -> None:
         options.lod_error = 0.0
     if not 0 <= options.lod_error < math.inf:
         raise _out_of_range(options, "lod_error", "0 or more")
+    if options.pool and options.path in LEVELS_ONLY and not options.lod_error:
+        raise MeshletError(
+            f"path {options.path} keeps no decoded meshlets in a pool",
+            "leave it out or add --lod-error",
+            options=("pool",),
+        )
     if options.pool and options.ring is not None and not options.lod_error:
         raise MeshletError(
             "pool takes the place of ring", "leave one out", options=("pool", "ring")
