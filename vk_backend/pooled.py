@@ -200,7 +200,7 @@ class PooledDrawing(VisibilityDrawing):
             name: ComputePipeline.of(device, "touch.comp", {**constants, "STEP": step})
             for name, step in STEPS.items()
         }
-        self._pyramid = ComputePipeline.of(device, "visibility_pyramid.comp", {})
+        self._pyramid = ComputePipeline.of(device, "pyramid.comp", {})
 
     # --- a frame ---
 

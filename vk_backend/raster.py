@@ -44,7 +44,8 @@ class Path:
     workgroup or point; teams: the field of device.Limits with the shared memory in which a team
     decodes a meshlet; payload: bytes that task workgroups pass to mesh workgroups; ring: slots of
     the ring that meshlets are decoded into first, at most; 0: none; bulk: many meshlets are decoded
-    in bulk passes; variants: names of VARIANTS.
+    in bulk passes; variants: names of VARIANTS; constants: (specialisation constant, value) of the
+    path.
     """
 
     name: str
@@ -59,6 +60,7 @@ class Path:
     bulk: bool = False
     fragment: str = "surface_{attributes}{ids}.frag"
     variants: tuple[str, ...] = tuple(name for name, _ in VARIANTS)
+    constants: tuple[tuple[str, int], ...] = ()
 
     def shared_bytes(self, limits: Limits) -> int:
         """Shared memory that a team may use; the payload takes some of a mesh workgroup's."""
@@ -113,6 +115,7 @@ class Drawing:
             "MAX_ELEMENTS": scene.max_elements,
             "ATTRIBUTES": scene.attributes,
             "CULLING": int(culling),
+            **dict(path.constants),
         }
         slots = self.path.ring if ring is None else ring
         self.ring = self._make_ring(slots, constants) if path.ring else None
@@ -234,8 +237,9 @@ class Drawing:
             if name in self.path.variants and not self.scene.attributes & ~fits
         )
         ids = "_ids" if self.ids else ""
-        numbers = "_mesh" if self._reads_numbers else ""
-        fragment = self.path.fragment.format(attributes=chosen, ids=numbers + ids)
+        # Mesh shaders that write numbers write all attributes.
+        inputs = "mesh" if self._reads_numbers else chosen
+        fragment = self.path.fragment.format(attributes=inputs, ids=ids)
         stages = [(name.format(attributes=chosen), bit) for name, bit in self.path.stages]
         return (*stages, (fragment, FRAGMENT))
 

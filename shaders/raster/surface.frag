@@ -7,12 +7,7 @@
 // variants: surface_texcoord.frag=VARYINGS=3 surface_color.frag=VARYINGS=7
 // variants: surface_position_ids.frag=VARYINGS=0,IDS surface_normal_ids.frag=VARYINGS=1,IDS
 // variants: surface_texcoord_ids.frag=VARYINGS=3,IDS surface_color_ids.frag=VARYINGS=7,IDS
-// variants: surface_position_mesh.frag=VARYINGS=0,MESH surface_normal_mesh.frag=VARYINGS=1,MESH
-// variants: surface_texcoord_mesh.frag=VARYINGS=3,MESH surface_color_mesh.frag=VARYINGS=7,MESH
-// variants: surface_position_mesh_ids.frag=VARYINGS=0,IDS,MESH
-// variants: surface_normal_mesh_ids.frag=VARYINGS=1,IDS,MESH
-// variants: surface_texcoord_mesh_ids.frag=VARYINGS=3,IDS,MESH
-// variants: surface_color_mesh_ids.frag=VARYINGS=7,IDS,MESH
+// variants: surface_mesh.frag=VARYINGS=7,MESH surface_mesh_ids.frag=VARYINGS=7,IDS,MESH
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_nonuniform_qualifier : require

@@ -5,12 +5,6 @@
 // 2,400. Mesh workgroups have 28 KiB or more for the payload and their shared memory together
 // (maxMeshPayloadAndSharedMemorySize). The host checks both: Path.payload in vk_backend/raster.py.
 
-#ifdef PAPER
-#define PAYLOAD_WORDS PAPER_WORDS
-#else
-#define PAYLOAD_WORDS 1u
-#endif
-
 struct Payload {
   uint words[TASK_MESHLETS * PAYLOAD_WORDS];
 };

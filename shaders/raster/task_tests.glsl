@@ -11,7 +11,6 @@
 #define TASK_TESTS_GLSL
 
 #include "raster/tasks.glsl"
-#define DEPTH_IMAGE
 #include "visibility/occlusion.glsl"
 
 // A bit per meshlet.

@@ -7,13 +7,11 @@
 #include "scene/scene.glsl"
 #include "levels/jobs.glsl"
 
-#ifdef PAPER
-#define TASK_MESHLETS PAPER_TASK
-#else
-#define TASK_MESHLETS MESH_TASK
-#endif
-
-layout(constant_id = 25) const bool JOBS = false;  // levels of detail
+layout(constant_id = 25) const bool JOBS = false;         // levels of detail
+layout(constant_id = 26) const uint TASK_MESHLETS = 32u;  // of a task workgroup, one per thread
+layout(constant_id = 27) const uint PAYLOAD_WORDS = 1u;   // of a meshlet: task_payload.glsl
+layout(constant_id = 28) const uint MESH_THREADS = 32u;   // of a mesh workgroup
+const bool PAPER = PAYLOAD_WORDS > 1u;                    // path `mesh-paper`
 
 struct TaskCounters {
   uint tested;

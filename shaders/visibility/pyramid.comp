@@ -1,9 +1,8 @@
-// Between the two phases of path `visibility` with a pool, and (DEPTH_IMAGE) of paths `mesh` and
-// `mesh-paper`: the depth pyramid, a workgroup per tile of PYRAMID_SIDE pixels, a thread per texel
-// of the finest level.
+// Between the two phases of path `visibility` with a pool, and of paths `mesh` and `mesh-paper`:
+// the depth pyramid, a workgroup per tile of PYRAMID_SIDE pixels, a thread per texel of the finest
+// level.
 //
 // Input: the visibility buffer, or the depths of a depth image. Output: the pyramid.
-// variants: visibility_pyramid.comp= mesh_pyramid.comp=DEPTH_IMAGE
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_buffer_reference : require

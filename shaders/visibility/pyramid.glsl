@@ -1,18 +1,14 @@
 // The depth pyramid: the greatest depth of each square of 4, 8, 16, 32 and 64 pixels. Levels follow
 // each other; rows of a level span the picture's tiles. The pyramid lies after the pixels at
-// push.pixels: the visibility buffer, or (DEPTH_IMAGE) the depths of a depth image. A pixel has
-// PIXEL_WORDS words, the last of which is its depth.
+// push.pixels: the visibility buffer, or the depths of a depth image. A pixel has PIXEL_WORDS
+// words, the last of which is its depth.
 #ifndef PYRAMID_GLSL
 #define PYRAMID_GLSL
 
 #include "raster/raster.glsl"
 #include "scene/addresses.glsl"
 
-#ifdef DEPTH_IMAGE
-#define PIXEL_WORDS 1u
-#else
-#define PIXEL_WORDS (PIXEL_BYTES / 4u)
-#endif
+layout(constant_id = 29) const uint PIXEL_WORDS = 2u;
 
 #define PYRAMID_LEVELS 5u
 #define TILE_TEXELS 16u  // of the finest level: side of a tile

@@ -28,11 +28,6 @@
 
 // --- paths mesh and mesh-paper: raster/tasks.glsl ---
 
-// Meshlets that a task workgroup tests, one per thread. On an H200, 16 or 8 of `mesh` draw the
-// dragon in 0.87 or 0.76 times the time, and 16 or 8 of `mesh-paper` in 0.77 or 0.54 times that of
-// 32, whose payloads are large.
-#define MESH_TASK 32u
-#define PAPER_TASK 8u
 #define PAPER_WORDS 75u  // of a meshlet in the payload of mesh-paper: task_payload.glsl
 #define PHASE_FIRST 0u   // see task_tests.glsl
 #define PHASE_SECOND 1u
