@@ -1,9 +1,12 @@
 // The triangles of a meshlet by the parallel connectivity, for team_values.glsl. Include before it.
 // Call decode_connectivity with all threads after open_team and read_symbols; it ends with a
 // barrier. An includer that also has triangles from elsewhere defines OWN_TRIANGLES and the last
-// three functions itself.
+// three functions itself, and may define PARALLEL_ROOM (see the file included below).
 
-shared uint parallel_triangles[64];
+#ifndef PARALLEL_ROOM
+#define PARALLEL_ROOM(n) (n)
+#endif
+shared uint parallel_triangles[PARALLEL_ROOM(64u)];
 
 #define SHARED shared
 #define OR_MASK(target, mask) (atomicOr((target).x, (mask).x), atomicOr((target).y, (mask).y))
