@@ -243,8 +243,13 @@ def _raster_line(row: dict) -> str:
     return f"{row['path']}, {'lit, culling' if row['culling'] else 'unlit, no culling'}"
 
 
+def _launched(row: dict) -> str:
+    tasks = row["tasks"]
+    return f"{tasks['launched']:,} of {tasks['tested']:,}, {tasks['hidden']:,}"
+
+
 def summary(result: dict) -> str:
-    """Tables by model: milliseconds and memory by path, turning, by step, by picture."""
+    """Tables by model: milliseconds and memory by path, turning, by step, by picture, counts."""
     rows = result["rows"]
     steps = [
         {**row, "step": step + ", with a pool" * ("pool" in row), "time": time}
@@ -255,6 +260,12 @@ def summary(result: dict) -> str:
 
     def cells(first: str, of: list[dict], line: Callable, cell: Callable) -> str:
         return table_by_model(first, of, line, cell, lambda row: row["model"])
+
+    tested = [row for row in rows if "tasks" in row]
+    tasks = f"""
+Meshlets that task shaders launched and, after these, that were in view but hidden, lit with culling:
+
+{cells("path", tested, lambda row: row["path"], _launched)}"""
 
     return f"""`gltf-meshlet render` draws lit and with culling; unlit is the cheapest
 shader that reads all attributes. Milliseconds per frame of {pixels(result)} pixels (medians), and
@@ -284,7 +295,7 @@ Milliseconds per frame of other pictures. The squares of `layers` fill the pictu
             lambda row: f"{row['view']}, {_raster_line(row)}",
             lambda row: f"{milliseconds(row):.3g}",
         )
-    }"""
+    }{tasks if tested else ""}"""
 
 
 def save_plot(result: dict, path: Path) -> Path:
