@@ -263,7 +263,7 @@ def summary(result: dict) -> str:
 
     tested = [row for row in rows if "tasks" in row]
     tasks = f"""
-Meshlets that task shaders launched and, after these, that were in view but hidden, lit with culling:
+Meshlets that task shaders launched, then those that were in view but hidden; lit with culling:
 
 {cells("path", tested, lambda row: row["path"], _launched)}"""
 

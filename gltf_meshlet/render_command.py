@@ -199,7 +199,7 @@ def _check(options: argparse.Namespace) -> None:
         raise _out_of_range(options, "lod_error", "0 or more")
     if options.pool and options.path in LEVELS_ONLY and not options.lod_error:
         raise MeshletError(
-            f"path {options.path} keeps no decoded meshlets in a pool",
+            f"path {options.path} decodes into no pool",
             "leave it out or add --lod-error",
             options=("pool",),
         )

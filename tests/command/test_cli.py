@@ -520,7 +520,7 @@ def test_render_compresses_what_is_not(original, tmp_path, rendered, capsys):
         ),
         (
             ["--backend", "vulkan", "--path", "mesh-paper", "--pool", "9M"],
-            "path mesh-paper keeps no decoded meshlets in a --pool; leave it out or add --lod-error",
+            "path mesh-paper decodes into no --pool; leave it out or add --lod-error",
         ),
         (
             ["--backend", "vulkan", "--pool", "9", "--ring", "9"],
