@@ -273,7 +273,10 @@ class LevelsDrawing(CutDrawing, PooledDrawing):
 
 
 class MeshLevelsDrawing(CutDrawing, MeshDrawing):
-    """By paths mesh and mesh-paper: task workgroups test the clusters of the list of jobs."""
+    """By paths mesh and mesh-paper: task workgroups test the clusters of the list of jobs.
+
+    All clusters that are launched are decoded in each frame.
+    """
 
     jobs: ClassVar[bool] = True
 
@@ -283,7 +286,7 @@ class MeshLevelsDrawing(CutDrawing, MeshDrawing):
         # A slot, which nothing uses.
         cut = push_record(CUT, capacity=self._most_drawn, slots=1, per_task=self.path.workgroup)
         self._jobs = Buffer(self.device, CUT.itemsize + JOB.itemsize * self._most_drawn, INDIRECT)
-        self._own["jobs"] = self._jobs.write(cut.tobytes())
+        self._own |= {"jobs": self._jobs.write(cut.tobytes()), "decoded": self.pool.decoded}
         self._make_tables()
 
     @property

@@ -577,6 +577,25 @@ def test_mesh_paths_keep_to_their_pools(renderer, scene, whole, path, monkeypatc
     assert len(sizes) == 1
 
 
+def test_mesh_paths_free_their_buffers(renderer, file):
+    from vk_backend.memory import Buffer
+    from vk_backend.scene import load_scene
+
+    live = []
+    for _ in range(3):  # a new scene frees the drawings of the last one
+        scene = load_scene(file, levels=True)
+        renderer.render(scene, camera_at(0), "mesh", WIDTH, HEIGHT)
+        actions = renderer.device._closing
+        live.append(
+            sum(isinstance(action.__self__, Buffer) for action in actions if _bound(action))
+        )
+    assert live[1] == live[2]
+
+
+def _bound(action):
+    return hasattr(action, "__self__")
+
+
 @pytest.mark.parametrize("path", MESH_PATHS)
 def test_mesh_paths_with_mutated_pages(renderer, file, path):
     from vk_backend.scene import load_scene
