@@ -172,8 +172,11 @@ def _path(name: str, meshlets: int, words: int, threads: int) -> Path:
 
 
 MESH_PATHS = (
+    # 32 meshlets, as usual on GPUs for drawing. On an H200, which runs graphics on few of its
+    # multiprocessors, 16, 8 or 4 take 0.87, 0.76, 0.74 times the time for the dragon, and 0.99 to
+    # 1.10 times for bunny and suzanne.
     _path("mesh", 32, 1, 32),
-    # On an H200, 16 or 8 meshlets draw the dragon in 0.77 or 0.54 times the time of 32: the payload
-    # is large. The paper has 16 threads in the mesh stage; 32 take 0.88 times the time.
+    # Fewer, because the payload is large: there, 32, 16 or 4 take 1.85, 1.43, 0.88 times the time
+    # of 8 for the dragon. The paper has 16 threads in the mesh stage; 32 take 0.88 times the time.
     _path("mesh-paper", 8, CONSTANTS["PAPER_WORDS"], 16),
 )
