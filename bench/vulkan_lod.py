@@ -108,7 +108,7 @@ def placed(path: Path, count: int, output: Path) -> Path:
         place = step * np.array([number % side - side // 2, 0.0, number // side - side // 2])
         document.nodes.append(pygltflib.Node(mesh=0, translation=place.tolist(), rotation=turn))
     document.root.scene, document.root.scenes = 0, [pygltflib.Scene(nodes=list(range(count)))]
-    write_files(model_files(document, output))
+    write_files(model_files(document, output), read=())
     return output
 
 
@@ -239,8 +239,8 @@ def measure_flight(
 
 def compared(renderer: Any, path: Path, options: argparse.Namespace) -> dict:
     """Shares of the sampled pixels of a scene of one instance that are within one pixel."""
+    from gltf_ext.checks.samples import nearest_places
     from gltf_ext.lod.cuts import Cut
-    from gltf_ext.lod.samples import nearest_places
     from vk_backend.scene import load_scene
 
     size, none = (options.width, options.height), np.zeros(0, bool)

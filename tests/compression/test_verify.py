@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import gltf_ext
-from gltf_ext.commands.verify import _multiset_difference, _rotated
+from gltf_ext.checks.triangles import multiset_difference, rotated
 from tests.helpers.gltf_builder import NORMALIZED, Builder, everything, glb_bytes, glb_json
 
 EXTENSION = "EXT_meshlet_edgebreaker"
@@ -119,10 +119,10 @@ def test_wrong_step_is_noticed(case):
 def test_rotation_is_canonical():
     for corners in ([1, 2, 3], [3, 2, 1], [1, 1, 2], [2, 2, 1], [4, 4, 4]):
         rotations = np.array([np.roll(corners, k) for k in range(3)], np.uint32)
-        assert len({tuple(t) for t in _rotated(rotations).tolist()}) == 1
+        assert len({tuple(t) for t in rotated(rotations).tolist()}) == 1
     assert (
-        _rotated(np.array([[1, 2, 3]], np.uint32)).tolist()
-        != _rotated(np.array([[3, 2, 1]], np.uint32)).tolist()
+        rotated(np.array([[1, 2, 3]], np.uint32)).tolist()
+        != rotated(np.array([[3, 2, 1]], np.uint32)).tolist()
     )
 
 
@@ -131,7 +131,7 @@ def test_multiset_difference_counts():
         np.array([[1, 2, 3], [1, 2, 3], [4, 5, 6]], np.uint32),
         np.array([[4, 5, 6], [1, 2, 3], [7, 8, 9]], np.uint32),
     )
-    assert _multiset_difference(first, second) == (1, 1)
+    assert multiset_difference(first, second) == (1, 1)
 
 
 # --- validate and malformed extension objects ---
@@ -213,6 +213,30 @@ def test_validate_checks_the_bounds(case):
 
     assert gltf_ext.validate(changed_json(case[0], change)) == [
         "mesh 0 primitive 0: max of its POSITION accessor is not that of the decoded data"
+    ]
+
+
+def test_validate_reads_bounds_as_floats(case):
+    """Other writers shorten the text of a float; glTF 2.0, 3.6.2.5."""
+
+    def shorten(p, m, e):
+        position = p["accessors"][m["attributes"]["POSITION"]]
+        for name in ("min", "max"):
+            short = [float(str(np.float32(value))) for value in position[name]]
+            assert short != position[name]
+            position[name] = short
+
+    assert gltf_ext.validate(changed_json(case[0], shorten)) == []
+
+
+@pytest.mark.parametrize("value", [1e300, None])
+def test_validate_reports_impossible_bounds(case, value):
+    def change(p, m, e):
+        position = p["accessors"][m["attributes"]["POSITION"]]
+        position["min"] = [value] * 3 if value else []
+
+    assert gltf_ext.validate(changed_json(case[0], change)) == [
+        "mesh 0 primitive 0: min of its POSITION accessor is not that of the decoded data"
     ]
 
 

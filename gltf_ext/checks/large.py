@@ -1,12 +1,23 @@
-"""Compares the triangles of a large primitive with those of a compressed one."""
+"""Compares a primitive that does not fit memory with a compressed one: triangles, then values."""
 
 from __future__ import annotations
+
+from collections.abc import Iterator
 
 import numpy as np
 
 from gltf_ext import _codec
-from gltf_ext.compression.extension import Compressed, malformed_from, parts_of
+from gltf_ext.checks.attribute_errors import Errors, errors_of
+from gltf_ext.checks.findings import Findings
+from gltf_ext.compression.extension import (
+    Compressed,
+    is_compressed,
+    malformed_from,
+    parts_of,
+    read_compressed,
+)
 from gltf_ext.compression.streams import Plan
+from gltf_ext.gltf.document import Document
 from gltf_ext.out_of_core.encoding import gathered
 from gltf_ext.out_of_core.records import HASH, RecordFormat
 from gltf_ext.out_of_core.sources import LargePrimitive
@@ -15,6 +26,53 @@ from gltf_ext.work_files import Buckets, WorkFile, hashes
 
 TRIANGLE = np.dtype([("key", "<u8"), ("is_source", "?")])
 READ = 0.5  # of the progress
+
+
+def compare_large(
+    document: Document,
+    source: LargePrimitive,
+    findings: Findings,
+    folder: str,
+    advance: Advance | None,
+) -> None:
+    """Compares a primitive that is read in parts with the one at the same place of the document.
+
+    Values that are quantised to equal integers decode to equal values, so that errors need the
+    source only.
+    """
+    findings.triangles += source.triangle_count
+    if not is_compressed(document.meshes[source.mesh].primitives[source.primitive]):
+        findings.differs(f"{source.where} is not compressed, and not compared")
+        return
+    compressed = read_compressed(document, source.mesh, source.primitive)
+    widths = {name: rows.form[1] for name, rows in source.attributes.items()}
+    if not findings.has_attributes(source.mesh, widths, compressed):
+        return
+    comparison = Comparison(source, compressed, folder)
+    comparison.run(advance)
+    findings.add_triangles(compressed, comparison.missing, comparison.extra, comparison.collapsed)
+    errors = {name: Errors() for name in widths}
+    for part in _errors_of_parts(source, compressed) if not comparison.missing else ():
+        for name, more in part.items():
+            errors[name].join(more)
+    for name, of_values in errors.items():
+        findings.add_value_errors(source.mesh, compressed, name, of_values)
+
+
+def _errors_of_parts(source: LargePrimitive, compressed: Compressed) -> Iterator[dict[str, Errors]]:
+    """The errors of all attributes of the source's used vertices, part after part."""
+    form = format_of(source, compressed)
+
+    def of_vertices(vertices: dict[str, np.ndarray]) -> dict[str, Errors]:
+        decoded = form.decoded(form.quantised(vertices), tuple(vertices))
+        return {
+            name: errors_of(
+                name, values, decoded[name], np.arange(len(values)), form.streams_of(name)
+            )
+            for name, values in vertices.items()
+        }
+
+    return source.of_used_vertices(of_vertices)
 
 
 def format_of(source: LargePrimitive, compressed: Compressed) -> RecordFormat:

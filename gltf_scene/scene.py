@@ -13,13 +13,12 @@ import numpy as np
 import pygltflib
 
 from gltf_ext.errors import MeshletError
-from gltf_ext.gltf.accessors import accessor_format
-from gltf_ext.gltf.camera import Camera, read_camera
+from gltf_ext.gltf.accessors import accessor_format, stated_bounds
 from gltf_ext.gltf.document import TRIANGLE_MODES, Document, item
 from gltf_ext.gltf.json_values import member, number, numbers
 from gltf_ext.gltf.nodes import placed
+from gltf_scene.camera import Camera, read_camera
 
-MAX_SIZE = 1e15  # of coordinates: products of two must fit 32-bit floats
 LIGHTS = "KHR_lights_punctual"
 QUANTIZATION = "KHR_mesh_quantization"
 # Integers in these attributes are fractions even in files that forget to say `normalized`: glTF
@@ -90,10 +89,10 @@ def position_box(
     """(low, high), float64[3], from the accessor's min and max; None if these are not valid."""
     index = primitive.attributes.get("POSITION")
     accessor = item(document.accessors, index, "the accessor of POSITION,")
-    given = [accessor.min, accessor.max]
-    if not all(bound is not None and len(bound) == 3 for bound in given):
+    stated = stated_bounds(accessor)
+    if not all(bound is not None and len(bound) == 3 for bound in stated):
         return None
-    box = np.array(given, np.float64)
+    box = np.array(stated)
     form = value_format(document, primitive, "POSITION")
     if form.normalized:
         box = np.maximum(box * form.scale, -1.0)
@@ -170,11 +169,6 @@ def read_scene(document: Document) -> Scene:
     """The document's default scene; all root nodes if it has no scenes. Raises MeshletError."""
     scene = Scene()
     for place, (node, matrix) in enumerate(placed(document)):
-        if not (np.abs(matrix) < MAX_SIZE).all():
-            raise MeshletError(
-                f"a node's transform is not finite, or larger than {MAX_SIZE:g}",
-                "export the file again, smaller",
-            )
         if node.camera is not None:
             camera = item(document.cameras, node.camera, "camera")
             scene.cameras.append(read_camera(camera, matrix))
