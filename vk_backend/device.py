@@ -68,6 +68,8 @@ class Limits:
 
     compute_shared_bytes: int
     mesh_shared_bytes: int
+    mesh_total_bytes: int  # shared memory and payload of a mesh workgroup
+    task_payload_bytes: int
     timestamp_ns: float
     scratch_alignment: int
     handle_bytes: int
@@ -465,6 +467,8 @@ class Device:
         return Limits(
             compute_shared_bytes=core.maxComputeSharedMemorySize,
             mesh_shared_bytes=mesh.maxMeshSharedMemorySize if mesh else 0,
+            mesh_total_bytes=mesh.maxMeshPayloadAndSharedMemorySize if mesh else 0,
+            task_payload_bytes=mesh.maxTaskPayloadSize if mesh else 0,
             timestamp_ns=core.timestampPeriod,
             scratch_alignment=accelerated.minAccelerationStructureScratchOffsetAlignment
             if accelerated
