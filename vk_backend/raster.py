@@ -8,14 +8,17 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from gltf_ext.errors import blaming
+
 from . import vk
 from .camera import Camera
 from .constants import CONSTANTS
 from .decoded import HAS_COLOR, HAS_NORMAL, HAS_TEXCOORD
 from .device import Device
 from .graphics_pipeline import FRAGMENT, GEOMETRY, MESH, VERTEX, Modules, graphics_pipeline
+from .limits import MAX_WORKGROUPS
 from .memory import Buffer
-from .pipelines import MAX_WORKGROUPS, ComputePipeline, addresses, push, push_record
+from .pipelines import ComputePipeline, addresses, push, push_record
 from .raster_layout import BOUNDS_PUSH, RASTER_PUSH
 from .ring import RING, Ring
 from .scene import Scene
@@ -97,7 +100,8 @@ class Drawing:
             require_room(device, scene, path.name, shared, "choose --path geometry or vertex")
         self._own: dict[str, Buffer] = {}  # of the path, besides those of scene, frame and ring
         self._layout = textures_layout(device, array_size(scene.textures))
-        self._textures = TextureArray(device, scene.textures)
+        with blaming(scene.path):
+            self._textures = TextureArray(device, scene.textures)
         self.buffers = self._make_buffers()
         self._frame = Buffer(device, MATRIX_BYTES * len(scene.instances) + FRAME.itemsize)
         constants = {
