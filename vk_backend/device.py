@@ -14,6 +14,7 @@ from .physical import API_VERSION, CAPABILITIES, NEEDED, OPTIONAL, choose, no_dr
 
 VALIDATION_LAYER = "VK_LAYER_KHRONOS_validation"
 DEBUG_EXTENSION = "VK_EXT_debug_utils"
+FEATURES_EXTENSION = "VK_EXT_validation_features"
 
 
 @dataclass(frozen=True)
@@ -75,7 +76,8 @@ class Device:
     They are the same queue if no family computes without graphics.
     select: a device's number or part of its name; by default the first GPU that paths can use, or
     else the first such device.
-    validation: enables the validation layer; its messages are appended to `messages`.
+    validation: enables the validation layer, also for synchronisation, but it sees neither accesses
+    of the host nor those through buffer references; its messages are appended to `messages`.
     Raises VulkanError if there is no such device, or it lacks features that every path needs.
     needed: as NEEDED; a measurement's device may need more.
     """
@@ -284,6 +286,7 @@ class Device:
     def _create_instance(self, validation: bool) -> Any:
         layers: list[str] = []
         extensions: list[str] = []
+        chain: Any = None
         if validation:
             if VALIDATION_LAYER not in {
                 layer.layerName for layer in vk.vkEnumerateInstanceLayerProperties()
@@ -292,11 +295,16 @@ class Device:
                     "the Vulkan validation layer is not installed",
                     "Debian: apt install vulkan-validationlayers",
                 )
-            layers, extensions = [VALIDATION_LAYER], [DEBUG_EXTENSION]
+            layers, extensions = [VALIDATION_LAYER], [DEBUG_EXTENSION, FEATURES_EXTENSION]
+            enabled = [vk.VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION_EXT]
+            chain = vk.VkValidationFeaturesEXT(
+                enabledValidationFeatureCount=len(enabled), pEnabledValidationFeatures=enabled
+            )
         application = vk.VkApplicationInfo(pApplicationName="gltf-meshlet", apiVersion=API_VERSION)
         try:
             return vk.vkCreateInstance(
                 vk.VkInstanceCreateInfo(
+                    pNext=chain,
                     pApplicationInfo=application,
                     enabledLayerCount=len(layers),
                     ppEnabledLayerNames=layers,

@@ -166,6 +166,32 @@ def test_no_device_that_works(monkeypatch, live, devices, select, message):
     assert live == []
 
 
+# --- validation ---
+
+
+def test_the_validation_layer_watches_synchronisation():
+    """Two copies to the same bytes without a barrier between them."""
+    from vk_backend import vk
+    from vk_backend.device import Device
+    from vk_backend.memory import Buffer
+
+    with Device(validation=True) as device:
+        source, target = (Buffer(device, 64) for _ in range(2))
+        region = vk.VkBufferCopy(srcOffset=0, dstOffset=0, size=64)
+
+        def copy_twice(*between):
+            with device.commands() as commands:
+                vk.vkCmdCopyBuffer(commands, source.handle, target.handle, 1, [region])
+                for record in between:
+                    record(commands)
+                vk.vkCmdCopyBuffer(commands, source.handle, target.handle, 1, [region])
+
+        copy_twice(device.full_barrier)
+        assert device.messages == []
+        copy_twice()
+        assert "SYNC-HAZARD-WRITE-AFTER-WRITE" in device.messages[0]
+
+
 # --- a lost device ---
 
 
