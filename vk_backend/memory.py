@@ -70,6 +70,8 @@ class Buffer(Resource):
         with self.device.commands() as commands:
             region = vk.VkBufferCopy(srcOffset=0, dstOffset=offset, size=len(raw))
             vk.vkCmdCopyBuffer(commands, staging.handle, self.handle, 1, [region])
+            # Waiting for the queue makes the bytes visible to no later command.
+            self.device.full_barrier(commands)
         staging.free()
         return self
 

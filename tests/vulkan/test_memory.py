@@ -142,6 +142,35 @@ def test_staging_buffers_are_forgotten(device):
     assert len(device._closing) == before - 1
 
 
+def test_uploads_are_visible_to_later_commands(device, monkeypatch):
+    """Waiting for the queue does not make them so."""
+    from vk_backend import vk
+    from vk_backend.memory import Buffer
+
+    recorded = []
+
+    def watch(name, note):
+        function = getattr(vk, name)
+
+        def call(*arguments):
+            recorded.append(note(*arguments))
+            return function(*arguments)
+
+        monkeypatch.setattr(vk, name, call, raising=False)
+
+    def barrier(commands, info):
+        memory = info.pMemoryBarriers[0]
+        return memory.srcStageMask, memory.dstStageMask, memory.dstAccessMask
+
+    buffer = Buffer(device, 64)
+    watch("vkCmdCopyBuffer", lambda *_: "copy")
+    watch("vkCmdPipelineBarrier2", barrier)
+    buffer.write(bytes(64))
+    everything = vk.VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT
+    access = vk.VK_ACCESS_2_MEMORY_READ_BIT | vk.VK_ACCESS_2_MEMORY_WRITE_BIT
+    assert recorded == ["copy", (everything, everything, access)]
+
+
 # --- what the CPU reads ---
 
 
