@@ -25,6 +25,7 @@ from vk_backend.frame_commands import FrameCommands
 from vk_backend.graphics_pipeline import MESH, TASK
 from vk_backend.limits import MAX_WORKGROUPS
 from vk_backend.memory import Buffer
+from vk_backend.mesh import MeshDrawing
 from vk_backend.pipelines import ComputePipeline
 from vk_backend.pooled import PooledDrawing
 from vk_backend.raster import Drawing, Path
@@ -136,6 +137,7 @@ RASTER_PATHS = {**PATHS, PLAIN.name: PLAIN, POOLED.name: POOLED}
 # The cheapest shaders that read every attribute.
 ATTRIBUTES = {
     Drawing: "bench:attributes_{attributes}.frag",
+    MeshDrawing: "bench:attributes_{attributes}.frag",
     PlainDrawing: "bench:attributes_{attributes}.frag",
     VisibilityDrawing: "bench:visibility_attributes.comp",
     PooledDrawing: "bench:visibility_attributes.comp",
@@ -146,7 +148,8 @@ class TimedDrawing:
     """One picture with one path: recorded once, run and timed any number of times.
 
     path: a key of RASTER_PATHS. lit: shade the surface; else use the cheapest shader that reads
-    every attribute. pool: bytes, for visibility-pool. targets: what it is drawn into.
+    every attribute. pool: bytes, for visibility-pool. occlusion: for mesh and mesh-paper. targets:
+    what it is drawn into.
     """
 
     def __init__(
@@ -162,12 +165,16 @@ class TimedDrawing:
         lit: bool,
         ring: int | None = None,
         pool: int | None = None,
+        occlusion: bool = True,
     ):
         row = RASTER_PATHS[path]
         drawn = row if lit else replace(row, fragment=ATTRIBUTES[row.drawing])
-        options = {"culling": culling, "ids": False, "ring": ring}
-        own = {"pool": pool} if row is POOLED else {}
-        self.drawing = row.drawing(device, scene, drawn, **options, **own)
+        options: dict[str, Any] = {"culling": culling, "ids": False, "ring": ring}
+        if row is POOLED:
+            options["pool"] = pool
+        if row.drawing is MeshDrawing:
+            options["occlusion"] = occlusion
+        self.drawing = row.drawing(device, scene, drawn, **options)
         self._size = width, height
         self.look(camera)
         self.targets = self.drawing.targets(device, width, height, ids=False)

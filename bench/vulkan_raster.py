@@ -16,6 +16,7 @@ import argparse
 import tempfile
 import time
 from collections.abc import Callable
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -40,8 +41,9 @@ from gltf_ext.compression.primitives import Primitive
 from gltf_ext.errors import MeshletError
 
 PACKAGES = ("numpy", "vulkan")
-PATHS = ("vertex", "mesh-plain", "stream", "visibility", "visibility-pool", "mesh", "geometry")
-QUICK = PATHS[:5]  # without culling; the others take up to 320 times as long as vertex
+QUICK = ("vertex", "mesh-plain", "stream", "visibility", "visibility-pool")
+# Without culling, the others take up to 320 times as long as vertex.
+PATHS = (*QUICK, "mesh", "mesh-paper", "geometry")
 FAST = ("vertex", "stream", "visibility", "visibility-pool")
 POOL_SHARE = 0.9  # of the bytes of uncompressed vertices and indices, for visibility-pool
 LEAST_POOL = 100_000  # bytes: a few slots, for generated models
@@ -169,6 +171,7 @@ def measure_model(
 ) -> list[dict]:
     """A row for each of `paths` that the device supports. view: a value of VIEWS."""
     from bench.vulkan_paths import POOLED, TimedDrawing
+    from vk_backend.mesh import MeshDrawing
     from vk_backend.scene import load_scene
 
     scene = load_scene(path)
@@ -207,6 +210,8 @@ def measure_model(
             row["turning"] = percentiles(turning[name])
         if name == POOLED.name:
             row["pool"] = pool
+        if isinstance(drawing.drawing, MeshDrawing):
+            row["tasks"] = asdict(drawing.drawing.tasks)
         if name in (POOLED.name, "visibility"):
             runs = [drawing.run_steps() for _ in range(WARM_UP + FRAMES)][WARM_UP:]
             row["steps"] = {step: float(np.median([r[step] for r in runs])) for step in runs[0]}
@@ -238,8 +243,13 @@ def _raster_line(row: dict) -> str:
     return f"{row['path']}, {'lit, culling' if row['culling'] else 'unlit, no culling'}"
 
 
+def _launched(row: dict) -> str:
+    tasks = row["tasks"]
+    return f"{tasks['launched']:,} of {tasks['tested']:,}, {tasks['hidden']:,}"
+
+
 def summary(result: dict) -> str:
-    """Tables by model: milliseconds and memory by path, turning, by step, by picture."""
+    """Tables by model: milliseconds and memory by path, turning, by step, by picture, counts."""
     rows = result["rows"]
     steps = [
         {**row, "step": step + ", with a pool" * ("pool" in row), "time": time}
@@ -250,6 +260,12 @@ def summary(result: dict) -> str:
 
     def cells(first: str, of: list[dict], line: Callable, cell: Callable) -> str:
         return table_by_model(first, of, line, cell, lambda row: row["model"])
+
+    tested = [row for row in rows if "tasks" in row]
+    tasks = f"""
+Meshlets that task shaders launched, then those that were in view but hidden; lit with culling:
+
+{cells("path", tested, lambda row: row["path"], _launched)}"""
 
     return f"""`gltf-meshlet render` draws lit and with culling; unlit is the cheapest
 shader that reads all attributes. Milliseconds per frame of {pixels(result)} pixels (medians), and
@@ -279,7 +295,7 @@ Milliseconds per frame of other pictures. The squares of `layers` fill the pictu
             lambda row: f"{row['view']}, {_raster_line(row)}",
             lambda row: f"{milliseconds(row):.3g}",
         )
-    }"""
+    }{tasks if tested else ""}"""
 
 
 def save_plot(result: dict, path: Path) -> Path:

@@ -20,7 +20,7 @@ from gltf_ext.compression.options import bytes_of
 from gltf_ext.errors import MeshletError, blaming
 
 BACKENDS = {"mitsuba": "mitsuba_plugin.command", "vulkan": "vk_backend.command"}
-PATHS = ("visibility", "stream", "mesh", "geometry", "vertex", "rt")
+PATHS = ("visibility", "stream", "mesh", "mesh-paper", "geometry", "vertex", "rt")
 # Former paths, and what draws the same picture now.
 REMOVED_PATHS = {
     "mesh-only": "mesh",
@@ -95,9 +95,11 @@ PATHS_WITH: dict[str, tuple[str | None, ...]] = {
     "cache_bytes": ("rt",),
     "bounces": ("rt",),
     "ring": ("visibility", "stream", None),
-    "lod_error": ("visibility", "rt", None),
-    "pool": ("visibility", None),
+    "lod_error": ("visibility", "mesh", "mesh-paper", "rt", None),
+    "pool": ("visibility", "mesh", "mesh-paper", None),
 }
+# Paths whose pool is for compressed pages alone.
+LEVELS_ONLY = ("mesh", "mesh-paper")
 # Misses cost a GPU far more than a CPU. There, all decoded meshlets take a third of the memory of
 # uncompressed triangles.
 CACHE = {"mitsuba": 0.25, "vulkan": 1.0}
@@ -160,7 +162,7 @@ def _add_shared(command: argparse.ArgumentParser) -> None:
         type=float,
         metavar="PIXELS",
         help="show what has levels of detail with at most this error (default 0: all triangles); "
-        "with Vulkan, by --path visibility and rt",
+        "with Vulkan, by --path visibility, mesh, mesh-paper and rt",
     )
     command.add_argument("--json", action="store_true", help="print JSON instead of the line")
 
@@ -195,6 +197,12 @@ def _check(options: argparse.Namespace) -> None:
         options.lod_error = 0.0
     if not 0 <= options.lod_error < math.inf:
         raise _out_of_range(options, "lod_error", "0 or more")
+    if options.pool and options.path in LEVELS_ONLY and not options.lod_error:
+        raise MeshletError(
+            f"path {options.path} decodes into no pool",
+            "leave it out or add --lod-error",
+            options=("pool",),
+        )
     if options.pool and options.ring is not None and not options.lod_error:
         raise MeshletError(
             "pool takes the place of ring", "leave one out", options=("pool", "ring")

@@ -96,7 +96,8 @@ class _Reader:
             if is_array and stride is not None and self._types[operands[0]][0] == OP_TYPE_STRUCT:
                 result.strides[self._names[operands[0]]] = stride
         for (target, decoration), value in self._decorations.items():
-            if decoration == DECORATION_SPEC_ID:
+            # The size of a workgroup also has a nameless constant of the same id.
+            if decoration == DECORATION_SPEC_ID and target in self._names:
                 result.specialization[self._names[target]] = value
         return result
 

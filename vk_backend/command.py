@@ -99,6 +99,9 @@ def _render(options: argparse.Namespace) -> int:
         kept = [asdict(picture.pool) for picture in drawn if picture.pool]
         if kept:
             report["levels" if scene.has_levels else "pool"] = kept
+        tasks = [asdict(picture.tasks) for picture in drawn if picture.tasks]
+        if tasks:
+            report["tasks"] = tasks
         warnings = [f"{e}; a coarser level is shown" for e in renderer.refused_pages]
         said = list(dict.fromkeys(renderer.device.messages))
     write_files(_files(output, pictures))

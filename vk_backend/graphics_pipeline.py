@@ -38,7 +38,6 @@ def graphics_pipeline(
 def _make_pipeline(
     device: Device, modules: Modules, constants: dict[str, int], textures: int, ids: bool
 ) -> Any:
-    constants = {**constants, "IDS": int(ids)}
     stages = [stage(device, name, bit, constants) for name, bit in modules]
     formats = [COLOR_FORMAT] + ([IDS_FORMAT] if ids else [])
     kinds = {bit for _, bit in modules}

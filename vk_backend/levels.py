@@ -1,4 +1,4 @@
-"""Path `visibility` with levels of detail: draws what the camera needs, from a pool of fixed size.
+"""Levels of detail: draws what the camera needs, from a pool of fixed size.
 
 The device chooses the clusters of each frame and says which pages it lacks. A thread of the host
 reads them while frames are drawn. shaders/levels/levels.glsl describes the structures.
@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -20,14 +20,14 @@ from .camera import Camera
 from .constants import CONSTANTS
 from .hierarchies import Hierarchies
 from .memory import Buffer
+from .mesh import MeshDrawing
 from .page_pool import UPLOADS, PagePool
-from .pipelines import ComputePipeline, addresses, push_record
-from .pooled import CUT, JOB, PooledDrawing, PoolStatistics, offset
-from .raster import Mark, no_mark
+from .pipelines import ComputePipeline, addresses, push, push_record
+from .pooled import CUT, INDIRECT, JOB, PooledDrawing, PoolStatistics, offset
+from .raster import Drawing, Mark, no_mark
 from .reflection import structure
 from .residency import Update
 from .scene_buffers import SceneBuffers
-from .visibility import Planes
 
 CUT_PUSH = structure("CutPush")
 POOL = 1 << 28  # bytes, at most, unless the user says more
@@ -63,14 +63,16 @@ class LevelStatistics(PoolStatistics):
     read_bytes: int
 
 
-class LevelsDrawing(PooledDrawing):
-    """A scene that was loaded with levels, ready to be drawn.
+class CutDrawing(Drawing):
+    """A scene that was loaded with levels: the choice of its clusters, before a path draws them.
 
-    ring: decoded clusters that are kept. pool: bytes for compressed pages, rounded down to whole
-    pages; None: POOL, or more if the root pages need more. least_pixels: the error that the user
-    allows; set it before each frame. Raises VulkanError if the pool does not hold the root pages,
-    MeshletError if one is malformed.
+    pool: bytes for compressed pages, rounded down to whole pages; None: POOL, or more if the root
+    pages need more. least_pixels: the error that the user allows; set it before each frame. Raises
+    VulkanError if the pool does not hold the root pages, MeshletError if one is malformed.
     """
+
+    _pool_bytes: int | None
+    _jobs: Buffer
 
     def _make_buffers(self) -> SceneBuffers:
         self.least_pixels = 1.0
@@ -89,27 +91,12 @@ class LevelsDrawing(PooledDrawing):
         self._reading: Future[Update] | None = None
         return SceneBuffers(self.device, self.scene, frozenset(), self.pool.rows)
 
-    def _count_slots(self, ring: int) -> int:
-        h = self.hierarchies
-        return min(max(ring, h.unique_top_clusters), int(h.clusters.sum()))
-
     @property
     def _most_drawn(self) -> int:
         h = self.hierarchies
         return min(max(CLUSTERS, 2 * h.top_clusters), h.all_clusters)
 
-    @property
-    def _passes(self) -> int:
-        return 1  # the allowed error grows until the clusters in view fit
-
-    def _jobs_table(self) -> np.ndarray:
-        return np.zeros(0, JOB)  # cut.comp makes the jobs
-
-    def _make_decoded(self) -> Buffer:
-        return self.pool.decoded
-
-    def _make_jobs(self) -> None:
-        super()._make_jobs()
+    def _make_tables(self) -> None:
         device, h = self.device, self.hierarchies
         tables = {"groups": h.groups, "runs": h.runs, "hierarchies": h.rows, "blocks": h.blocks}
         self._own |= {name: Buffer(device, t.nbytes).write(t) for name, t in tables.items()}
@@ -125,10 +112,6 @@ class LevelsDrawing(PooledDrawing):
     def resident_bytes(self) -> int:
         return super().resident_bytes + self.pool.resident_bytes
 
-    @property
-    def steps(self) -> tuple[str, ...]:
-        return ("upload", *("cut" if step == "cull" else step for step in super().steps))
-
     def look(self, camera: Camera, width: int, height: int) -> None:
         super().look(camera, width, height)
         view = camera.world_to_clip(width, height).tobytes()
@@ -138,12 +121,16 @@ class LevelsDrawing(PooledDrawing):
 
     # --- a frame ---
 
-    def record(self, commands: Any, targets: Planes, mark: Mark = no_mark) -> None:
+    def record(self, commands: Any, targets: Any, mark: Mark = no_mark) -> None:
         """Records a frame with the pages that were read so far. Call finish after it has run."""
         self.pool.record(commands, self._update)
-        self._end_step(commands, mark)
+        self.device.compute_barrier(commands)
+        mark(commands)
         super().record(commands, targets, mark)
         self._record_results(commands)
+
+    def _record_chosen(self, commands: Any, data: np.ndarray) -> None:
+        """Records what counts the slots that the chosen clusters need."""
 
     def _record_choice(self, commands: Any, data: np.ndarray) -> None:
         columns = CONSTANTS["CUT_COLUMNS"]
@@ -172,8 +159,7 @@ class LevelsDrawing(PooledDrawing):
         for _ in range(ROUNDS):
             self._cut.dispatch_indirect(commands, self._jobs, begin, chosen)
             self.device.compute_barrier(commands)
-            self._record_jobs(commands, "touch", data)
-            self.device.compute_barrier(commands)
+            self._record_chosen(commands, data)
             self._rounds.dispatch(commands, 1, chosen)
             self.device.full_barrier(commands)
 
@@ -218,13 +204,17 @@ class LevelsDrawing(PooledDrawing):
         """The error that the next frame is drawn with, if its clusters fit."""
         return max(self.least_pixels, self._allowed_pixels) * self._crowding
 
+    def _counts_of(self, cut: Any) -> dict[str, int]:
+        """The fields of PoolStatistics, of CUT[()] after a frame."""
+        return PoolStatistics.counts_of(cut)
+
     def _read_statistics(self, requests: np.ndarray) -> None:
         """Sets the statistics of the frame that has run, and how crowded it was."""
         cut = self._own["results"].read(CUT, 1, requests.nbytes)[0]
         allowed: np.float32 = cut["max_pixels"]
         absent = requests[~self.pool.is_resident]
         self._statistics = LevelStatistics(
-            **PoolStatistics.counts_of(cut),
+            **self._counts_of(cut),
             allowed_pixels=_finite(allowed),
             shown_pixels=_finite(max(allowed, absent.max(initial=0.0))),
             missing_pages=int(np.count_nonzero(absent > allowed)),
@@ -252,6 +242,86 @@ class LevelsDrawing(PooledDrawing):
         self._reader.shutdown()
         super().free()
         self.pool.free()
+
+
+class LevelsDrawing(CutDrawing, PooledDrawing):
+    """By path visibility. ring: decoded clusters that are kept."""
+
+    def _count_slots(self, ring: int) -> int:
+        h = self.hierarchies
+        return min(max(ring, h.unique_top_clusters), int(h.clusters.sum()))
+
+    @property
+    def _passes(self) -> int:
+        return 1  # the allowed error grows until the clusters in view fit
+
+    def _jobs_table(self) -> np.ndarray:
+        return np.zeros(0, JOB)  # cut.comp makes the jobs
+
+    def _make_decoded(self) -> Buffer:
+        return self.pool.decoded
+
+    def _make_jobs(self) -> None:
+        super()._make_jobs()
+        self._make_tables()
+
+    def _record_chosen(self, commands: Any, data: np.ndarray) -> None:
+        self._record_jobs(commands, "touch", data)
+        self.device.compute_barrier(commands)
+
+    @property
+    def steps(self) -> tuple[str, ...]:
+        return ("upload", *("cut" if step == "cull" else step for step in super().steps))
+
+
+class MeshLevelsDrawing(CutDrawing, MeshDrawing):
+    """By paths mesh and mesh-paper: task workgroups test the clusters of the list of jobs.
+
+    All clusters that are launched are decoded in each frame.
+    """
+
+    jobs: ClassVar[bool] = True
+
+    def __init__(self, *arguments: Any, pool: int | None = None, **options: Any):
+        self._pool_bytes = pool
+        super().__init__(*arguments, **options)
+        # A slot, which nothing uses.
+        cut = push_record(CUT, capacity=self._most_drawn, slots=1, per_task=self.path.workgroup)
+        self._jobs = Buffer(self.device, CUT.itemsize + JOB.itemsize * self._most_drawn, INDIRECT)
+        self._own |= {"jobs": self._jobs.write(cut.tobytes()), "decoded": self.pool.decoded}
+        self._make_tables()
+
+    @property
+    def steps(self) -> tuple[str, ...]:
+        return ("upload", "cut", *super().steps)
+
+    def _begin_frame(self, commands: Any, mark: Mark) -> None:
+        super()._begin_frame(commands, mark)
+        self._record_choice(commands, self._push_constants())
+        mark(commands)
+
+    def _draw_all(self, commands: Any, data: np.ndarray) -> None:
+        """Records a draw of all jobs for each kind of sides that instances show."""
+        draw = self.device.function("vkCmdDrawMeshTasksIndirectEXT")
+        for sides, instance in self._instance_of_sides().items():
+            self._set_sides(commands, instance)
+            data["sides"] = sides
+            push(commands, self._layout, data)
+            draw(commands, self._jobs.handle, offset("tasks"), 1, CUT["tasks"].itemsize)
+
+    def _instance_of_sides(self) -> dict[int, int]:
+        """SIDES_ -> an instance that shows them. As visible_sides of task_tests.glsl."""
+        found: dict[int, int] = {}
+        for number, instance in enumerate(self.scene.instances):
+            both = self.scene.materials[instance.material].double_sided
+            name = "BOTH" if both else "MIRRORED" if instance.mirrored else "FRONT"
+            found.setdefault(CONSTANTS[f"SIDES_{name}"], number)
+        return found
+
+    def _counts_of(self, cut: Any) -> dict[str, int]:
+        counters = self._counters()
+        counts = {name: int(counters[name]) for name in ("hidden", "triangles")}
+        return {"clusters": int(cut["clusters"]), "decoded": int(counters["launched"]), **counts}
 
 
 def _finite(pixels: np.float32) -> float:

@@ -34,6 +34,8 @@ class Limits:
     allocations: int
     compute_shared_bytes: int
     mesh_shared_bytes: int
+    mesh_total_bytes: int  # shared memory and payload of a mesh workgroup
+    task_payload_bytes: int
     timestamp_ns: float
     scratch_alignment: int
     structure_boxes: int
@@ -142,6 +144,8 @@ def read_limits(physical: Any, *, mesh: bool, raytracing: bool) -> Limits:
         allocations=core.maxMemoryAllocationCount,
         compute_shared_bytes=core.maxComputeSharedMemorySize,
         mesh_shared_bytes=meshes.maxMeshSharedMemorySize if meshes else 0,
+        mesh_total_bytes=meshes.maxMeshPayloadAndSharedMemorySize if meshes else 0,
+        task_payload_bytes=meshes.maxTaskPayloadSize if meshes else 0,
         timestamp_ns=core.timestampPeriod,
         scratch_alignment=structures.minAccelerationStructureScratchOffsetAlignment
         if structures

@@ -171,8 +171,12 @@ class Image(Resource):
         )
         super().__init__(device)
 
-    def to_layout(self, commands: Any, layout: int) -> None:
-        """Records a layout transition. Keeps the contents, unless the layout was undefined."""
+    def to_layout(self, commands: Any, layout: int, *, keep: bool = True) -> None:
+        """Records a layout transition.
+
+        keep: the contents, unless the layout was undefined. Without, the commands can run whatever
+        the layout is then.
+        """
         stage = vk.VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT
         access = vk.VK_ACCESS_2_MEMORY_READ_BIT | vk.VK_ACCESS_2_MEMORY_WRITE_BIT
         barrier = vk.VkImageMemoryBarrier2(
@@ -180,7 +184,7 @@ class Image(Resource):
             srcAccessMask=access,
             dstStageMask=stage,
             dstAccessMask=access,
-            oldLayout=self.layout,
+            oldLayout=self.layout if keep else vk.VK_IMAGE_LAYOUT_UNDEFINED,
             newLayout=layout,
             srcQueueFamilyIndex=vk.VK_QUEUE_FAMILY_IGNORED,
             dstQueueFamilyIndex=vk.VK_QUEUE_FAMILY_IGNORED,

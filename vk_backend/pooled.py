@@ -25,6 +25,7 @@ from .reflection import structure
 from .ring import TEAM, Ring
 from .scene import Scene
 from .slot_layout import SlotLayout
+from .targets import pyramid_tiles
 from .visibility import PIECE_WORKGROUPS, Planes, VisibilityDrawing
 
 CUT, JOB, FRESH = map(structure, ("Cut", "Job", "Fresh"))
@@ -199,7 +200,7 @@ class PooledDrawing(VisibilityDrawing):
             name: ComputePipeline.of(device, "touch.comp", {**constants, "STEP": step})
             for name, step in STEPS.items()
         }
-        self._pyramid = ComputePipeline.of(device, "visibility_pyramid.comp", {})
+        self._pyramid = ComputePipeline.of(device, "pyramid.comp", {})
 
     # --- a frame ---
 
@@ -215,8 +216,7 @@ class PooledDrawing(VisibilityDrawing):
         self._end_step(commands, mark)
         self._record_phase(commands, data, mark)
         if self._occlusion:
-            side = CONSTANTS["PYRAMID_SIDE"]
-            columns, rows = -(-targets.width // side), -(-targets.height // side)
+            columns, rows = pyramid_tiles(targets.width, targets.height)
             self._pyramid.dispatch(commands, columns, data, rows)
             self.device.compute_barrier(commands)
             self._record_jobs(commands, "test", data)

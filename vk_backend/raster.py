@@ -16,13 +16,13 @@ from .constants import CONSTANTS
 from .decoded import HAS_COLOR, HAS_NORMAL, HAS_TEXCOORD
 from .device import Device
 from .graphics_pipeline import FRAGMENT, GEOMETRY, MESH, VERTEX, Modules, graphics_pipeline
-from .limits import MAX_WORKGROUPS
+from .limits import MAX_WORKGROUPS, Limits
 from .memory import Buffer
 from .pipelines import ComputePipeline, addresses, push, push_record
 from .raster_layout import BOUNDS_PUSH, RASTER_PUSH
 from .ring import RING, Ring
 from .scene import Scene
-from .scene_buffers import FRAME, SceneBuffers, require_room
+from .scene_buffers import FRAME, SceneBuffers, require_payload, require_room
 from .targets import Targets
 from .textures import TextureArray, array_size, textures_layout
 
@@ -44,9 +44,11 @@ class Path:
     needs: of SceneBuffers; stages: modules before the fragment shader, with {attributes}, and
     fragment: the fragment shader, with {ids} and {attributes} for Drawing to fill in; drawing: the
     subclass of Drawing; capability: of device.CAPABILITIES, or None; workgroup: meshlets of a
-    workgroup or point; teams: the field of device.Limits with the shared memory in which a team
-    decodes a meshlet; ring: slots of the ring that meshlets are decoded into first, at most; 0:
-    none; bulk: many meshlets are decoded in bulk passes; variants: names of VARIANTS.
+    workgroup or point; teams: the field of Limits with the shared memory in which a team
+    decodes a meshlet; payload: bytes that task workgroups pass to mesh workgroups; ring: slots of
+    the ring that meshlets are decoded into first, at most; 0: none; bulk: many meshlets are decoded
+    in bulk passes; variants: names of VARIANTS; constants: (specialisation constant, value) of the
+    path.
     """
 
     name: str
@@ -56,10 +58,17 @@ class Path:
     capability: str | None = None
     workgroup: int = 1
     teams: str | None = None
+    payload: int = 0
     ring: int = 0
     bulk: bool = False
     fragment: str = "surface_{attributes}{ids}.frag"
     variants: tuple[str, ...] = tuple(name for name, _ in VARIANTS)
+    constants: tuple[tuple[str, int], ...] = ()
+
+    def shared_bytes(self, limits: Limits) -> int:
+        """Shared memory that a team may use; the payload takes some of a mesh workgroup's."""
+        room: int = getattr(limits, self.teams) if self.teams else 0
+        return min(room, limits.mesh_total_bytes - self.payload) if self.payload else room
 
 
 BLOBS = frozenset({"blobs", "bounds"})
@@ -95,8 +104,9 @@ class Drawing:
         self.device, self.scene, self.path, self.ids = device, scene, path, ids
         if path.capability:
             device.require(path.capability, path.name)
+        require_payload(device, path.name, path.payload)
         if path.teams:
-            shared = getattr(device.limits, path.teams)
+            shared = path.shared_bytes(device.limits)
             require_room(device, scene, path.name, shared, "choose --path geometry or vertex")
         self._own: dict[str, Buffer] = {}  # of the path, besides those of scene, frame and ring
         self._layout = textures_layout(device, array_size(scene.textures))
@@ -109,6 +119,7 @@ class Drawing:
             "MAX_ELEMENTS": scene.max_elements,
             "ATTRIBUTES": scene.attributes,
             "CULLING": int(culling),
+            **dict(path.constants),
         }
         slots = self.path.ring if ring is None else ring
         self.ring = self._make_ring(slots, constants) if path.ring else None
@@ -128,6 +139,7 @@ class Drawing:
     def _make_pipelines(self, constants: dict[str, int]) -> None:
         """Makes everything that draws. constants: specialisation constants by name."""
         textures = array_size(self.scene.textures)
+        constants = {**constants, "NUMBERS": int(self._reads_numbers)}
         self._pipeline = graphics_pipeline(
             self.device, self._modules(), constants, textures, self.ids
         )
@@ -229,10 +241,16 @@ class Drawing:
             if name in self.path.variants and not self.scene.attributes & ~fits
         )
         ids = "_ids" if self.ids else ""
-        per_primitive = "_mesh" if self.ids and self.path.capability == "mesh" else ""
-        fragment = self.path.fragment.format(attributes=chosen, ids=per_primitive + ids)
+        # Mesh shaders that write numbers write all attributes.
+        inputs = "mesh" if self._reads_numbers else chosen
+        fragment = self.path.fragment.format(attributes=inputs, ids=ids)
         stages = [(name.format(attributes=chosen), bit) for name, bit in self.path.stages]
         return (*stages, (fragment, FRAGMENT))
+
+    @property
+    def _reads_numbers(self) -> bool:
+        """Whether the fragment shader reads a mesh shader's numbers of triangles."""
+        return self.ids and self.path.capability == "mesh"
 
     def _set_sides(self, commands: Any, number: int) -> None:
         """Records which sides of an instance's triangles are visible."""
@@ -328,7 +346,6 @@ GRAPHICS_PATHS = (
         teams="compute_shared_bytes",
         ring=RING,
     ),
-    Path("mesh", BLOBS, (("mesh.mesh", MESH),), Drawing, "mesh", teams="mesh_shared_bytes"),
     Path(
         "geometry",
         BLOBS,

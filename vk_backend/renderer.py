@@ -13,13 +13,19 @@ from .camera import Camera
 from .device import Device
 from .errors import VulkanError
 from .frame_commands import FrameCommands
-from .levels import LevelsDrawing, LevelStatistics
+from .levels import CutDrawing, LevelsDrawing, LevelStatistics, MeshLevelsDrawing
+from .mesh import MESH_PATHS, MeshDrawing, TaskStatistics
 from .pooled import PooledDrawing, PoolStatistics
 from .raster import GRAPHICS_PATHS, Drawing
 from .scene import Scene
 from .visibility import VISIBILITY
 
-PATHS = {path.name: path for path in (VISIBILITY, *GRAPHICS_PATHS)}
+PATHS = {path.name: path for path in (VISIBILITY, *MESH_PATHS, *GRAPHICS_PATHS)}
+# What draws scenes that were loaded with levels.
+LEVELS: dict[str, type[CutDrawing]] = {
+    VISIBILITY.name: LevelsDrawing,
+    **{path.name: MeshLevelsDrawing for path in MESH_PATHS},
+}
 
 
 @dataclass(frozen=True)
@@ -33,8 +39,9 @@ class Picture:
     covers the pixel; None if they were not requested.
     milliseconds: on the GPU, without copies to the host. steps: those of each step; empty if they
     were not requested. pool: of a picture from a pool; of a scene that was loaded with levels
-    LevelStatistics. With levels, milliseconds and steps are those of the last frame, and meshlets
-    are numbered through all pages of a primitive.
+    LevelStatistics. tasks: of a picture by path mesh or mesh-paper. With levels, milliseconds,
+    steps and tasks are those of the last frame, and meshlets are numbered through all pages of a
+    primitive.
     """
 
     color: np.ndarray
@@ -43,6 +50,7 @@ class Picture:
     milliseconds: float
     steps: dict[str, float]
     pool: PoolStatistics | None = None
+    tasks: TaskStatistics | None = None
 
     @property
     def levels(self) -> LevelStatistics | None:
@@ -63,7 +71,7 @@ class Renderer:
     keep, at most (None: the path's default). pool: bytes for the compressed pages of a scene that
     was loaded with levels (None: 256 MiB, or what its coarsest pages need), or for the decoded
     meshlets that path visibility keeps from picture to picture (None, 0: it keeps none). occlusion:
-    with either of them, skip what is hidden behind other surfaces.
+    with either of them, and by paths mesh and mesh-paper, skip what is hidden.
     Raises VulkanError if there is no such device or driver.
     """
 
@@ -96,7 +104,7 @@ class Renderer:
     @property
     def refused_pages(self) -> list[MeshletError]:
         """What was wrong with the malformed pages of the last picture's scene."""
-        return self.drawing.refused if isinstance(self.drawing, LevelsDrawing) else []
+        return self.drawing.refused if isinstance(self.drawing, CutDrawing) else []
 
     def render(
         self,
@@ -125,7 +133,7 @@ class Renderer:
             raise VulkanError(f"there is no path {path}", f"there are {', '.join(PATHS)}")
         self.device.limits.check_picture(width, height)
         drawing = self.drawing = self._drawing(scene, path, culling, ids)
-        if isinstance(drawing, LevelsDrawing):
+        if isinstance(drawing, CutDrawing):
             drawing.least_pixels = lod_error
         drawing.look(camera, width, height)
         targets = self._fitting_targets(drawing.targets, width, height, ids)
@@ -143,8 +151,10 @@ class Renderer:
             # Path vertex numbers triangles through all meshlets of a primitive.
             found = scene.meshlet_ids(found) if drawing.buffers.index_buffer else found
             found = scene.whole_ids(found)
-        pool = drawing.statistics if isinstance(drawing, PooledDrawing) else None
-        return Picture(color, depth, found, sum(times.values()), times if steps else {}, pool)
+        pool = drawing.statistics if isinstance(drawing, PooledDrawing | CutDrawing) else None
+        tasks = drawing.tasks if isinstance(drawing, MeshDrawing) else None
+        spent = sum(times.values())
+        return Picture(color, depth, found, spent, times if steps else {}, pool, tasks)
 
     def _drawing(self, scene: Scene, path: str, culling: bool, ids: bool) -> Drawing:
         """The drawing of a path, which is kept until another scene is rendered."""
@@ -152,16 +162,20 @@ class Renderer:
             for drawing in self._drawings.values():
                 drawing.free()
             self._drawings, self.drawing, self._scene = {}, None, scene
-        if scene.has_levels and path != VISIBILITY.name:
-            raise VulkanError(f"path {path} has no levels of detail", "choose path visibility")
+        if scene.has_levels and path not in LEVELS:
+            raise VulkanError(
+                f"path {path} has no levels of detail", f"choose path {' or '.join(LEVELS)}"
+            )
         key = (path, culling, ids, self.ring, self.pool, self.occlusion)
         if key not in self._drawings:
-            kind = PATHS[path].drawing
-            if path == VISIBILITY.name and (self.pool or scene.has_levels):
-                kind = LevelsDrawing if scene.has_levels else PooledDrawing
+            kind = LEVELS[path] if scene.has_levels else PATHS[path].drawing
+            if path == VISIBILITY.name and self.pool and not scene.has_levels:
+                kind = PooledDrawing
             own: dict[str, Any] = {"ring": self.ring}
-            if issubclass(kind, PooledDrawing):
-                own |= {"pool": self.pool, "occlusion": self.occlusion}
+            if issubclass(kind, PooledDrawing | CutDrawing):
+                own["pool"] = self.pool
+            if issubclass(kind, PooledDrawing | MeshDrawing):
+                own["occlusion"] = self.occlusion
             self._drawings[key] = kind(
                 self.device, scene, PATHS[path], culling=culling, ids=ids, **own
             )

@@ -183,6 +183,17 @@ def team_bytes(elements: int, streams: int) -> int:
     return elements * TEAM_ELEMENT_BYTES + streams * TEAM_STREAM_BYTES + TEAM_OTHER_BYTES
 
 
+def require_payload(device: Device, path: str, payload: int) -> None:
+    """Raises VulkanError if task workgroups cannot pass on so many bytes."""
+    most = device.limits.task_payload_bytes
+    if payload > most:
+        raise VulkanError(
+            f"path {path} passes {payload} bytes from task to mesh shaders, "
+            f"{device.name} at most {most}",
+            "choose another --path",
+        )
+
+
 def require_room(device: Device, scene: Scene, path: str, shared_bytes: int, advice: str) -> None:
     """Raises VulkanError if a team decoder of the scene's blobs needs more shared memory.
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from . import vk
+from .constants import CONSTANTS
 from .device import Device
-from .memory import Image
+from .memory import Buffer, Image
 
 COLOR_FORMAT = vk.VK_FORMAT_R8G8B8A8_SRGB
 DEPTH_FORMAT = vk.VK_FORMAT_D32_SFLOAT
@@ -36,9 +37,11 @@ class Targets:
         if resumed:
             self._wait_for_pixels(commands)
         else:
+            color = vk.VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL
+            depth = vk.VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL
             for image in colors:
-                image.to_layout(commands, vk.VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL)
-            self.depth.to_layout(commands, vk.VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL)
+                image.to_layout(commands, color, keep=False)
+            self.depth.to_layout(commands, depth, keep=False)
         clear_color = vk.VkClearValue(color=vk.VkClearColorValue(float32=[0.0] * 4))
         clear_ids = vk.VkClearValue(color=vk.VkClearColorValue(uint32=[NO_ID] * 4))
         clear_depth = vk.VkClearValue(depthStencil=vk.VkClearDepthStencilValue(1.0, 0))
@@ -79,6 +82,43 @@ class Targets:
         for image in (self.color, self.depth, self.ids):
             if image:
                 image.free()
+
+
+class DepthTargets(Targets):
+    """Also a copy of the depths for shaders, with room for their pyramid after it."""
+
+    def __init__(self, device: Device, width: int, height: int, ids: bool):
+        super().__init__(device, width, height, ids)
+        self.pixels = Buffer(device, 4 * width * height + pyramid_bytes(width, height))
+
+    def copy_depths(self, commands: Any) -> None:
+        """Records a copy of the depths, after rendering."""
+        self.depth.to_layout(commands, vk.VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL)
+        vk.vkCmdCopyImageToBuffer(
+            commands,
+            self.depth.handle,
+            self.depth.layout,
+            self.pixels.handle,
+            1,
+            [self.depth.copy_region()],
+        )
+        self.depth.to_layout(commands, vk.VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL)
+
+    def free(self) -> None:
+        super().free()
+        self.pixels.free()
+
+
+def pyramid_bytes(width: int, height: int) -> int:
+    """Of the depth pyramid of a picture: shaders/visibility/pyramid.glsl."""
+    columns, rows = pyramid_tiles(width, height)
+    return 4 * CONSTANTS["PYRAMID_FLOATS"] * columns * rows
+
+
+def pyramid_tiles(width: int, height: int) -> tuple[int, int]:
+    """(columns, rows)"""
+    side = CONSTANTS["PYRAMID_SIDE"]
+    return -(-width // side), -(-height // side)
 
 
 def _attachment(image: Image, clear: Any, resumed: bool) -> Any:

@@ -17,6 +17,7 @@ from .limits import MAX_WORKGROUPS
 from .memory import Buffer
 from .pipelines import ComputePipeline
 from .raster import BLOBS, Drawing, Mark, Path, no_mark
+from .targets import pyramid_bytes
 
 # Of the ring, unless the scene has fewer meshlets. On an H200, half as many take 1.28 times as long
 # for bistro_like (23,882 meshlets) and 1.19 times for dragon_x4 (56,899), with 24 instead of 39 and
@@ -55,8 +56,7 @@ class Planes:
 
     def __init__(self, device: Device, width: int, height: int, ids: bool):
         self.width, self.height = width, height
-        side = CONSTANTS["PYRAMID_SIDE"]
-        pyramid = 4 * CONSTANTS["PYRAMID_FLOATS"] * -(-width // side) * -(-height // side)
+        pyramid = pyramid_bytes(width, height)
         self.pixels = Plane(device, width, height, CONSTANTS["PIXEL_BYTES"], pyramid)
         self.color = Plane(device, width, height, 4)
         self.depth = Plane(device, width, height, 4)

@@ -10,6 +10,7 @@
 //   ADD(target, value)              target += value, atomically
 //   TRIANGLES                       the packed triangles: 64 shared words
 //   symbol_r, symbol_e, symbol_c, symbol_s, triangle_count, and uint error
+// Optional: PARALLEL_ROOM(n), the size of an array for n; less if no thread ever runs a step.
 //
 // Results: TRIANGLES as decode_triangles writes them, closing_ends, and interior_ids.
 //
@@ -18,17 +19,21 @@
 // numbers of earlier pushes find the place of a triangle's subtree in the outline, and parenthesis
 // depths find the vertex at a place.
 
+#ifndef PARALLEL_ROOM
+#define PARALLEL_ROOM(n) (n)
+#endif
 #define LEVELS 66u  // S-E levels and outline depths: at most 64 each, and one guard at both ends
 
-SHARED mask64 level_ends[LEVELS];  // per S-E level: the E's that lead to it
-SHARED uint left_pushes[64];       // per E: C's and L's that it resolves
-SHARED mask64 closing_ends;        // the E's that end a disk
-SHARED mask64 pops[2];             // outline places of the c's
-SHARED mask64 interior_ids;        // the vertices that they pop
-SHARED uint split_before[65];      // per triangle: the S whose left subtree it begins, or 64
+SHARED mask64 level_ends[PARALLEL_ROOM(LEVELS)];  // per S-E level: the E's that lead to it
+SHARED uint left_pushes[PARALLEL_ROOM(64u)];      // per E: C's and L's that it resolves
+SHARED mask64 closing_ends;                       // the E's that end a disk
+SHARED mask64 pops[2];                            // outline places of the c's
+SHARED mask64 interior_ids;                       // the vertices that they pop
+SHARED uint
+    split_before[PARALLEL_ROOM(65u)];  // per triangle: the S whose left subtree it begins, or 64
 // Per parenthesis depth: outline places of the m's, 0 .. 63 and 64 .. 127.
-SHARED mask64 depth_pushes_low[LEVELS];
-SHARED mask64 depth_pushes_high[LEVELS];
+SHARED mask64 depth_pushes_low[PARALLEL_ROOM(LEVELS)];
+SHARED mask64 depth_pushes_high[PARALLEL_ROOM(LEVELS)];
 
 uint disks_of_symbols() { return mask_count(symbol_e) - mask_count(symbol_s); }
 

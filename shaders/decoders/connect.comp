@@ -17,38 +17,13 @@ layout(constant_id = 21) const uint SPREAD = 1u;  // as in decode_push.glsl
 #define SPREAD push.spread
 #define THREAD_NUMBER gl_GlobalInvocationID.x
 #endif
-// Apices in shared memory: arrays of a thread live in slow memory. Four to a word: the less shared
-// memory a workgroup takes, the more workgroups run at once.
-shared uint apexes[16u * WORKGROUP];
-#define APEX_WORD(t) apexes[((t) >> 2) * WORKGROUP + gl_LocalInvocationIndex]
-#define APEX(t) bitfieldExtract(APEX_WORD(t), int(((t) & 3u) * 8u), 8)
-#define SET_APEX(t, v) APEX_WORD(t) = bitfieldInsert(APEX_WORD(t), v, int(((t) & 3u) * 8u), 8)
+#include "decoders/shared_apexes.glsl"
 ADDRESS connected_triangles;
 #define TRIANGLE(t) TRIANGLE_AT(connected_triangles, t)
 #include "decoders/serial_prologue.glsl"
 #include "decode/serial_decoder.glsl"
 #include "decoders/serial_epilogue.glsl"
-
-bool header_sound;  // of the meshlet decoded last
-
-// Decodes meshlet m of the opened blob: TRIANGLE(t), boundary, disk_starts, `opened`. Returns false
-// and sets `error` if it is malformed.
-bool connect(uint m) {
-  load_tables();
-  error = ERROR_NONE;
-  opened = read_header(m);
-  header_sound = error == ERROR_NONE;
-  read_symbols(opened);
-  if (error == ERROR_NONE) decode_apexes();
-  if (error == ERROR_NONE) decode_triangles();
-  if (error != ERROR_NONE) return false;
-  // As in list_interior: the first C that pops too much has a == b.
-  for (mask64 rest = symbol_c; mask_any(rest); rest = mask_clear_lsb(rest)) {
-    uint triangle = TRIANGLE(mask_lsb(rest));
-    if (((triangle ^ (triangle >> 8)) & 255u) == 0u) error = ERROR_CLERS;
-  }
-  return error == ERROR_NONE;
-}
+#include "decoders/serial_connectivity.glsl"
 
 #if !defined(STREAM) || defined(BULK)
 #define KEEPS_HEADERS

@@ -1,8 +1,12 @@
 // The triangles of a meshlet by the parallel connectivity, for team_values.glsl. Include before it.
 // Call decode_connectivity with all threads after open_team and read_symbols; it ends with a
-// barrier.
+// barrier. An includer that also has triangles from elsewhere defines OWN_TRIANGLES and the last
+// three functions itself, and may define PARALLEL_ROOM (see the file included below).
 
-shared uint parallel_triangles[64];
+#ifndef PARALLEL_ROOM
+#define PARALLEL_ROOM(n) (n)
+#endif
+shared uint parallel_triangles[PARALLEL_ROOM(64u)];
 
 #define SHARED shared
 #define OR_MASK(target, mask) (atomicOr((target).x, (mask).x), atomicOr((target).y, (mask).y))
@@ -10,13 +14,13 @@ shared uint parallel_triangles[64];
 #define TRIANGLES parallel_triangles
 #include "decode/parallel_connectivity.glsl"
 
-uint packed_triangle(uint t) { return parallel_triangles[t & 63u]; }
+uint parallel_triangle(uint t) { return parallel_triangles[t & 63u]; }
 
-uvec2 connectivity_starts() {
+uvec2 parallel_starts() {
   return (mask_shl1(closing_ends) | mask_bit(0u)) & mask_below(triangle_count);
 }
 
-uvec2 connectivity_boundary() {
+uvec2 parallel_boundary() {
   uint vertices = 2u * mask_count(symbol_e) +
                   mask_count(mask_below(triangle_count) & ~(symbol_e | symbol_c | symbol_s)) +
                   disks_of_symbols();
@@ -47,3 +51,9 @@ void decode_connectivity() {
     barrier();
   }
 }
+
+#ifndef OWN_TRIANGLES
+uint packed_triangle(uint t) { return parallel_triangle(t); }
+uvec2 connectivity_starts() { return parallel_starts(); }
+uvec2 connectivity_boundary() { return parallel_boundary(); }
+#endif

@@ -1,4 +1,4 @@
-// Path `visibility` with levels of detail, first: chooses the clusters of each instance by the rule
+// Levels of detail, first: chooses the clusters of each instance by the rule
 // of EXT_meshlet_lod, a thread per group. Resident pages never lack the page of a coarser group,
 // and errors on the screen grow towards coarser groups, so that a group is active if it is resident
 // and needed: no thread needs the result of another. If rounding breaks that order, a surface is

@@ -16,6 +16,7 @@ struct Cut {
   uint slots;
   uint hint_mask;    // number of hints - 1
   uint per_connect;  // clusters of a workgroup of connect_stream.comp
+  uint per_task;     // and of mesh.task; or 0
   // Counters that the shaders keep:
   uint frame;
   uint stamp;   // of a choice of slots: no slot that has it is taken away
@@ -37,6 +38,7 @@ struct Cut {
   uvec4 small;
   uvec4 pieces;
   uvec4 resolve;
+  uvec4 tasks;  // of paths mesh and mesh-paper
 };
 
 struct Job {

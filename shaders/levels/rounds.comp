@@ -1,8 +1,8 @@
-// Path `visibility` with levels of detail, after touch.comp: if there are more clusters than jobs
-// or slots, it allows a larger error and has cut.comp choose again; in the last round, only top
-// groups are left, which always fit. One thread.
+// Levels of detail, after cut.comp and with path `visibility` touch.comp: if there are more
+// clusters than jobs or slots, it allows a larger error and has cut.comp choose again; in the last
+// round, only top groups are left, which always fit. One thread.
 //
-// Inputs: numbers of clusters. Outputs: arguments of cut.comp and visibility_small.comp.
+// Inputs: numbers of clusters. Outputs: arguments of cut.comp, visibility_small.comp and mesh.task.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
@@ -28,4 +28,7 @@ void main() {
   uint clusters = min(jobs.cut.clusters, jobs.cut.capacity);
   jobs.cut.small.x = min(clusters, CUT_COLUMNS);
   jobs.cut.small.y = (clusters + CUT_COLUMNS - 1u) / CUT_COLUMNS;
+  uint per_task = max(jobs.cut.per_task, 1u);
+  uint tasks = (clusters + per_task - 1u) / per_task;
+  jobs.cut.tasks = uvec4(min(tasks, CUT_COLUMNS), (tasks + CUT_COLUMNS - 1u) / CUT_COLUMNS, 1u, 0u);
 }

@@ -11,6 +11,7 @@
 #extension GL_EXT_buffer_reference : require
 #extension GL_EXT_buffer_reference_uvec2 : require
 
+#include "visibility/counters.glsl"
 #include "visibility/occlusion.glsl"
 layout(local_size_x = CUT_THREADS) in;
 

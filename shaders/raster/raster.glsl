@@ -10,6 +10,7 @@
 layout(constant_id = 2) const uint ATTRIBUTES = 7u;
 layout(constant_id = 3) const bool CULLING = true;  // skip meshlets that cannot be visible
 
+#ifndef OWN_PUSH  // the includer may have others that begin with `frame` and `instance`
 layout(push_constant) uniform RasterPush {
   uvec2 frame;
   uint instance;
@@ -34,6 +35,7 @@ layout(push_constant) uniform RasterPush {
   uvec2 jobs;  // with a pool: see levels/jobs.glsl; else 0
 }
 push;
+#endif
 
 // The current instance. Shaders that look at several define their own.
 #ifndef INSTANCE
@@ -48,6 +50,7 @@ push;
 Frame the_frame() { return Frame(push.frame); }
 Instance the_instance() { return Instances(the_frame().instances).at[INSTANCE]; }
 uint the_primitive() { return PRIMITIVE; }
+ivec2 picture_size() { return ivec2(the_frame().width, the_frame().height); }
 mat4 object_to_clip() { return Matrices(the_frame().object_to_clip).at[INSTANCE]; }
 
 // Transforms a normal to world space; the fragment shader normalises it. Zero means no normal.

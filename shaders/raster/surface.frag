@@ -1,21 +1,25 @@
 // Fragment stage of the raster paths with a graphics pipeline: shades the surface.
 //
-// Inputs: the attributes in VARYINGS (bits HAS_); with MESH_IDS a number per triangle from a
-//   mesh stage (mesh_output.glsl), else gl_PrimitiveID.
+// Inputs: the attributes in VARYINGS (bits HAS_); with MESH numbers per triangle from a mesh stage
+//   (mesh_output.glsl), else gl_PrimitiveID.
 // Outputs: colour; with IDS the ids.
 // variants: surface_position.frag=VARYINGS=0 surface_normal.frag=VARYINGS=1
 // variants: surface_texcoord.frag=VARYINGS=3 surface_color.frag=VARYINGS=7
 // variants: surface_position_ids.frag=VARYINGS=0,IDS surface_normal_ids.frag=VARYINGS=1,IDS
 // variants: surface_texcoord_ids.frag=VARYINGS=3,IDS surface_color_ids.frag=VARYINGS=7,IDS
-// variants: surface_position_mesh_ids.frag=VARYINGS=0,IDS,MESH_IDS
-// variants: surface_normal_mesh_ids.frag=VARYINGS=1,IDS,MESH_IDS
-// variants: surface_texcoord_mesh_ids.frag=VARYINGS=3,IDS,MESH_IDS
-// variants: surface_color_mesh_ids.frag=VARYINGS=7,IDS,MESH_IDS
+// variants: surface_mesh.frag=VARYINGS=7,MESH surface_mesh_ids.frag=VARYINGS=7,IDS,MESH
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_nonuniform_qualifier : require
-#ifdef MESH_IDS
+#ifdef MESH
 #extension GL_EXT_mesh_shader : require
+
+layout(location = 3) perprimitiveEXT flat in uvec2 in_ids;
+layout(constant_id = 25) const bool JOBS = false;  // as in tasks.glsl
+#define INSTANCE (JOBS ? in_ids.x : push.instance)
+#define TRIANGLE_ID in_ids.y
+#else
+#define TRIANGLE_ID uint(gl_PrimitiveID)
 #endif
 
 #include "raster/raster.glsl"
@@ -39,11 +43,6 @@ layout(location = 0) out vec4 out_color;
 #ifdef IDS
 // Instance, meshlet * 64 + triangle. Path `vertex`: instance, triangle in the primitive.
 layout(location = 1) out uvec2 out_ids;
-#ifdef MESH_IDS
-layout(location = 3) perprimitiveEXT flat in uint in_id;
-#else
-#define in_id uint(gl_PrimitiveID)
-#endif
 #endif
 
 #define TEXCOORD ((ATTRIBUTES & HAS_TEXCOORD) != 0u ? in_texcoord : vec2(0.0))
@@ -56,7 +55,7 @@ layout(location = 3) perprimitiveEXT flat in uint in_id;
 
 void main() {
 #ifdef IDS
-  out_ids = uvec2(push.instance, in_id);
+  out_ids = uvec2(INSTANCE, TRIANGLE_ID);
 #endif
   Material material = Materials(the_frame().materials).at[the_instance().material];
   vec4 base = base_color(material);

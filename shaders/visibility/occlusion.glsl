@@ -3,7 +3,7 @@
 #ifndef OCCLUSION_GLSL
 #define OCCLUSION_GLSL
 
-#include "visibility/counters.glsl"
+#include "raster/culling.glsl"
 #include "visibility/pyramid.glsl"
 
 #define MOST_TEXELS 64u  // of the coarsest level; larger meshlets count as visible

@@ -1,8 +1,8 @@
-// Path `visibility` with a pool, between its two phases: the depth pyramid, a workgroup per tile of
-// PYRAMID_SIDE pixels, a thread per texel of the finest level.
+// Between the two phases of path `visibility` with a pool, and of paths `mesh` and `mesh-paper`:
+// the depth pyramid, a workgroup per tile of PYRAMID_SIDE pixels, a thread per texel of the finest
+// level.
 //
-// Input: the visibility buffer. Output: the pyramid.
-// variants: visibility_pyramid.comp=
+// Input: the visibility buffer, or the depths of a depth image. Output: the pyramid.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_buffer_reference : require
@@ -12,6 +12,10 @@
 layout(local_size_x = TILE_TEXELS, local_size_y = TILE_TEXELS) in;
 
 shared float depths[TILE_TEXELS][TILE_TEXELS];
+
+float pixel_depth(uint pixel) {
+  return SceneFloats(push.pixels).at[pixel * PIXEL_WORDS + PIXEL_WORDS - 1u];
+}
 
 void put_depth(uint level, uvec2 own, float depth) {
   uvec2 texel = gl_WorkGroupID.xy * (TILE_TEXELS >> level) + own;
@@ -25,8 +29,7 @@ void main() {
   float depth = 0.0;
   for (uint y = first.y; y < end.y; y++)
     for (uint x = first.x; x < end.x; x++)
-      depth = max(depth,
-                  uintBitsToFloat(unpack32(Pixels(push.pixels).at[y * the_frame().width + x]).y));
+      depth = max(depth, pixel_depth(y * the_frame().width + x));
   put_depth(0u, own, depth);
   for (uint level = 1u; level < PYRAMID_LEVELS; level++) {
     depths[own.y][own.x] = depth;

@@ -79,8 +79,6 @@ vec4 clip_position(uint v) { return transformed(object_to_clip(), vertex_positio
 #define PLANES 5u
 #define GUARD 16384.0
 
-ivec2 picture_size() { return ivec2(the_frame().width, the_frame().height); }
-
 // Distance to a plane, in the order of the bits; negative outside.
 float inside_plane(vec4 clip, uint plane) {
   if (plane == 0u) return clip.z;

@@ -515,8 +515,12 @@ def test_render_compresses_what_is_not(original, tmp_path, rendered, capsys):
         (["--lod-error", "nan"], "--lod-error is nan; use 0 or more"),
         (["--lod-error", "-1"], "--lod-error is -1.0; use 0 or more"),
         (
-            ["--backend", "vulkan", "--path", "mesh", "--lod-error", "1"],
-            "--lod-error is for --path visibility or rt; leave",
+            ["--backend", "vulkan", "--path", "stream", "--lod-error", "1"],
+            "--lod-error is for --path visibility or mesh or mesh-paper or rt; leave",
+        ),
+        (
+            ["--backend", "vulkan", "--path", "mesh-paper", "--pool", "9M"],
+            "path mesh-paper decodes into no --pool; leave it out or add --lod-error",
         ),
         (
             ["--backend", "vulkan", "--pool", "9", "--ring", "9"],

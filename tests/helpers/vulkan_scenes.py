@@ -16,6 +16,7 @@ from tests.helpers.environment import missing
 from tests.helpers.gltf_builder import Builder, grid_mesh
 
 if TYPE_CHECKING:
+    from vk_backend.camera import Camera
     from vk_backend.renderer import Renderer
 
 UNLIT = {"KHR_materials_unlit": {}}
@@ -137,6 +138,68 @@ def zoo(path: Path) -> Path:
     raw = path.with_name(f"raw_{path.name}")
     gltf_ext.compress(builder.write(raw), path)
     return path
+
+
+def hall(path: Path) -> Path:
+    """Writes balls behind a wall, behind thin bars and behind a sheet with holes.
+
+    Some sheets coincide.
+    """
+    builder = Builder()
+    positions, triangles = ball(60, 36)
+    gray = np.full((len(positions), 4), 0.5, np.float32)
+    builder.mesh(
+        {"POSITION": positions, "NORMAL": positions, "COLOR_0": gray}, triangles, material=0
+    )
+    sheet, cells = grid_mesh(40, 30)
+    normals = np.tile(np.float32([0, 0, 1]), (len(sheet), 1))
+    lying = {"POSITION": sheet, "NORMAL": normals}
+    builder.mesh({**lying, "TEXCOORD_0": sheet[:, :2]}, cells, material=1)
+    builder.mesh({**lying, "TEXCOORD_0": sheet[:, :2]}, cells, material=2)
+    place, turned = np.random.default_rng(3), [0.2, 0.4, 0.1, 0.888819441]
+    balls = [
+        {"mesh": 0, "translation": [*(4 * place.random(2) - 2), -1 - 3 * float(place.random())]}
+        | {"scale": ((0.1 + 0.5 * place.random(3)) * (-1, 1, 1)[number % 3]).tolist()}
+        | {"rotation": turned}
+        for number in range(14)
+    ]
+    bars = [{"mesh": 1, "translation": [x, -1, 0.5], "scale": [0.01, 2, 1]} for x in (-1.2, 0, 0.9)]
+    wall = {"mesh": 1, "translation": [-2, -1, 0.0], "scale": [2.3, 1.4, 1]}
+    holes = {"mesh": 2, "translation": [0.4, -0.7, 0.1], "scale": [1.4, 1.5, 1]}
+    image = builder.view(png(TEXELS))
+    builder.properties.update(
+        images=[{"bufferView": image, "mimeType": "image/png"}],
+        samplers=[{"magFilter": 9728}],
+        textures=[{"source": 0, "sampler": 0}],
+        materials=[
+            {},
+            {"doubleSided": True},
+            {
+                "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}},
+                "doubleSided": True,
+                "alphaMode": "MASK",
+            },
+        ],
+        nodes=[*balls, *bars, wall, wall, holes, holes],
+        scenes=[{"nodes": list(range(len(balls) + 7))}],
+    )
+    gltf_ext.compress(builder.write(path.with_name(f"raw_{path.name}")), path)
+    return path
+
+
+def hall_flight() -> list[Camera]:
+    """Cameras for `hall`: from afar, past the wall, through balls, with the near plane in them."""
+    from vk_backend.camera import Camera
+
+    eyes = [(2.5 * np.sin(t), 0.3 * t, 4 - 1.1 * t) for t in np.linspace(0, 5, 14)]
+    eyes += [(0.0, 0.0, 0.03), (-0.5, -0.2, 0.2), (0.1, 0.1, 9.0), (0.1, 0.1, 9.0)]
+    target = np.array([0.0, 0.0, -2.0])
+    cameras = [
+        Camera.look_at(np.array(eye), target, near=near, far=40.0, yfov=1.0)
+        for eye, near in zip(eyes, [0.1, 0.01, 1e-3] * len(eyes))
+    ]
+    flat = [Camera(c.to_world, None, 2.5, 0.1, 40.0) for c in cameras[::5]]
+    return [*cameras, *flat, *cameras[:2]]
 
 
 def one_sheet(path: Path, material: dict, **attributes: np.ndarray) -> Path:

@@ -345,6 +345,21 @@ def test_command_draws_and_reports(tmp_path):
     assert wrong.returncode == 2 and "camera 7 does not exist; there are 2" in wrong.stderr
 
 
+@pytest.mark.parametrize("path", ["mesh", "mesh-paper"])
+def test_command_reports_what_task_shaders_did(tmp_path, path):
+    import json
+
+    size = ("--width", 64, "--height", 48, "--frames", 2)
+    options = ("-o", tmp_path / "out.png", "--path", path, "--json", "--validate", *size)
+    result = _command(zoo(tmp_path / "zoo.glb"), *options)
+    assert result.returncode == 0 and result.stderr == ""
+    report = json.loads(result.stdout)
+    assert report["path"] == path and len(report["tasks"]) == 2
+    for tasks in report["tasks"]:
+        assert 0 < tasks["launched"] <= tasks["tested"] - tasks["hidden"]
+    assert set(report["steps"]) == {"draw", "occlusion"}
+
+
 def test_numbered_pictures_are_of_different_sides(tmp_path):
     from PIL import Image
 

@@ -1,4 +1,7 @@
-"""Levels of detail by path visibility: cuts, pictures, pools, missing and malformed pages."""
+"""Levels of detail: cuts, pictures, pools, missing and malformed pages.
+
+By path visibility; then by mesh and mesh-paper, which take their clusters from the same cut.
+"""
 
 from __future__ import annotations
 
@@ -13,6 +16,7 @@ from gltf_ext.checks.samples import nearest_places
 from gltf_ext.errors import MeshletError
 from gltf_ext.lod import View
 from gltf_ext.lod.cuts import Cut, cut_of
+from tests.helpers.culling import Bounds, in_view
 from tests.helpers.environment import need_package
 from tests.helpers.gltf_builder import Builder, grid_mesh
 from tests.helpers.vulkan_scenes import ball, open_renderer
@@ -468,3 +472,130 @@ def test_mutated_tables(renderer, file, tmp_path):
         assert np.isfinite(picture.depth).all()
         drawn += 1
     assert drawn > 0
+
+
+# --- paths mesh and mesh-paper ---
+
+MESH_PATHS = ("mesh", "mesh-paper")
+
+
+def visible_jobs(renderer, scene, camera):
+    """(surely, possibly): how many of the clusters that were chosen last are in view."""
+    from vk_backend.pooled import CUT, JOB
+    from vk_backend.scene_buffers import PRIMITIVE
+
+    drawing = renderer.drawing
+    count = int(drawing._jobs.read(CUT, 1)["clusters"][0])
+    jobs = drawing._jobs.read(JOB, count, CUT.itemsize)
+    rows = drawing.pool.rows.read(PRIMITIVE)[jobs["row"]]
+    words = drawing.pool._bounds.read(np.uint32)[rows["first_meshlet"] + jobs["meshlet"]]
+    bounds = Bounds.of(words, rows["box_low"][:, :3], rows["box_size"][:, :3])
+    counts = np.zeros(2, int)
+    for number in range(len(scene.instances)):
+        own = jobs["instance"] == number
+        part = Bounds(
+            *(getattr(bounds, name)[own] for name in ("center", "radius", "axis", "sine"))
+        )
+        counts += [found.sum() for found in in_view(part, scene, number, camera, (WIDTH, HEIGHT))]
+    return counts
+
+
+def assert_same_surfaces(picture, reference):
+    """Two rasterisers, and clusters in another order: ids differ where depths are the same."""
+    assert (picture.covered != reference.covered).mean() < 2e-4
+    both = picture.covered & reference.covered
+    assert (np.abs(picture.depth - reference.depth)[both] <= 2e-5).mean() > 0.9995
+    assert (picture.ids == reference.ids).all(axis=2).mean() > 0.9995
+    near = np.abs(picture.color.astype(int) - reference.color).max(axis=2) <= 2
+    assert near.mean() > 0.9995
+
+
+@pytest.mark.parametrize("pixels", [0.4, 1.5])
+@pytest.mark.parametrize("path", MESH_PATHS)
+def test_mesh_paths_draw_the_cut(renderer, scene, path, pixels):
+    """The clusters and pictures of path visibility; counters as of a test on the CPU."""
+    for number in range(len(EYES)):
+        camera = camera_at(number)
+        reference = renderer.render(scene, camera, "visibility", WIDTH, HEIGHT, lod_error=pixels)
+        expected = set(map(tuple, renderer.drawing.chosen()))
+        for _ in range(3):
+            picture = renderer.render(scene, camera, path, WIDTH, HEIGHT, lod_error=pixels)
+            assert set(map(tuple, renderer.drawing.chosen())) == expected
+            assert_same_surfaces(picture, reference)
+            tasks, levels = picture.tasks, picture.levels
+            assert tasks.tested == levels.clusters == len(expected)
+            surely, possibly = visible_jobs(renderer, scene, camera)
+            assert surely <= tasks.launched + tasks.hidden <= possibly
+            assert levels.triangles <= 64 * tasks.launched and levels.hidden == tasks.hidden
+            assert levels.missing_pages == 0
+
+
+@pytest.mark.parametrize("path", MESH_PATHS)
+def test_mesh_paths_hide_no_visible_cluster(renderer, scene, path, monkeypatch):
+    from vk_backend.camera import Camera
+
+    hidden = []
+    for t in np.linspace(0, 2 * np.pi, 16):
+        eye = np.array([4 * np.sin(t), np.cos(3 * t), 3.5 * np.cos(t)])
+        camera = Camera.look_at(eye, np.array([0.0, 0.5, -3.0]), near=0.1, far=100.0, yfov=0.8)
+        pictures = []
+        for occlusion in (False, True):
+            monkeypatch.setattr(renderer, "occlusion", occlusion)
+            picture = renderer.render(scene, camera, path, WIDTH, HEIGHT, lod_error=0.5)
+            pictures.append(picture)
+        without, picture = pictures
+        assert (picture.depth == without.depth).all()
+        assert (picture.ids == without.ids).all(axis=2).mean() > 0.9995  # ties
+        assert without.tasks.hidden == 0
+        assert without.tasks.launched == picture.tasks.launched + picture.tasks.hidden
+        hidden.append(picture.tasks.hidden)
+    assert np.count_nonzero(hidden) > 4 and max(hidden) > 10
+
+
+@pytest.mark.parametrize("path", MESH_PATHS)
+def test_mesh_paths_without_ids(renderer, scene, path):
+    """The fragment shader needs a triangle's instance even then."""
+    whole, plain = (
+        renderer.render(scene, camera_at(0), path, WIDTH, HEIGHT, ids=ids) for ids in (True, False)
+    )
+    assert (plain.depth == whole.depth).all()
+    assert (plain.color == whole.color).all(axis=2).mean() > 0.9995  # ties
+
+
+@pytest.mark.parametrize("path", MESH_PATHS)
+def test_mesh_paths_keep_to_their_pools(renderer, scene, whole, path, monkeypatch):
+    roots, _ = root_bytes(renderer, scene)
+    monkeypatch.setattr(renderer, "pool", roots + 5 * 4096)
+    sizes = set()
+    for number in (0, 1, 2, 1):
+        picture = renderer.render(scene, camera_at(number), path, WIDTH, HEIGHT, lod_error=0.3)
+        assert picture.levels.shown_pixels == picture.levels.allowed_pixels > 0.3
+        assert_no_hole(picture, whole[number])
+        sizes.add(renderer.resident_bytes)
+    assert len(sizes) == 1
+
+
+def test_mesh_paths_free_their_buffers(renderer, file):
+    from vk_backend.memory import Buffer
+    from vk_backend.scene import load_scene
+
+    live = []
+    for _ in range(3):  # a new scene frees the drawings of the last one
+        scene = load_scene(file, levels=True)
+        renderer.render(scene, camera_at(0), "mesh", WIDTH, HEIGHT)
+        owners = [getattr(action, "__self__", None) for action in renderer.device._closing]
+        live.append(sum(isinstance(owner, Buffer) for owner in owners))
+    assert live[1] == live[2]
+
+
+@pytest.mark.parametrize("path", MESH_PATHS)
+def test_mesh_paths_with_mutated_pages(renderer, file, path):
+    from vk_backend.scene import load_scene
+
+    scene = load_scene(file, levels=True)
+    renderer.render(scene, camera_at(0), path, WIDTH, HEIGHT, lod_error=1e6)
+    hierarchies, random = renderer.drawing.hierarchies, np.random.default_rng(5)
+    renderer.drawing.pool.residency.read = lambda page: mutated(hierarchies.blob(page), random)
+    for number in (1, 2, 0):
+        picture = renderer.render(scene, camera_at(number), path, WIDTH, HEIGHT, lod_error=0.3)
+        assert np.isfinite(picture.depth).all()

@@ -72,7 +72,9 @@ def test_primitives_and_instances(scenes):
     np.testing.assert_allclose([pages.low, pages.high], [one.low, one.high])
 
 
-@pytest.mark.parametrize("path", ["vertex", "mesh", "stream", "visibility", "geometry"])
+@pytest.mark.parametrize(
+    "path", ["vertex", "mesh", "mesh-paper", "stream", "visibility", "geometry"]
+)
 def test_pictures_and_ids(renderer, scenes, path):
     one, pages = scenes
     camera = one.cameras[0]
@@ -86,7 +88,7 @@ def test_pictures_and_ids(renderer, scenes, path):
     assert np.abs(found.color.astype(int) - expected.color).max() <= COLOR_ROUNDING
 
 
-@pytest.mark.parametrize("path", ["mesh", "stream", "geometry"])
+@pytest.mark.parametrize("path", ["mesh", "mesh-paper", "stream", "geometry"])
 def test_paths_agree_bit_for_bit(renderer, scenes, path):
     _, pages = scenes
     camera = pages.cameras[0]

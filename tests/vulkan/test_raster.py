@@ -15,7 +15,12 @@ from tests.helpers.vulkan_scenes import TEXELS, UNLIT, one_sheet, open_renderer,
 
 WIDTH, HEIGHT = 160, 120
 NO_ID = 0xFFFFFFFF
-PATHS = ("mesh", "stream", "geometry")  # tests/vulkan/test_visibility.py compares visibility
+PATHS = (
+    "mesh",
+    "mesh-paper",
+    "stream",
+    "geometry",
+)  # tests/vulkan/test_visibility.py compares visibility
 SMALL_RING = 20
 DEPTH_ROUNDING = 2e-5  # from the last bits of positions
 COLOR_ROUNDING = 2  # of 255
@@ -65,10 +70,10 @@ def test_pictures_without_ids_are_the_same(renderer, scene, path):
     assert (plain.depth == whole.depth).all() and (plain.color == whole.color).all()
 
 
-@pytest.mark.parametrize("path", ["mesh", "stream"])
+@pytest.mark.parametrize("path", ["mesh", "mesh-paper", "stream"])
 def test_large_models_are_drawn_in_parts(renderer, model, tmp_path, path, monkeypatch):
     """A draw has at most MAX_WORKGROUPS workgroups."""
-    from vk_backend import raster
+    from vk_backend import mesh, raster
     from vk_backend.camera import Camera
     from vk_backend.scene import load_scene
 
@@ -76,10 +81,11 @@ def test_large_models_are_drawn_in_parts(renderer, model, tmp_path, path, monkey
     scene = load_scene(tmp_path / "bunny.glb")
     camera = Camera.fit_box(scene.low, scene.high, WIDTH, HEIGHT)
     whole = renderer.render(scene, camera, path, WIDTH, HEIGHT)
-    monkeypatch.setattr(raster, "MAX_WORKGROUPS", 7)
+    for module in (mesh, raster):
+        monkeypatch.setattr(module, "MAX_WORKGROUPS", 7)
     # Another ring, so that nothing of the first picture is left in its slots.
     monkeypatch.setattr(renderer, "ring", 8000)
-    assert scene.primitives[0].meshlets > 2 * 7
+    assert scene.primitives[0].meshlets > 2 * 7 * 32
     parts = renderer.render(scene, camera, path, WIDTH, HEIGHT)
     assert (parts.ids == whole.ids).all() and (parts.color == whole.color).all()
 
@@ -528,7 +534,7 @@ def test_light_falls_from_the_viewer_s_side(renderer, tmp_path):
 directions = st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda d: np.linalg.norm(d) > 0.1)
 
 
-@pytest.mark.parametrize("path", ["mesh", "stream", "visibility"])
+@pytest.mark.parametrize("path", ["mesh", "mesh-paper", "stream", "visibility"])
 @settings(max_examples=100, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     eye=directions,
@@ -615,7 +621,7 @@ def test_vertices_of_too_many_components_are_refused(renderer, tmp_path):
     gltf_ext.compress(builder.write(tmp_path / "raw.glb"), tmp_path / "sheet.glb")
     scene = load_scene(tmp_path / "sheet.glb")
     camera = Camera.fit_box(scene.low, scene.high, 16, 16)
-    for path in ("visibility", "stream", "mesh"):
+    for path in ("visibility", "stream", "mesh", "mesh-paper"):
         with pytest.raises(
             MeshletError,
             match=f"^a vertex has {scene.max_elements} elements .* too many for path {path}",

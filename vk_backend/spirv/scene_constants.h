@@ -26,6 +26,17 @@
 #define BOUNDS_BYTES 4u     // per meshlet: the word of bounds.glsl
 #define BOUNDS_THREADS 32u  // of a workgroup of bounds.comp, one meshlet each
 
+// --- paths mesh and mesh-paper: raster/tasks.glsl ---
+
+#define PAPER_WORDS 75u  // of a meshlet in the payload of mesh-paper: task_payload.glsl
+#define PHASE_FIRST 0u   // see task_tests.glsl
+#define PHASE_SECOND 1u
+#define PHASE_VISIBLE 2u
+#define PHASE_ALL 3u
+#define SIDES_FRONT 0u
+#define SIDES_MIRRORED 1u
+#define SIDES_BOTH 2u
+
 // --- path visibility ---
 
 #define BATCH_FIRST 1u       // RasterPush.batch: the picture's first batch,
