@@ -178,6 +178,7 @@ class LevelsDrawing(PooledDrawing):
             self.device.full_barrier(commands)
 
     def _record_results(self, commands: Any) -> None:
+        # Shaders have written both by their addresses, which the validation layer does not see.
         self.device.full_barrier(commands)
         requests = self._own["requests"]
         for buffer, place, size in (
