@@ -164,6 +164,7 @@ class CutDrawing(Drawing):
             self.device.full_barrier(commands)
 
     def _record_results(self, commands: Any) -> None:
+        # Shaders have written both by their addresses, which the validation layer does not see.
         self.device.full_barrier(commands)
         requests = self._own["requests"]
         for buffer, place, size in (

@@ -87,6 +87,8 @@ class Buffer(Resource):
             return np.frombuffer(bytes(self._place.block.mapped[begin : begin + size]), dtype)
         staging = Buffer(self.device, size, vk.VK_BUFFER_USAGE_TRANSFER_DST_BIT, READBACK)
         with self.device.commands() as commands:
+            # Shaders of earlier submissions may have written the buffer by its address, which the
+            # validation layer does not see.
             self.device.full_barrier(commands)
             region = vk.VkBufferCopy(srcOffset=offset, dstOffset=0, size=size)
             vk.vkCmdCopyBuffer(commands, self.handle, staging.handle, 1, [region])

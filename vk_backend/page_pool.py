@@ -116,6 +116,7 @@ class PagePool:
             places.append(_region(place_at + 4 * i, page * PAGE_ROW.itemsize, 4))
         for buffer, regions in ((self._blobs, blobs), (self.rows, rows), (self.pages, places)):
             vk.vkCmdCopyBuffer(commands, self._staging.handle, buffer.handle, len(regions), regions)
+        # Shaders read them by their addresses, which the validation layer does not see.
         self._device.full_barrier(commands)
         for page, row, _ in update.loads:
             self._record_bounds(commands, page, row)
