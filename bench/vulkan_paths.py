@@ -23,12 +23,14 @@ from vk_backend.decoded import Decoded
 from vk_backend.device import Device
 from vk_backend.frame_commands import FrameCommands
 from vk_backend.graphics_pipeline import MESH, TASK
+from vk_backend.limits import MAX_WORKGROUPS
 from vk_backend.memory import Buffer
 from vk_backend.mesh import MeshDrawing
-from vk_backend.pipelines import MAX_WORKGROUPS, ComputePipeline
+from vk_backend.pipelines import ComputePipeline
 from vk_backend.pooled import PooledDrawing
 from vk_backend.raster import Drawing, Path
 from vk_backend.raytrace import RayTracer
+from vk_backend.raytrace_commands import MESHLET_LEVELS, FrameSubmissions
 from vk_backend.raytrace_geometry import Geometry, Piece, pieces_of
 from vk_backend.reflection import structure
 from vk_backend.renderer import PATHS
@@ -246,12 +248,13 @@ class PaperTracer(RayTracer):
         self._own["records"].write(table)
         return len(missing)
 
-    def _record(self, commands: Any, camera: Camera) -> None:
+    def _record(self, submissions: FrameSubmissions, camera: Camera) -> None:
         if self._missing:
+            commands = submissions.room_for(self._missing * MESHLET_LEVELS)
             data = self._pushed(PAPER_PUSH, count=self._missing)
             self._fill_list.dispatch(commands, min(self._missing, MAX_WORKGROUPS), data)
             self.device.full_barrier(commands)
-        super()._record(commands, camera)
+        super()._record(submissions, camera)
 
 
 @dataclass(frozen=True)

@@ -180,7 +180,7 @@ def mirror_share(roughness: Any) -> Any:
 
     principled follows one reflection between the facets of a rough surface. The light of all
     further ones is missing, and a white metal of roughness 1 (glTF's default material) is dark
-    grey. 1 - roughness^4, as in shaders/raster/surface.frag, gives it back in the base colour.
+    grey. 1 - roughness^4, as in shaders/raster/shading.glsl, gives it back in the base colour.
     """
     return 1.0 - roughness**4
 

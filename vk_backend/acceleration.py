@@ -78,7 +78,7 @@ class Structures:
     """Acceleration structures of one level, one for each geometry, compacted.
 
     addresses: device addresses in the geometries' order; allocated: bytes of device memory that
-    stay allocated. Raises VulkanError if memory is short.
+    stay allocated. Raises VulkanError if memory is short, or a geometry too large for the device.
     """
 
     def __init__(self, device: Device, level: int, geometries: Sequence[Shape]):
@@ -88,6 +88,8 @@ class Structures:
         self.allocated = 0
         self._infos = [self._info(g) for g in geometries]
         self._sizes = [self._size(i, g.count) for i, g in zip(self._infos, geometries)]
+        for geometry in geometries:
+            device.limits.check_structure(geometry.count, of_instances=level == TOP)
         begin = 0
         while begin < len(geometries):
             end, total = begin + 1, self._sizes[begin][0]

@@ -10,8 +10,27 @@ from .device import Device
 from .errors import VulkanError
 
 BLOCK_BYTES = 16 << 20  # of an allocation; a buffer or image that is larger gets one of its own
-HOST = vk.VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | vk.VK_MEMORY_PROPERTY_HOST_COHERENT_BIT
-LOCAL = vk.VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT
+COHERENT = vk.VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | vk.VK_MEMORY_PROPERTY_HOST_COHERENT_BIT
+
+
+@dataclass(frozen=True)
+class Memory:
+    """A kind of memory: VK_MEMORY_PROPERTY_ masks that it has, and more that it has if it can."""
+
+    needed: int
+    preferred: int = 0
+
+    @property
+    def mapped(self) -> bool:
+        """Whether the CPU has access to its bytes."""
+        return bool(self.needed & vk.VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT)
+
+
+LOCAL = Memory(vk.VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT)
+UPLOAD = Memory(COHERENT)  # that the CPU writes
+# That the CPU reads. Of memory without a cache it reads a few bytes at a time: on NVIDIA, the first
+# coherent type is such memory.
+READBACK = Memory(COHERENT, vk.VK_MEMORY_PROPERTY_HOST_CACHED_BIT)
 
 
 class Block:
@@ -80,12 +99,12 @@ class Allocator:
         allocator: Allocator = device.once("allocator", lambda: cls(device))
         return allocator
 
-    def take(self, needed: Any, properties: int, *, image: bool = False) -> Place:
-        """Memory with `properties` (HOST or LOCAL) for `needed` (VkMemoryRequirements).
+    def take(self, needed: Any, memory: Memory, *, image: bool = False) -> Place:
+        """Bytes of a kind of memory for `needed` (VkMemoryRequirements).
 
         Raises VulkanError if memory is short.
         """
-        kind = Kind(self._type_of(needed.memoryTypeBits, properties), properties == HOST, image)
+        kind = Kind(self._type_of(needed.memoryTypeBits, memory), memory.mapped, image)
         blocks = self._blocks.setdefault(kind, [])
         for block in blocks:
             offset = block.take(needed.size, needed.alignment)
@@ -105,18 +124,20 @@ class Allocator:
             blocks.remove(block)
             vk.vkFreeMemory(self._device.handle, block.memory, None)
 
-    def _type_of(self, allowed: int, properties: int) -> int:
-        """The first memory type of the bits `allowed` that has the properties."""
-        for index in range(self._types.memoryTypeCount):
-            flags = self._types.memoryTypes[index].propertyFlags
-            if allowed >> index & 1 and flags & properties == properties:
-                return index
+    def _type_of(self, allowed: int, memory: Memory) -> int:
+        """The first memory type of the bits `allowed` that fits best."""
+        for properties in (memory.needed | memory.preferred, memory.needed):
+            for index in range(self._types.memoryTypeCount):
+                flags = self._types.memoryTypes[index].propertyFlags
+                if allowed >> index & 1 and flags & properties == properties:
+                    return index
         raise VulkanError(
             f"{self._device.name} has no memory of the needed kind", "choose another --device"
         )
 
     def _allocate(self, size: int, kind: Kind) -> Block:
         """A block of at least `size` bytes."""
+        self._device.limits.check_allocations(1 + sum(map(len, self._blocks.values())))
         addressed = vk.VkMemoryAllocateFlagsInfo(flags=vk.VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT)
         handle, room = self._device.handle, max(size, BLOCK_BYTES)
         info = vk.VkMemoryAllocateInfo(

@@ -1,81 +1,20 @@
-"""A Vulkan device without a window: selection, features, queues, and submission of commands."""
+"""A Vulkan device without a window: its queues, and submission of commands."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Hashable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import Any
 
 from . import vk
 from .errors import VulkanError
+from .limits import read_limits
+from .physical import API_VERSION, CAPABILITIES, NEEDED, OPTIONAL, choose, no_driver
 
 VALIDATION_LAYER = "VK_LAYER_KHRONOS_validation"
 DEBUG_EXTENSION = "VK_EXT_debug_utils"
-API_VERSION = vk.VK_MAKE_VERSION(1, 3, 0)
-
-NVIDIA = 0x10DE  # vendor id
-
-# Optional capabilities beyond Vulkan 1.3: the extensions to enable, and the feature structures with
-# the members to set.
-CAPABILITIES: dict[str, tuple[tuple[str, ...], dict[str, tuple[str, ...]]]] = {
-    "mesh": (
-        ("VK_EXT_mesh_shader",),
-        {"VkPhysicalDeviceMeshShaderFeaturesEXT": ("taskShader", "meshShader")},
-    ),
-    "raytracing": (
-        (
-            "VK_KHR_acceleration_structure",
-            "VK_KHR_ray_tracing_pipeline",
-            "VK_KHR_deferred_host_operations",
-        ),
-        {
-            "VkPhysicalDeviceAccelerationStructureFeaturesKHR": ("accelerationStructure",),
-            "VkPhysicalDeviceRayTracingPipelineFeaturesKHR": (
-                "rayTracingPipeline",
-                "rayTracingPipelineTraceRaysIndirect",
-            ),
-        },
-    ),
-    "geometry": ((), {}),
-    "atomics64": ((), {"VkPhysicalDeviceVulkan12Features": ("shaderBufferInt64Atomics",)}),
-}
-# Vulkan 1.2 and 1.3 features that every path uses.
-NEEDED = {
-    "VkPhysicalDeviceVulkan12Features": (
-        "bufferDeviceAddress",
-        "scalarBlockLayout",
-        "runtimeDescriptorArray",
-        "shaderSampledImageArrayNonUniformIndexing",
-        "timelineSemaphore",
-    ),
-    "VkPhysicalDeviceVulkan13Features": ("dynamicRendering", "synchronization2", "maintenance4"),
-}
-# Vulkan 1.0 features that are enabled if the device has them.
-OPTIONAL = (
-    "geometryShader",
-    "fragmentStoresAndAtomics",
-    "vertexPipelineStoresAndAtomics",
-    "shaderInt64",
-)
-# Capability -> the Vulkan 1.0 feature that it needs.
-CORE = {"geometry": "geometryShader", "atomics64": "shaderInt64"}
-
-
-@dataclass(frozen=True)
-class Limits:
-    """The limits and sizes of a device that this package uses. Bytes and counts."""
-
-    compute_shared_bytes: int
-    mesh_shared_bytes: int
-    mesh_total_bytes: int  # shared memory and payload of a mesh workgroup
-    task_payload_bytes: int
-    timestamp_ns: float
-    scratch_alignment: int
-    handle_bytes: int
-    base_alignment: int
-    launch_width: int
-    launch_invocations: int
+FEATURES_EXTENSION = "VK_EXT_validation_features"
 
 
 @dataclass(frozen=True)
@@ -135,8 +74,10 @@ class Device:
     """One device with a graphics queue and a compute queue.
 
     They are the same queue if no family computes without graphics.
-    select: a device's number or part of its name; by default the first GPU, else the first device.
-    validation: enables the validation layer; its messages are appended to `messages`.
+    select: a device's number or part of its name; by default the first GPU that paths can use, or
+    else the first such device.
+    validation: enables the validation layer, also for synchronisation, but it sees neither accesses
+    of the host nor those through buffer references; its messages are appended to `messages`.
     Raises VulkanError if there is no such device, or it lacks features that every path needs.
     needed: as NEEDED; a measurement's device may need more.
     """
@@ -159,17 +100,16 @@ class Device:
     def _open(self, select: str | int | None, validation: bool) -> None:
         if validation:
             self._messenger = self._create_messenger()
-        self.physical, self.name, self.driver = self._choose(select)
-        self.extensions = {
-            e.extensionName for e in vk.vkEnumerateDeviceExtensionProperties(self.physical, None)
-        }
-        graphics, compute = self._queue_families()
+        chosen = choose(self._instance, select, self.needed)
+        self.physical, self.name, self.driver = chosen.handle, chosen.name, chosen.driver
+        self.extensions, self.capabilities = chosen.extensions, chosen.capabilities()
+        graphics, compute = chosen.queue_families
         self.families = list(dict.fromkeys([graphics, compute]))
-        self.capabilities = {name for name in CAPABILITIES if self._has(name)}
         self._handle = self._create_device()
         self.graphics = self._queue(graphics)
         self.compute = self._queue(compute) if compute != graphics else self.graphics
-        self.limits = self._limits()
+        has = self.capabilities
+        self.limits = read_limits(self.physical, mesh="mesh" in has, raytracing="raytracing" in has)
 
     @property
     def handle(self) -> Any:
@@ -211,7 +151,9 @@ class Device:
     def close(self) -> None:
         """Destroys the device and everything that was made with it; a second call does nothing."""
         if self._handle is not None:
-            vk.vkDeviceWaitIdle(self._handle)
+            # Of a lost device the driver has stopped all work: everything can be destroyed.
+            with suppress(vk.VkErrorDeviceLost):
+                vk.vkDeviceWaitIdle(self._handle)
             while self._closing:
                 self._closing.popitem()[0]()
             vk.vkDestroyDevice(self._handle, None)
@@ -268,11 +210,29 @@ class Device:
         """
         queues = list(dict.fromkeys(s.queue for s in submissions))
         infos = [[_submit_info(s) for s in submissions if s.queue == queue] for queue in queues]
-        try:
+        with self.loss_as_error():
             for queue, of_queue in zip(queues, infos):
                 vk.vkQueueSubmit2(queue.handle, len(of_queue), of_queue, None)
             for queue in queues:
                 vk.vkQueueWaitIdle(queue.handle)
+
+    def submit_apart(self, commands: Sequence[Any]) -> None:
+        """Runs recorded command buffers in order on the graphics queue and waits for all of them.
+
+        Each is a submission of its own, which a driver may end if it takes seconds. Raises
+        VulkanError if the device is lost.
+        """
+        queue = self.graphics
+        with self.loss_as_error():
+            for each in commands:
+                vk.vkQueueSubmit2(queue.handle, 1, [_submit_info(Submission(queue, each))], None)
+            vk.vkQueueWaitIdle(queue.handle)
+
+    @contextmanager
+    def loss_as_error(self) -> Iterator[None]:
+        """Raises VulkanError if the device is lost in the block."""
+        try:
+            yield
         except vk.VkErrorDeviceLost:
             raise VulkanError(
                 f"{self.name} was lost while it ran", "the driver stopped the work; see its log"
@@ -308,11 +268,25 @@ class Device:
         access = vk.VK_ACCESS_2_MEMORY_READ_BIT | vk.VK_ACCESS_2_MEMORY_WRITE_BIT
         self.barrier(commands, stage, access, stage, access)
 
+    def host_barrier(self, commands: Any) -> None:
+        """Records a barrier that makes the results of earlier copies visible to the host.
+
+        Waiting for the queue does not, nor does full_barrier: it has no part of the host.
+        """
+        self.barrier(
+            commands,
+            vk.VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT,
+            vk.VK_ACCESS_2_TRANSFER_WRITE_BIT,
+            vk.VK_PIPELINE_STAGE_2_HOST_BIT,
+            vk.VK_ACCESS_2_HOST_READ_BIT,
+        )
+
     # --- creation ---
 
     def _create_instance(self, validation: bool) -> Any:
         layers: list[str] = []
         extensions: list[str] = []
+        chain: Any = None
         if validation:
             if VALIDATION_LAYER not in {
                 layer.layerName for layer in vk.vkEnumerateInstanceLayerProperties()
@@ -321,11 +295,16 @@ class Device:
                     "the Vulkan validation layer is not installed",
                     "Debian: apt install vulkan-validationlayers",
                 )
-            layers, extensions = [VALIDATION_LAYER], [DEBUG_EXTENSION]
+            layers, extensions = [VALIDATION_LAYER], [DEBUG_EXTENSION, FEATURES_EXTENSION]
+            enabled = [vk.VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION_EXT]
+            chain = vk.VkValidationFeaturesEXT(
+                enabledValidationFeatureCount=len(enabled), pEnabledValidationFeatures=enabled
+            )
         application = vk.VkApplicationInfo(pApplicationName="gltf-meshlet", apiVersion=API_VERSION)
         try:
             return vk.vkCreateInstance(
                 vk.VkInstanceCreateInfo(
+                    pNext=chain,
                     pApplicationInfo=application,
                     enabledLayerCount=len(layers),
                     ppEnabledLayerNames=layers,
@@ -335,7 +314,7 @@ class Device:
                 None,
             )
         except vk.VkErrorIncompatibleDriver:
-            raise _no_driver() from None
+            raise no_driver() from None
 
     def _create_messenger(self) -> Any:
         severity = (
@@ -356,44 +335,6 @@ class Device:
         self.messages.append(vk.ffi.string(data.pMessage).decode(errors="replace"))
         return 0
 
-    def _choose(self, select: str | int | None) -> tuple[Any, str, str]:
-        """(VkPhysicalDevice, name, driver version)"""
-        try:
-            devices = vk.vkEnumeratePhysicalDevices(self._instance)
-        except vk.VkError:
-            devices = []
-        listed = [(d, vk.vkGetPhysicalDeviceProperties(d)) for d in devices]
-        if not listed:
-            raise _no_driver()
-        names = [p.deviceName for _, p in listed]
-        if select is None:
-            software = vk.VK_PHYSICAL_DEVICE_TYPE_CPU
-            index = next((i for i, (_, p) in enumerate(listed) if p.deviceType != software), 0)
-        else:
-            index = _index_of(str(select), names)
-        physical, properties = listed[index]
-        if properties.apiVersion < API_VERSION:
-            raise VulkanError(
-                f"{names[index]} has no Vulkan 1.3", "update the driver or choose another --device"
-            )
-        return physical, names[index], _driver_version(properties)
-
-    def _queue_families(self) -> tuple[int, int]:
-        """(family with graphics and compute, family with compute alone or else the same)"""
-        wanted = vk.VK_QUEUE_GRAPHICS_BIT | vk.VK_QUEUE_COMPUTE_BIT
-        kinds = [
-            family.queueFlags & wanted
-            for family in vk.vkGetPhysicalDeviceQueueFamilyProperties(self.physical)
-        ]
-        if wanted not in kinds:
-            raise VulkanError(
-                f"{self.name} has no queue for graphics and compute", "choose another --device"
-            )
-        graphics = kinds.index(wanted)
-        if vk.VK_QUEUE_COMPUTE_BIT not in kinds:
-            return graphics, graphics
-        return graphics, kinds.index(vk.VK_QUEUE_COMPUTE_BIT)
-
     def _queue(self, family: int) -> Queue:
         flags = vk.VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT
         pool = vk.vkCreateCommandPool(
@@ -402,31 +343,7 @@ class Device:
         self.at_close(lambda: vk.vkDestroyCommandPool(self._handle, pool, None))
         return Queue(family, vk.vkGetDeviceQueue(self._handle, family, 0), pool)
 
-    def _features(self, structure: str, members: tuple[str, ...]) -> dict[str, bool]:
-        """Which members of a feature structure the device has."""
-        found = getattr(vk, structure)()
-        vk.vkGetPhysicalDeviceFeatures2(self.physical, vk.VkPhysicalDeviceFeatures2(pNext=found))
-        return {member: bool(getattr(found, member)) for member in members}
-
-    def _has(self, capability: str) -> bool:
-        extensions, structures = CAPABILITIES[capability]
-        if any(e not in self.extensions for e in extensions):
-            return False
-        core = vk.vkGetPhysicalDeviceFeatures(self.physical)
-        if capability in CORE and not getattr(core, CORE[capability]):
-            return False
-        return all(all(self._features(s, m).values()) for s, m in structures.items())
-
     def _create_device(self) -> Any:
-        for structure, members in self.needed.items():
-            missing = [
-                name for name, there in self._features(structure, members).items() if not there
-            ]
-            if missing:
-                raise VulkanError(
-                    f"{self.name} lacks {', '.join(missing)}",
-                    "update the driver or choose another --device",
-                )
         chain, structures = None, dict(self.needed)
         extensions: list[str] = []
         for capability in sorted(self.capabilities):
@@ -453,32 +370,6 @@ class Device:
             None,
         )
 
-    def _limits(self) -> Limits:
-        chain: Any = None
-        mesh = accelerated = tracing = None
-        if "mesh" in self.capabilities:
-            chain = mesh = vk.VkPhysicalDeviceMeshShaderPropertiesEXT(pNext=chain)
-        if "raytracing" in self.capabilities:
-            chain = accelerated = vk.VkPhysicalDeviceAccelerationStructurePropertiesKHR(pNext=chain)
-            chain = tracing = vk.VkPhysicalDeviceRayTracingPipelinePropertiesKHR(pNext=chain)
-        properties = vk.VkPhysicalDeviceProperties2(pNext=chain)
-        vk.vkGetPhysicalDeviceProperties2(self.physical, properties)
-        core = vk.vkGetPhysicalDeviceProperties(self.physical).limits
-        return Limits(
-            compute_shared_bytes=core.maxComputeSharedMemorySize,
-            mesh_shared_bytes=mesh.maxMeshSharedMemorySize if mesh else 0,
-            mesh_total_bytes=mesh.maxMeshPayloadAndSharedMemorySize if mesh else 0,
-            task_payload_bytes=mesh.maxTaskPayloadSize if mesh else 0,
-            timestamp_ns=core.timestampPeriod,
-            scratch_alignment=accelerated.minAccelerationStructureScratchOffsetAlignment
-            if accelerated
-            else 0,
-            handle_bytes=tracing.shaderGroupHandleSize if tracing else 0,
-            base_alignment=tracing.shaderGroupBaseAlignment if tracing else 0,
-            launch_width=core.maxComputeWorkGroupCount[0] * core.maxComputeWorkGroupSize[0],
-            launch_invocations=tracing.maxRayDispatchInvocationCount if tracing else 0,
-        )
-
 
 def _submit_info(submission: Submission) -> Any:
     """VkSubmitInfo2"""
@@ -495,33 +386,4 @@ def _submit_info(submission: Submission) -> Any:
         pCommandBufferInfos=[vk.VkCommandBufferSubmitInfo(commandBuffer=submission.commands)],
         signalSemaphoreInfoCount=len(signals),
         pSignalSemaphoreInfos=signals,
-    )
-
-
-def _index_of(select: str, names: list[str]) -> int:
-    """The index of the device with this number, or with this part of its name."""
-    if select.isdigit():
-        index = int(select)
-    else:
-        index = next((i for i, name in enumerate(names) if select.lower() in name.lower()), -1)
-    if not 0 <= index < len(names):
-        raise VulkanError(
-            f"there is no device {select}",
-            "there are: " + "; ".join(f"{i}: {n}" for i, n in enumerate(names)),
-        )
-    return index
-
-
-def _driver_version(properties: Any) -> str:
-    version = properties.driverVersion
-    if properties.vendorID == NVIDIA:  # a layout of its own
-        return f"{version >> 22}.{version >> 14 & 255}.{version >> 6 & 255}"
-    parts = (vk.VK_VERSION_MAJOR, vk.VK_VERSION_MINOR, vk.VK_VERSION_PATCH)
-    return ".".join(str(part(version)) for part in parts)
-
-
-def _no_driver() -> VulkanError:
-    return VulkanError(
-        "there is no Vulkan driver",
-        "install one, or Mesa's software renderer; Debian: apt install mesa-vulkan-drivers",
     )

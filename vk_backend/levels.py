@@ -15,6 +15,7 @@ import numpy as np
 from gltf_ext.errors import MeshletError
 
 from . import vk
+from .allocator import READBACK
 from .camera import Camera
 from .constants import CONSTANTS
 from .hierarchies import Hierarchies
@@ -101,7 +102,7 @@ class CutDrawing(Drawing):
         self._own |= {name: Buffer(device, t.nbytes).write(t) for name, t in tables.items()}
         self._own["requests"] = Buffer(device, 4 * len(h.sizes))
         # Requests and Cut, for the host.
-        self._own["results"] = Buffer(device, 4 * len(h.sizes) + CUT.itemsize, host=True)
+        self._own["results"] = Buffer(device, 4 * len(h.sizes) + CUT.itemsize, memory=READBACK)
         self._block_total = len(h.blocks)
         self._cut, self._rounds = (
             ComputePipeline.of(device, name, {}) for name in ("cut.comp", "rounds.comp")
@@ -163,6 +164,7 @@ class CutDrawing(Drawing):
             self.device.full_barrier(commands)
 
     def _record_results(self, commands: Any) -> None:
+        # Shaders have written both by their addresses, which the validation layer does not see.
         self.device.full_barrier(commands)
         requests = self._own["requests"]
         for buffer, place, size in (
@@ -171,6 +173,7 @@ class CutDrawing(Drawing):
         ):
             region = vk.VkBufferCopy(srcOffset=0, dstOffset=place, size=size)
             vk.vkCmdCopyBuffer(commands, buffer.handle, self._own["results"].handle, 1, [region])
+        self.device.host_barrier(commands)
 
     @property
     def statistics(self) -> LevelStatistics:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from . import vk
-from .allocator import HOST, LOCAL, Allocator
+from .allocator import LOCAL, READBACK, UPLOAD, Allocator, Memory
 from .device import Device, Resource
 from .errors import VulkanError
 
@@ -19,12 +19,13 @@ TRANSFER = vk.VK_BUFFER_USAGE_TRANSFER_SRC_BIT | vk.VK_BUFFER_USAGE_TRANSFER_DST
 class Buffer(Resource):
     """A buffer.
 
-    size: bytes; allocated: bytes of device memory; host: mapped for the CPU; address: for shaders,
-    0 without ADDRESSED. Raises VulkanError if memory is short.
+    size: bytes; allocated: bytes of device memory; host: mapped for the CPU, as UPLOAD and READBACK
+    are; address: for shaders, 0 without ADDRESSED. Raises VulkanError if memory is short.
     """
 
-    def __init__(self, device: Device, size: int, usage: int = STORAGE, *, host: bool = False):
-        self.size, self.host = int(size), host
+    def __init__(self, device: Device, size: int, usage: int = STORAGE, memory: Memory = LOCAL):
+        self.size, self.host = int(size), memory.mapped
+        device.limits.check_buffer(self.size)
         self.handle = vk.vkCreateBuffer(
             device.handle,
             vk.VkBufferCreateInfo(
@@ -35,7 +36,7 @@ class Buffer(Resource):
         needed = vk.vkGetBufferMemoryRequirements(device.handle, self.handle)
         self.allocated = int(needed.size)
         try:
-            self._place = Allocator.of(device).take(needed, HOST if host else LOCAL)
+            self._place = Allocator.of(device).take(needed, memory)
         except VulkanError:
             vk.vkDestroyBuffer(device.handle, self.handle, None)
             raise
@@ -64,11 +65,13 @@ class Buffer(Resource):
             begin = self._place.offset + offset
             self._place.block.mapped[begin : begin + len(raw)] = raw
             return self
-        staging = Buffer(self.device, len(raw), vk.VK_BUFFER_USAGE_TRANSFER_SRC_BIT, host=True)
+        staging = Buffer(self.device, len(raw), vk.VK_BUFFER_USAGE_TRANSFER_SRC_BIT, UPLOAD)
         staging.write(raw)
         with self.device.commands() as commands:
             region = vk.VkBufferCopy(srcOffset=0, dstOffset=offset, size=len(raw))
             vk.vkCmdCopyBuffer(commands, staging.handle, self.handle, 1, [region])
+            # Waiting for the queue makes the bytes visible to no later command.
+            self.device.full_barrier(commands)
         staging.free()
         return self
 
@@ -82,11 +85,14 @@ class Buffer(Resource):
         if self.host:
             begin = self._place.offset + offset
             return np.frombuffer(bytes(self._place.block.mapped[begin : begin + size]), dtype)
-        staging = Buffer(self.device, size, vk.VK_BUFFER_USAGE_TRANSFER_DST_BIT, host=True)
+        staging = Buffer(self.device, size, vk.VK_BUFFER_USAGE_TRANSFER_DST_BIT, READBACK)
         with self.device.commands() as commands:
+            # Shaders of earlier submissions may have written the buffer by its address, which the
+            # validation layer does not see.
             self.device.full_barrier(commands)
             region = vk.VkBufferCopy(srcOffset=offset, dstOffset=0, size=size)
             vk.vkCmdCopyBuffer(commands, self.handle, staging.handle, 1, [region])
+            self.device.host_barrier(commands)
         data = staging.read(dtype, count)
         staging.free()
         return data
@@ -110,12 +116,14 @@ def _sharing(device: Device) -> dict[str, Any]:
 class Image(Resource):
     """A two-dimensional image with a view.
 
-    layout: after the commands recorded so far.
+    layout: after the commands recorded so far. Raises VulkanError if memory is short, or if the
+    image is too large for the device.
     """
 
     def __init__(
         self, device: Device, width: int, height: int, format: int, usage: int, *, levels: int = 1
     ):
+        device.limits.check_image(width, height)
         self.format, self.levels = format, levels
         self.width, self.height = width, height
         depth = format == vk.VK_FORMAT_D32_SFLOAT
@@ -204,12 +212,13 @@ class Image(Resource):
     def read(self, dtype: np.dtype | type, channels: int) -> np.ndarray:
         """dtype[height, width, channels] of the first level; waits. Needs TRANSFER_SRC usage."""
         size = self.width * self.height * channels * np.dtype(dtype).itemsize
-        staging = Buffer(self.device, size, vk.VK_BUFFER_USAGE_TRANSFER_DST_BIT, host=True)
+        staging = Buffer(self.device, size, vk.VK_BUFFER_USAGE_TRANSFER_DST_BIT, READBACK)
         with self.device.commands() as commands:
             self.to_layout(commands, vk.VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL)
             vk.vkCmdCopyImageToBuffer(
                 commands, self.handle, self.layout, staging.handle, 1, [self.copy_region()]
             )
+            self.device.host_barrier(commands)
         data = staging.read(dtype).reshape(self.height, self.width, channels)
         staging.free()
         return data

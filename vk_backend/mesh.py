@@ -15,8 +15,9 @@ from gltf_ext.ranges import begins
 from . import vk
 from .constants import CONSTANTS
 from .graphics_pipeline import MESH, TASK
+from .limits import MAX_WORKGROUPS
 from .memory import Buffer
-from .pipelines import MAX_WORKGROUPS, ComputePipeline, addresses, push, push_record
+from .pipelines import ComputePipeline, addresses, push, push_record
 from .raster import BLOBS, Drawing, Mark, Path, no_mark
 from .raster_layout import RASTER_PUSH
 from .reflection import structure

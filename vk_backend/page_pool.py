@@ -13,6 +13,7 @@ import numpy as np
 from gltf_ext.ranges import begins
 
 from . import vk
+from .allocator import UPLOAD
 from .constants import CONSTANTS
 from .device import Device
 from .errors import VulkanError
@@ -64,7 +65,7 @@ class PagePool:
         self.decoded = Buffer(device, 4 * int(self._bounds_begin[-1]))
         self.decoded.write(np.full(int(self._bounds_begin[-1]), UNDECODED, np.uint32))
         self._staging = Buffer(
-            device, UPLOADS * (self._slot_bytes + PRIMITIVE.itemsize + 8), host=True
+            device, UPLOADS * (self._slot_bytes + PRIMITIVE.itemsize + 8), memory=UPLOAD
         )
         self._bounds_pipeline = bounds_pipeline(device, scene)
         self._upload_roots(roots)
@@ -96,7 +97,8 @@ class PagePool:
         blobs, rows, places = [], [], []
         row_at = UPLOADS * self._slot_bytes
         place_at = row_at + UPLOADS * PRIMITIVE.itemsize
-        # Evicted first: a page may come back in the frame in which another took its slot.
+        # No page is in both lists: only pages that are not wanted are evicted. So the copies need
+        # no order.
         changes = [(page, NOT_RESIDENT) for page in update.evicted]
         changes += [(page, row) for page, row, _ in update.loads]
         for i, (page, row, blob) in enumerate(update.loads):
@@ -114,6 +116,7 @@ class PagePool:
             places.append(_region(place_at + 4 * i, page * PAGE_ROW.itemsize, 4))
         for buffer, regions in ((self._blobs, blobs), (self.rows, rows), (self.pages, places)):
             vk.vkCmdCopyBuffer(commands, self._staging.handle, buffer.handle, len(regions), regions)
+        # Shaders read them by their addresses, which the validation layer does not see.
         self._device.full_barrier(commands)
         for page, row, _ in update.loads:
             self._record_bounds(commands, page, row)

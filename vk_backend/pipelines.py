@@ -10,11 +10,9 @@ import numpy as np
 
 from . import vk
 from .device import Device, Resource
+from .limits import PUSH_BYTES
 from .memory import Buffer
 from .reflection import specialization_ids, split_name
-
-PUSH_BYTES = 128  # of push constants: the minimum that Vulkan guarantees
-MAX_WORKGROUPS = 65535  # workgroups per dimension of a dispatch or draw: the guaranteed minimum
 
 
 def shader_module(device: Device, name: str) -> Any:
@@ -117,7 +115,11 @@ class ComputePipeline:
         device.at_close(lambda: vk.vkDestroyPipeline(device.handle, self.handle, None))
 
     def dispatch(self, commands: Any, workgroups: int, data: np.ndarray, rows: int = 1) -> None:
-        """Records `rows` rows of workgroups with `data` as push constants."""
+        """Records `rows` rows of workgroups with `data` as push constants.
+
+        Raises VulkanError if they are too many for the device.
+        """
+        self.device.limits.check_workgroups(workgroups, rows)
         vk.vkCmdBindPipeline(commands, vk.VK_PIPELINE_BIND_POINT_COMPUTE, self.handle)
         push(commands, self.layout, data)
         vk.vkCmdDispatch(commands, workgroups, rows, 1)
@@ -163,16 +165,20 @@ class Timestamps(Resource):
 
 
 def read_queries(device: Device, pool: Any, count: int) -> np.ndarray:
-    """uint64[count]: the results of a pool's queries; waits."""
+    """uint64[count]: the results of a pool's queries; waits.
+
+    Raises VulkanError if the device is lost.
+    """
     results = np.zeros(count, np.uint64)
-    vk.vkGetQueryPoolResults(
-        device.handle,
-        pool,
-        0,
-        count,
-        results.nbytes,
-        vk.ffi.cast("void *", results.ctypes.data),
-        8,
-        vk.VK_QUERY_RESULT_64_BIT | vk.VK_QUERY_RESULT_WAIT_BIT,
-    )
+    with device.loss_as_error():
+        vk.vkGetQueryPoolResults(
+            device.handle,
+            pool,
+            0,
+            count,
+            results.nbytes,
+            vk.ffi.cast("void *", results.ctypes.data),
+            8,
+            vk.VK_QUERY_RESULT_64_BIT | vk.VK_QUERY_RESULT_WAIT_BIT,
+        )
     return results

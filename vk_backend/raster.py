@@ -8,14 +8,17 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from gltf_ext.errors import blaming
+
 from . import vk
 from .camera import Camera
 from .constants import CONSTANTS
 from .decoded import HAS_COLOR, HAS_NORMAL, HAS_TEXCOORD
-from .device import Device, Limits
+from .device import Device
 from .graphics_pipeline import FRAGMENT, GEOMETRY, MESH, VERTEX, Modules, graphics_pipeline
+from .limits import MAX_WORKGROUPS, Limits
 from .memory import Buffer
-from .pipelines import MAX_WORKGROUPS, ComputePipeline, addresses, push, push_record
+from .pipelines import ComputePipeline, addresses, push, push_record
 from .raster_layout import BOUNDS_PUSH, RASTER_PUSH
 from .ring import RING, Ring
 from .scene import Scene
@@ -41,7 +44,7 @@ class Path:
     needs: of SceneBuffers; stages: modules before the fragment shader, with {attributes}, and
     fragment: the fragment shader, with {ids} and {attributes} for Drawing to fill in; drawing: the
     subclass of Drawing; capability: of device.CAPABILITIES, or None; workgroup: meshlets of a
-    workgroup or point; teams: the field of device.Limits with the shared memory in which a team
+    workgroup or point; teams: the field of Limits with the shared memory in which a team
     decodes a meshlet; payload: bytes that task workgroups pass to mesh workgroups; ring: slots of
     the ring that meshlets are decoded into first, at most; 0: none; bulk: many meshlets are decoded
     in bulk passes; variants: names of VARIANTS; constants: (specialisation constant, value) of the
@@ -107,7 +110,8 @@ class Drawing:
             require_room(device, scene, path.name, shared, "choose --path geometry or vertex")
         self._own: dict[str, Buffer] = {}  # of the path, besides those of scene, frame and ring
         self._layout = textures_layout(device, array_size(scene.textures))
-        self._textures = TextureArray(device, scene.textures)
+        with blaming(scene.path):
+            self._textures = TextureArray(device, scene.textures)
         self.buffers = self._make_buffers()
         self._frame = Buffer(device, MATRIX_BYTES * len(scene.instances) + FRAME.itemsize)
         constants = {

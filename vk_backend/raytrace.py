@@ -8,13 +8,17 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from gltf_ext.errors import blaming
+
 from . import vk
 from .camera import Camera
 from .constants import CONSTANTS
 from .device import Device
 from .errors import VulkanError
+from .limits import MAX_WORKGROUPS
 from .memory import Buffer
-from .pipelines import MAX_WORKGROUPS, ComputePipeline, Timestamps, addresses, push, push_record
+from .pipelines import ComputePipeline, Timestamps, addresses, push, push_record
+from .raytrace_commands import MESHLET_LEVELS, Area, FrameSubmissions, tiles
 from .raytrace_geometry import Geometry
 from .raytrace_pipeline import RayPipeline
 from .reflection import structure
@@ -34,8 +38,6 @@ MARGIN = 2  # pixels around the rectangle in which the scene is
 HIT_WORDS = CONSTANTS["HIT_WORDS"]
 FIRST_PART, LAST_PART = CONSTANTS["FIRST_PART"], CONSTANTS["LAST_PART"]
 BACKGROUND = CONSTANTS["BACKGROUND"]
-
-Area = tuple[int, int, int, int]  # of a picture: left, top, width, height
 
 
 @dataclass
@@ -124,7 +126,8 @@ class RayTracer:
             "sources": self.geometry.sources,
             "placed": self.geometry.placed,
         }
-        self._textures = TextureArray(device, scene.textures)
+        with blaming(scene.path):
+            self._textures = TextureArray(device, scene.textures)
         textures = array_size(scene.textures)
         self._layout = textures_layout(device, textures)
         hit = dict(self.hit_shaders)
@@ -153,11 +156,12 @@ class RayTracer:
             self._prepare(width, height)
         frame = self.buffers.frame_record(camera, width, height, 0)
         self._own["frame"].write(frame.tobytes())
-        with self.device.commands() as commands:
-            self._times.reset(commands)
-            self._times.mark(commands, 0)
-            self._record(commands, camera)
-            self._times.mark(commands, 1)
+        submissions = FrameSubmissions(self.device, self._bind)
+        self._times.reset(submissions.commands)
+        self._times.mark(submissions.commands, 0)
+        self._record(submissions, camera)
+        self._times.mark(submissions.commands, 1)
+        submissions.run()
         return float(self._times.milliseconds().sum())
 
     def resident_bytes(self) -> dict[str, int]:
@@ -177,7 +181,7 @@ class RayTracer:
 
     def set_light(self, *, bounces: int, shadows: bool) -> None:
         """Changes bounces and shadows from the next frame on. Raises VulkanError for too many."""
-        passes = self.samples * (bounces + 1 + shadows) * self.parts
+        passes = self.samples * _levels(bounces, shadows) * self.parts
         if not 0 <= bounces <= MAX_BOUNCES or not 0 < passes <= MAX_PASSES:
             raise VulkanError(
                 f"{self.samples} samples of {bounces} bounces take too many passes",
@@ -243,12 +247,8 @@ class RayTracer:
 
     def _prepare(self, width: int, height: int) -> None:
         """Makes the buffers of a picture of this size."""
-        pixels, limits = width * height, self.device.limits
-        if pixels > limits.launch_invocations or width > limits.launch_width:
-            raise VulkanError(
-                f"the device cannot trace a picture of {width} x {height} pixels",
-                "ask for a smaller one",
-            )
+        self.device.limits.check_rays(width, height)
+        pixels = width * height
         for buffer in self._picture.values():
             buffer.free()
         sizes = {"colors": 4 * pixels, "hits": 4 * HIT_WORDS * pixels}
@@ -258,16 +258,22 @@ class RayTracer:
         self._picture = {name: Buffer(self.device, size) for name, size in sizes.items()}
         self._size = width, height
 
-    def _record(self, commands: Any, camera: Camera) -> None:
-        """Records all passes of a frame."""
+    def _bind(self, commands: Any) -> None:
+        """Records what all launches of a command buffer need."""
         bind_point = vk.VK_PIPELINE_BIND_POINT_RAY_TRACING_KHR
         vk.vkCmdBindPipeline(commands, bind_point, self._rays.handle)
         vk.vkCmdBindDescriptorSets(
             commands, bind_point, self._layout, 0, 1, [self._textures.set], 0, []
         )
-        self._record_rays(commands, (0, 0, *self._size), part=BACKGROUND if self.sweeps else 0)
+
+    def _record(self, submissions: FrameSubmissions, camera: Camera) -> None:
+        """Records all passes of a frame."""
+        levels = self.samples * _levels(self.bounces, self.shadows)  # of a pixel
+        for area in tiles(*self._size, levels):
+            commands = submissions.room_for(area[2] * area[3] * levels)
+            self._record_rays(commands, area, part=BACKGROUND if self.sweeps else 0)
         if self.sweeps:
-            self._record_sweeps(commands, self._strips(camera))
+            self._record_sweeps(submissions, self._strips(camera))
 
     def _strips(self, camera: Camera) -> list[Area]:
         """The rectangle of the picture in which the scene is, in strips that fit the records."""
@@ -293,7 +299,7 @@ class RayTracer:
         high = np.clip(np.ceil(places.max(axis=0)) + MARGIN, low + 1, size).astype(int)
         return int(low[0]), int(low[1]), int(high[0]), int(high[1])
 
-    def _record_sweeps(self, commands: Any, strips: list[Area]) -> None:
+    def _record_sweeps(self, submissions: FrameSubmissions, strips: list[Area]) -> None:
         """Records a sweep over the parts for each ray of a path.
 
         A shadow ray takes the sweep of the next ray. A sweep begins with the part that the slots
@@ -302,7 +308,8 @@ class RayTracer:
         parts = range(self.parts)
         if self._part == parts[-1]:
             parts = parts[::-1]
-        sweeps = list(product(strips, range(self.samples), range(self.bounces + 1 + self.shadows)))
+        levels = range(_levels(self.bounces, self.shadows))
+        sweeps = list(product(strips, range(self.samples), levels))
         for strip, sample, bounce in sweeps:
             for part in parts:
                 if part != self._part:
@@ -310,10 +317,12 @@ class RayTracer:
                     # before.
                     larger = max(part, self._part) * self.slots
                     count = min(self.slots, self.meshlets - larger)
+                    commands = submissions.room_for(count * MESHLET_LEVELS)
                     self._record_fill(commands, part * self.slots, count)
                     self._part = part
                 ends = FIRST_PART * (part == parts[0]) + LAST_PART * (part == parts[-1])
                 level = bounce | sample << 8
+                commands = submissions.room_for(strip[2] * strip[3])
                 self._record_rays(commands, strip, part, part=ends, level=level)
             parts = parts[::-1]
         self.passes = len(sweeps) * self.parts
@@ -355,3 +364,8 @@ class RayTracer:
     def _ids(self, hits: np.ndarray) -> np.ndarray:
         """uint32[..., 2] instance and meshlet * 64 + triangle, from the shaders' hits."""
         return hits if self.sweeps else self.scene.drawn_ids(hits)
+
+
+def _levels(bounces: int, shadows: bool) -> int:
+    """Levels of a path: see shaders/raytrace/rt_paths.glsl."""
+    return bounces + 1 + shadows

@@ -9,7 +9,6 @@ import numpy as np
 
 from gltf_ext.errors import MeshletError
 
-from . import vk
 from .camera import Camera
 from .device import Device
 from .errors import VulkanError
@@ -86,9 +85,6 @@ class Renderer:
     ):
         self.ring, self.pool, self.occlusion = ring, pool, occlusion
         self.device = Device(select, validation=validation)
-        self._limit = vk.vkGetPhysicalDeviceProperties(
-            self.device.physical
-        ).limits.maxImageDimension2D
         self._scene: Scene | None = None
         self._drawings: dict[tuple[object, ...], Drawing] = {}  # of this scene
         self.drawing: Drawing | None = None  # the last one used
@@ -135,11 +131,7 @@ class Renderer:
         path = path or self.default_path
         if path not in PATHS:
             raise VulkanError(f"there is no path {path}", f"there are {', '.join(PATHS)}")
-        if not (0 < width <= self._limit and 0 < height <= self._limit):
-            raise VulkanError(
-                f"{width} x {height} pixels are not possible on {self.device.name}",
-                f"at most {self._limit} each",
-            )
+        self.device.limits.check_picture(width, height)
         drawing = self.drawing = self._drawing(scene, path, culling, ids)
         if isinstance(drawing, CutDrawing):
             drawing.least_pixels = lod_error

@@ -16,8 +16,9 @@ from . import vk
 from .constants import CONSTANTS
 from .device import Device, Timeline
 from .errors import VulkanError
+from .limits import MAX_WORKGROUPS
 from .memory import Buffer
-from .pipelines import MAX_WORKGROUPS, ComputePipeline, addresses
+from .pipelines import ComputePipeline, addresses
 from .raster_layout import CONNECTED, PLACES, RASTER_PUSH, SEGMENT
 from .scene import SHADED, Primitive, Scene
 from .slot_layout import SlotLayout, packed_field

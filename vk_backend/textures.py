@@ -8,6 +8,7 @@ import numpy as np
 import pygltflib
 
 from . import vk
+from .allocator import UPLOAD
 from .device import Device, Resource
 from .materials import Texture
 from .memory import Buffer, Image
@@ -30,7 +31,7 @@ def array_size(textures: list[Texture]) -> int:
 class TextureArray(Resource):
     """Images with mip levels, their samplers, and a descriptor set of `array_size` descriptors.
 
-    set: VkDescriptorSet.
+    set: VkDescriptorSet. Raises VulkanError if the device takes fewer textures or smaller ones.
     """
 
     def __init__(self, device: Device, textures: list[Texture]):
@@ -83,8 +84,6 @@ class TextureArray(Resource):
 
     def _destroy(self) -> None:
         vk.vkDestroyDescriptorPool(self.device.handle, self._pool, None)
-        for sampler in self._samplers:
-            vk.vkDestroySampler(self.device.handle, sampler, None)
         for image in self._images:
             image.free()
 
@@ -102,6 +101,7 @@ def _set_layout(device: Device, count: int) -> Any:
 
 
 def _make_set_layout(device: Device, count: int) -> Any:
+    device.limits.check_textures(count)
     binding = vk.VkDescriptorSetLayoutBinding(
         binding=0,
         descriptorType=vk.VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER,
@@ -116,11 +116,17 @@ def _make_set_layout(device: Device, count: int) -> Any:
 
 
 def _sampler(device: Device, texture: Texture) -> Any:
+    """The device's VkSampler for textures that wrap and are filtered so: one of 18."""
     u, v = (WRAP.get(wrap, vk.VK_SAMPLER_ADDRESS_MODE_REPEAT) for wrap in texture.wrap)
-    return vk.vkCreateSampler(
+    nearest = texture.nearest
+    return device.once(("sampler", u, v, nearest), lambda: _make_sampler(device, u, v, nearest))
+
+
+def _make_sampler(device: Device, u: int, v: int, nearest: bool) -> Any:
+    sampler = vk.vkCreateSampler(
         device.handle,
         vk.VkSamplerCreateInfo(
-            magFilter=vk.VK_FILTER_NEAREST if texture.nearest else vk.VK_FILTER_LINEAR,
+            magFilter=vk.VK_FILTER_NEAREST if nearest else vk.VK_FILTER_LINEAR,
             minFilter=vk.VK_FILTER_LINEAR,
             mipmapMode=vk.VK_SAMPLER_MIPMAP_MODE_LINEAR,
             addressModeU=u,
@@ -130,6 +136,8 @@ def _sampler(device: Device, texture: Texture) -> Any:
         ),
         None,
     )
+    device.at_close(lambda: vk.vkDestroySampler(device.handle, sampler, None))
+    return sampler
 
 
 def _upload(device: Device, texture: Texture) -> Image:
@@ -143,7 +151,7 @@ def _upload(device: Device, texture: Texture) -> Image:
     )
     image = Image(device, width, height, FORMAT, usage, levels=levels)
     staging = Buffer(
-        device, texture.pixels.nbytes, vk.VK_BUFFER_USAGE_TRANSFER_SRC_BIT, host=True
+        device, texture.pixels.nbytes, vk.VK_BUFFER_USAGE_TRANSFER_SRC_BIT, UPLOAD
     ).write(texture.pixels)
     with device.commands() as commands:
         image.to_layout(commands, vk.VK_IMAGE_LAYOUT_GENERAL)

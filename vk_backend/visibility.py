@@ -13,8 +13,9 @@ import numpy as np
 from . import vk
 from .constants import CONSTANTS
 from .device import Device
+from .limits import MAX_WORKGROUPS
 from .memory import Buffer
-from .pipelines import MAX_WORKGROUPS, ComputePipeline
+from .pipelines import ComputePipeline
 from .raster import BLOBS, Drawing, Mark, Path, no_mark
 from .targets import pyramid_bytes
 
@@ -138,7 +139,7 @@ class VisibilityDrawing(Drawing):
         )
         data = self._push_constants(**targets.addresses)
         workgroups = -(-targets.width * targets.height // CONSTANTS["CLEAR_THREADS"])
-        self._shaders["clear"].dispatch(commands, workgroups, data)
+        self._shaders["clear"].dispatch(commands, min(workgroups, MAX_WORKGROUPS), data)
         mark(commands)  # no barrier: decoding may begin before the buffer is empty
         return data
 

@@ -5,12 +5,14 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import gltf_ext
 from gltf_ext.errors import MeshletError
+from gltf_meshlet import cli
 from tests.helpers.gltf_builder import Builder
 from tests.helpers.vulkan_scenes import ball, require_vulkan, zoo
 
@@ -37,31 +39,194 @@ def test_no_such_device(select):
         Device(select)
 
 
-@pytest.mark.parametrize("failing", ["_choose", "_queue_families", "_create_device", "_limits"])
-def test_a_device_that_cannot_be_opened_leaves_no_instance(monkeypatch, failing):
+@pytest.fixture
+def live(monkeypatch):
+    """The handles of instances, devices, buffers and memory that were created and not destroyed."""
     from vk_backend import vk
+
+    handles = []
+
+    def watch(create, destroy):
+        creating, destroying = getattr(vk, create), getattr(vk, destroy)
+
+        def created(*arguments):
+            handles.append(creating(*arguments))
+            return handles[-1]
+
+        def destroyed(*arguments):
+            handles.remove(arguments[-2])
+            destroying(*arguments)
+
+        monkeypatch.setattr(vk, create, created, raising=False)
+        monkeypatch.setattr(vk, destroy, destroyed, raising=False)
+
+    for kind in ("Instance", "Device", "Buffer", "CommandPool"):
+        watch(f"vkCreate{kind}", f"vkDestroy{kind}")
+    watch("vkAllocateMemory", "vkFreeMemory")
+    return handles
+
+
+OPENING = ("choose", "Device._create_device", "Device._queue", "read_limits")
+
+
+@pytest.mark.parametrize("failing", OPENING)
+def test_a_device_that_cannot_be_opened_leaves_nothing(monkeypatch, live, failing):
     from vk_backend.device import Device
 
-    live = []
-    create, destroy = vk.vkCreateInstance, vk.vkDestroyInstance
-
-    def created(*arguments):
-        live.append(create(*arguments))
-        return live[-1]
-
-    def destroyed(instance, callbacks):
-        live.remove(instance)
-        destroy(instance, callbacks)
-
-    def fail(*_):
+    def fail(*_, **__):
         raise MeshletError("nothing here")
 
-    monkeypatch.setattr(vk, "vkCreateInstance", created, raising=False)
-    monkeypatch.setattr(vk, "vkDestroyInstance", destroyed, raising=False)
-    monkeypatch.setattr(Device, failing, fail)
+    monkeypatch.setattr(f"vk_backend.device.{failing}", fail)
     with pytest.raises(MeshletError, match="nothing here"):
         Device(validation=True)
     assert live == []
+
+
+# --- choosing ---
+
+GPU, SOFTWARE = 2, 4  # VkPhysicalDeviceType
+
+
+def offer(monkeypatch, *devices: tuple[int, tuple[int, int], bool]) -> None:
+    """Has the driver offer devices: (type, version of Vulkan, whether it has all features).
+
+    They are named 0, 1, ... and are the real first one otherwise.
+    """
+    from vk_backend import vk
+
+    enumerate_, properties_of = vk.vkEnumeratePhysicalDevices, vk.vkGetPhysicalDeviceProperties
+    features_of = vk.vkGetPhysicalDeviceFeatures2
+    handles = []  # of each device another object
+
+    def listed(instance):
+        real = enumerate_(instance)[0]
+        handles[:] = [vk.ffi.cast("VkPhysicalDevice", real) for _ in devices]
+        return list(handles)
+
+    def number_of(handle):
+        return next(i for i, own in enumerate(handles) if own is handle)
+
+    def properties(handle):
+        number = number_of(handle)
+        kind, (major, minor), _ = devices[number]
+        return SimpleNamespace(
+            deviceName=f"device {number}",
+            deviceType=kind,
+            apiVersion=vk.VK_MAKE_VERSION(major, minor, 0),
+            driverVersion=1,
+            vendorID=0,
+            limits=properties_of(handle).limits,
+        )
+
+    def features(handle, chain):
+        if devices[number_of(handle)][2]:  # otherwise all members stay 0
+            features_of(handle, chain)
+
+    for function in ("EnumeratePhysicalDevices", "GetPhysicalDeviceProperties"):
+        new = listed if function.startswith("Enumerate") else properties
+        monkeypatch.setattr(vk, f"vk{function}", new, raising=False)
+    monkeypatch.setattr(vk, "vkGetPhysicalDeviceFeatures2", features, raising=False)
+
+
+OLD, BARE, FINE = ((1, 2), True), ((1, 3), False), ((1, 3), True)
+
+
+@pytest.mark.parametrize(
+    ("devices", "name"),
+    [
+        ([(GPU, *OLD), (GPU, *FINE)], "device 1"),
+        ([(GPU, *BARE), (GPU, *FINE)], "device 1"),
+        ([(GPU, *FINE), (GPU, *FINE)], "device 0"),
+        ([(SOFTWARE, *FINE), (GPU, *OLD), (GPU, *FINE)], "device 2"),
+        ([(SOFTWARE, *FINE), (GPU, *OLD)], "device 0"),
+    ],
+)
+def test_default_is_the_first_device_that_works(monkeypatch, devices, name):
+    from vk_backend.device import Device
+
+    offer(monkeypatch, *devices)
+    with Device() as device:
+        assert device.name == name
+
+
+@pytest.mark.parametrize(
+    ("devices", "select", "message"),
+    [
+        ([(SOFTWARE, *BARE), (GPU, *OLD)], None, "^device 1 has no Vulkan 1.3; update the driver"),
+        ([(GPU, *BARE), (GPU, *FINE)], 0, "^device 0 lacks bufferDeviceAddress, scalarBlock"),
+        ([(GPU, *FINE), (GPU, *OLD)], "ice 1", "^device 1 has no Vulkan 1.3; update the driver"),
+    ],
+)
+def test_no_device_that_works(monkeypatch, live, devices, select, message):
+    from vk_backend.device import Device
+
+    offer(monkeypatch, *devices)
+    with pytest.raises(MeshletError, match=message):
+        Device(select)
+    assert live == []
+
+
+# --- validation ---
+
+
+def test_the_validation_layer_watches_synchronisation():
+    """Two copies to the same bytes without a barrier between them."""
+    from vk_backend import vk
+    from vk_backend.device import Device
+    from vk_backend.memory import Buffer
+
+    with Device(validation=True) as device:
+        source, target = (Buffer(device, 64) for _ in range(2))
+        region = vk.VkBufferCopy(srcOffset=0, dstOffset=0, size=64)
+
+        def copy_twice(*between):
+            with device.commands() as commands:
+                vk.vkCmdCopyBuffer(commands, source.handle, target.handle, 1, [region])
+                for record in between:
+                    record(commands)
+                vk.vkCmdCopyBuffer(commands, source.handle, target.handle, 1, [region])
+
+        copy_twice(device.full_barrier)
+        assert device.messages == []
+        copy_twice()
+        assert "SYNC-HAZARD-WRITE-AFTER-WRITE" in device.messages[0]
+
+
+# --- a lost device ---
+
+
+def lose(monkeypatch, *functions):
+    """Has functions of Vulkan report from now on that the device is lost."""
+    from vk_backend import vk
+
+    def lost(*_):
+        raise vk.VkErrorDeviceLost
+
+    for function in functions:
+        monkeypatch.setattr(vk, function, lost, raising=False)
+
+
+@pytest.mark.parametrize("where", ["vkQueueSubmit2", "vkQueueWaitIdle", "vkGetQueryPoolResults"])
+def test_a_lost_device_frees_everything(monkeypatch, live, tmp_path, where):
+    from vk_backend.renderer import Renderer
+    from vk_backend.scene import load_scene
+
+    scene = load_scene(zoo(tmp_path / "zoo.glb"))
+    lost = "was lost while it ran; the driver stopped the work"
+    with pytest.raises(MeshletError, match=lost), Renderer() as renderer:
+        lose(monkeypatch, where, "vkDeviceWaitIdle")
+        renderer.render(scene, scene.cameras[0], "vertex", 16, 16)
+    assert live == []
+
+
+def test_a_lost_device_ends_the_command_with_one_line(monkeypatch, tmp_path, capsys):
+    path, output = zoo(tmp_path / "zoo.glb"), tmp_path / "out.png"
+    lose(monkeypatch, "vkQueueSubmit2", "vkDeviceWaitIdle")
+    arguments = ["render", path, "-o", output, "--backend", "vulkan", "--path", "vertex"]
+    assert cli.main([str(a) for a in arguments]) == 2
+    said = capsys.readouterr()
+    assert said.out == "" and said.err.count("\n") == 1 and "was lost while it ran" in said.err
+    assert not output.exists()
 
 
 def test_missing_extension_is_named(tmp_path):

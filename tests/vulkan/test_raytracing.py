@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+from collections import Counter
+from itertools import count
 
 # Mesa's software renderer would optimise for minutes shaders that run for a second. It reads this
 # when it starts.
@@ -459,3 +461,52 @@ def test17_models(name, cache, device, model, tmp_path):
     traced.render(camera, WIDTH, HEIGHT)
     assert_same_hits(traced.render(camera, WIDTH, HEIGHT), mitsuba_hits(scene, camera), scene)
     traced.free()
+
+
+def launches_of(device, monkeypatch) -> list[tuple[int, int]]:
+    """Records each launch of rays from now on: (number of its submission, rays)."""
+    from vk_backend import vk
+
+    launches: dict[object, list[int]] = {}  # of a command buffer that waits
+    submitted: list[tuple[int, int]] = []
+    submissions = count()
+    trace, submit = device.function("vkCmdTraceRaysKHR"), vk.vkQueueSubmit2
+
+    def traced(commands, *arguments):
+        width, height, _ = arguments[-3:]
+        launches.setdefault(commands, []).append(width * height)
+        trace(commands, *arguments)
+
+    def submitting(queue, number, infos, fence):
+        submission = next(submissions)
+        for info in infos:
+            for i in range(info.commandBufferInfoCount):
+                commands = info.pCommandBufferInfos[i].commandBuffer
+                submitted.extend((submission, rays) for rays in launches.pop(commands, []))
+        submit(queue, number, infos, fence)
+
+    monkeypatch.setitem(device._functions, "vkCmdTraceRaysKHR", traced)
+    monkeypatch.setattr(vk, "vkQueueSubmit2", submitting, raising=False)
+    return submitted
+
+
+@pytest.mark.parametrize("name", ["few", "all"])
+def test18_submissions_are_short(device, scene, shared, monkeypatch, name):
+    """A driver ends a submission that takes seconds: large frames have several."""
+    from vk_backend import raytrace_commands
+
+    camera = camera_of(scene)
+    traced = shared(name, bounces=1)
+    levels = 1 if traced.sweeps else 3  # of a pixel in a launch
+    whole = traced.render(camera, WIDTH, HEIGHT)
+    launches = launches_of(device, monkeypatch)
+    traced.render(camera, WIDTH, HEIGHT)
+    assert len({submission for submission, _ in launches}) == 1
+    launches.clear()
+    most = 100 if name == "all" else 3 * WIDTH * HEIGHT
+    monkeypatch.setattr(raytrace_commands, "MOST_LEVELS", most)
+    assert_same_pictures(traced.render(camera, WIDTH, HEIGHT), whole)
+    numbers = Counter()
+    for submission, rays in launches:
+        numbers[submission] += rays * levels
+    assert len(numbers) > 3 and max(numbers.values()) <= most
