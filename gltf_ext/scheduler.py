@@ -75,7 +75,7 @@ def in_order(
             yield flight.popleft().result()
 
 
-class Here:
+class LocalThreads:
     """Runs functions on threads of this process."""
 
     def __init__(self, threads: int) -> None:
@@ -90,6 +90,8 @@ class Here:
     ) -> Iterator[Any]:
         """As Workers.map, at most `at_once` tasks at a time, which share the threads."""
         lanes = min(at_once, self._threads)
+        if lanes == 1:
+            return (function(self._threads, *task) for task in tasks)
         return in_order(partial(function, -(-self._threads // lanes)), tasks, lanes)
 
 
@@ -207,7 +209,7 @@ class Workers:
         return result
 
 
-Runner = Here | Workers
+Runner = LocalThreads | Workers
 
 
 @contextlib.contextmanager
@@ -217,7 +219,7 @@ def runner(address: str | None, threads: int) -> Iterator[Runner]:
     threads: that each may use; 0 for all processors here, one there. Raises MeshletError.
     """
     if address is None:
-        yield Here(threads or os.cpu_count() or 1)
+        yield LocalThreads(threads or os.cpu_count() or 1)
     else:
         with connected(address) as client:
             yield Workers(client, threads or 1)

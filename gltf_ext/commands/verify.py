@@ -11,39 +11,38 @@ import os
 import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from gltf_ext import _codec
 from gltf_ext._codec import Stream
 from gltf_ext.compression.extension import (
     Compressed,
     has_compressed,
     is_compressed,
-    malformed_from,
     read_compressed,
-    read_triangles,
+    source_of,
 )
 from gltf_ext.compression.options import Options
-from gltf_ext.compression.primitives import Primitive, triangle_primitives, weld
+from gltf_ext.compression.primitives import triangle_primitives
+from gltf_ext.compression.records import RecordFormat
+from gltf_ext.compression.sources import Rows, Source, blocks
 from gltf_ext.compression.streams import (
     GRID,
     OCT,
     SIGN,
     WEIGHT_SUM_TOLERANCE,
     octahedral_bound,
-    quantise_like,
     semantic,
 )
 from gltf_ext.errors import MeshletError, blaming
 from gltf_ext.gltf.document import Document
 from gltf_ext.gltf.importers import open_model
 from gltf_ext.lod.reports import measure_levels
-from gltf_ext.out_of_core.comparing import Comparison, format_of
+from gltf_ext.out_of_core.comparing import Comparison
 from gltf_ext.out_of_core.opening import Larges, open_large
-from gltf_ext.out_of_core.sources import LargePrimitive
 from gltf_ext.progress import Advance, progress_bar
 
 # Rounding of positions to float32, and of half a step in float64, relative to the value.
@@ -199,15 +198,12 @@ def verify(
     if places != other_places:
         findings.differs(_differing_places(places, other_places))
         places = []
-    for mesh, index in places:
-        if (mesh, index) in large:
-            with progress_bar(Path(compressed).name, progress) as advance:
-                _compare_large(after, large[mesh, index], findings, folder, advance)
-            continue
-        with blaming(original):
-            source = _welded(before, mesh, index)
-        with blaming(compressed):
-            _compare_primitive(after, source, findings)
+    with progress_bar(Path(compressed).name, progress) as advance:
+        for mesh, index in places:
+            with blaming(original):
+                source = large.get((mesh, index)) or _source(before, mesh, index)
+            with blaming(compressed):
+                _compare(after, source, findings, folder, advance)
     with blaming(compressed):
         levels, not_measured = measure_levels(after, large=set(large))
     findings.problems += [
@@ -243,63 +239,60 @@ def _differing_places(places: list[tuple[int, int]], others: list[tuple[int, int
     )
 
 
-def _welded(document: Document, mesh: int, index: int) -> Primitive:
-    return weld(read_triangles(document, mesh, index)[0])[0]
+def _source(document: Document, mesh: int, index: int) -> Source:
+    source, _ = source_of(document, mesh, index)
+    source.read_bounds()
+    return source
 
 
-def _compare_primitive(document: Document, source: Primitive, findings: Findings) -> None:
-    """Compares a primitive of the original with the one at the same place of the document."""
-    findings.triangles += len(source.indices)
-    if not is_compressed(document.meshes[source.mesh].primitives[source.primitive]):
-        if not _same_arrays(source, _welded(document, source.mesh, source.primitive)):
-            findings.differs(f"{source.where} is not compressed and differs")
-        return
-    compressed = read_compressed(document, source.mesh, source.primitive)
-    if not len(source.indices):
-        findings.differs(f"{source.where} has no triangle in the original")
-        return
-    widths = {name: values.shape[1] for name, values in source.arrays}
-    if _has_attributes(source.mesh, widths, compressed, findings):
-        _compare_values(source, compressed, findings)
-
-
-def _compare_large(
+def _compare(
     document: Document,
-    source: LargePrimitive,
+    source: Source,
     findings: Findings,
     folder: str,
     advance: Advance | None,
 ) -> None:
-    """The same for a primitive that is read in parts. Values that are quantised to equal integers
-    decode to equal values, so that errors need the source only."""
-    findings.triangles += source.triangle_count
-    if not is_compressed(document.meshes[source.mesh].primitives[source.primitive]):
-        findings.differs(f"{source.where} is not compressed, and not compared")
+    """Compares a primitive of the original with the one at the same place of the document.
+
+    Values that are quantised to equal integers decode to equal values, so that errors need the
+    source only. folder: for work files.
+    """
+    mesh, index = source.mesh, source.primitive
+    if not is_compressed(document.meshes[mesh].primitives[index]):
+        findings.triangles += source.triangle_count
+        if not _is_same(source, source_of(document, mesh, index)[0]):
+            findings.differs(f"{source.where} is not compressed and differs")
         return
-    compressed = read_compressed(document, source.mesh, source.primitive)
-    widths = {name: rows.form[1] for name, rows in source.attributes.items()}
-    if not _has_attributes(source.mesh, widths, compressed, findings):
+    compressed = read_compressed(document, mesh, index)
+    if not source.triangle_count:
+        findings.differs(f"{source.where} has no triangle in the original")
         return
-    comparison = Comparison(source, compressed, folder)
+    widths = {name: form[1] for name, form in source.formats.items()}
+    if not _has_attributes(mesh, widths, compressed, findings):
+        findings.triangles += source.triangle_count
+        return
+    first = {name: streams.start for name, streams, _ in compressed.named_streams}
+    form = RecordFormat.with_streams(source, compressed.streams, first)
+    comparison = Comparison(source, form, compressed, folder)
     comparison.run(advance)
+    findings.triangles += comparison.triangles
     findings.add_triangles(compressed, comparison.missing, comparison.extra, comparison.collapsed)
-    form = format_of(source, compressed)
-
-    def errors_of(vertices: dict[str, np.ndarray]) -> dict[str, Errors]:
-        decoded = form.decoded(form.quantised(vertices), tuple(vertices))
-        return {
-            name: _errors(
-                name, values, decoded[name], np.arange(len(values)), form.streams_of(name)
-            )
-            for name, values in vertices.items()
-        }
-
     errors = {name: Errors() for name in widths}
-    for found in source.of_used_vertices(errors_of) if not comparison.missing else ():
-        for name, more in found.items():
+    parts = source.of_used_vertices(partial(_errors_of, form)) if not comparison.missing else ()
+    for part in parts:
+        for name, more in part.items():
             errors[name].join(more)
-    for name, found in errors.items():
-        findings.add_value_errors(source.mesh, compressed, name, found)
+    for name in first:
+        findings.add_value_errors(mesh, compressed, name, errors[name])
+
+
+def _errors_of(form: RecordFormat, vertices: dict[str, np.ndarray]) -> dict[str, Errors]:
+    """The errors of some vertices, name -> [n, components]."""
+    decoded = form.decoded(form.plan.quantise(vertices), tuple(vertices))
+    return {
+        name: _errors(name, values, decoded[name], form.plan.streams_of(name))
+        for name, values in vertices.items()
+    }
 
 
 def _has_attributes(
@@ -314,16 +307,6 @@ def _has_attributes(
     return not differences
 
 
-def _compare_values(source: Primitive, compressed: Compressed, findings: Findings) -> None:
-    """Compares the triangles, and all attributes of the vertices that match."""
-    missing, extra, collapsed, matches = _match(source, compressed)
-    findings.add_triangles(compressed, missing, extra, collapsed)
-    decoded = dict(compressed.decode().arrays)
-    for name, values, streams in _with_streams(source, compressed):
-        errors = _errors(name, values, decoded[name], matches, streams)
-        findings.add_value_errors(source.mesh, compressed, name, errors)
-
-
 def _attribute_differences(before: dict[str, int], compressed: Compressed) -> str:
     """The attributes that one side lacks or has with other components; empty for none."""
     after = {name: form[1] for name, _, form in compressed.named_streams}
@@ -336,99 +319,30 @@ def _attribute_differences(before: dict[str, int], compressed: Compressed) -> st
     return ", ".join(f"{' '.join(names)} {kind}" for kind, names in kinds if names)
 
 
-def _same_arrays(a: Primitive, b: Primitive) -> bool:
-    return np.array_equal(a.indices, b.indices) and all(
-        n == m and np.array_equal(x, y) for (n, x), (m, y) in zip(a.arrays, b.arrays)
+def _is_same(a: Source, b: Source) -> bool:
+    """Whether two sources have the same bytes."""
+    if a.attributes.keys() != b.attributes.keys():
+        return False
+    pairs = [(rows, b.attributes[name]) for name, rows in a.attributes.items()]
+    numbers = [(mine, other) for (_, mine), (_, other) in zip(a.indices, b.indices)]
+    return all(_are_equal(*pair) for pair in [*pairs, *numbers])
+
+
+def _are_equal(a: Rows | None, b: Rows | None) -> bool:
+    if a is None or b is None:
+        return a is b
+    return (a.count, a.form) == (b.count, b.form) and all(
+        a.rows(*part).tobytes() == b.rows(*part).tobytes() for part in blocks(a.count)
     )
-
-
-def _with_streams(
-    source: Primitive, compressed: Compressed
-) -> list[tuple[str, np.ndarray, list[Stream]]]:
-    """(name, source values, streams) of each attribute, in the order of named_streams."""
-    arrays = dict(source.arrays)
-    return [
-        (name, arrays[name], [compressed.streams[s] for s in indices])
-        for name, indices, _ in compressed.named_streams
-    ]
-
-
-# --- triangles ---
-
-
-def _match(source: Primitive, compressed: Compressed) -> tuple[int, int, int, np.ndarray]:
-    """Matches vertices and triangles that are equal after quantisation.
-
-    Returns (missing triangles, extra triangles, triangles that the grid collapses, the decoded
-    vertex of each source vertex or -1).
-    """
-    with malformed_from(compressed.where):
-        triangles, decoded = _codec.decode(compressed.blob)
-    quantised = [
-        columns
-        for name, values, streams in _with_streams(source, compressed)
-        for columns in quantise_like(name, values, streams, source.attributes)
-    ]
-    order = [s for _, indices, _ in compressed.named_streams for s in indices]
-    count = source.vertex_count
-    elements = sum(columns.shape[1] for columns in quantised)
-    # Source vertices, then decoded ones: equal rows get one id.
-    rows = np.empty((count + compressed.vertex_count, elements), np.uint32)
-    start = 0
-    for values, stream in zip(quantised, order):
-        end = start + values.shape[1]
-        rows[:count, start:end], rows[count:, start:end] = values, decoded[stream]
-        start = end
-    ids, unique = _codec.weld(rows.view(np.uint8))
-    decoded_vertex = np.full(unique, -1, np.int64)
-    decoded_vertex[ids[count:]] = np.arange(compressed.vertex_count)
-    missing, extra = _multiset_difference(
-        _rotated(ids[source.indices]), _rotated(ids[count + triangles])
-    )
-    collapsed = _degenerate(quantised[0], source.indices) - _degenerate(
-        source.attributes["POSITION"], source.indices
-    )
-    return missing, extra, collapsed, decoded_vertex[ids[:count]]
-
-
-def _degenerate(positions: np.ndarray, triangles: np.ndarray) -> int:
-    """Number of triangles with two corners at one position."""
-    a, b, c = _codec.weld(np.ascontiguousarray(positions).view(np.uint8))[0][triangles].T
-    return int(np.count_nonzero((a == b) | (b == c) | (c == a)))
-
-
-def _rotated(triangles: np.ndarray) -> np.ndarray:
-    """Each triangle rotated to a canonical order: its smallest corner first."""
-    a, b, c = triangles.T
-    turn = np.where((b < a) & (b <= c), 1, np.where((c < a) & (c < b), 2, 0))
-    # Two equal smallest corners: (x, x, y), never (x, y, x).
-    turn = np.where((a == c) & (a < b), 2, turn)
-    return np.ascontiguousarray(
-        np.stack([np.choose((turn + k) % 3, (a, b, c)) for k in range(3)], axis=1)
-    )
-
-
-def _multiset_difference(first: np.ndarray, second: np.ndarray) -> tuple[int, int]:
-    """(rows only in first, rows only in second), counted with multiplicity."""
-    ids, unique = _codec.weld(np.concatenate([first, second]).view(np.uint8))
-    surplus = np.bincount(ids[: len(first)], minlength=unique) - np.bincount(
-        ids[len(first) :], minlength=unique
-    )
-    return int(surplus[surplus > 0].sum()), int(-surplus[surplus < 0].sum())
 
 
 # --- errors ---
 
 
-def _errors(
-    name: str, values: np.ndarray, decoded: np.ndarray, matches: np.ndarray, streams: list[Stream]
-) -> Errors:
-    """Errors of one attribute over the source vertices that have a match."""
-    found = matches >= 0
-    source, result = values[found].astype(np.float64), decoded[matches[found]].astype(np.float64)
+def _errors(name: str, values: np.ndarray, decoded: np.ndarray, streams: list[Stream]) -> Errors:
+    """Errors of an attribute of vertices, [n, components]."""
+    source, result = values.astype(np.float64), decoded.astype(np.float64)
     errors = Errors(box=np.array([values.min(axis=0), values.max(axis=0)], np.float64))
-    if not len(source):
-        return errors
     errors.compared = True
     start = 0
     for stream in streams:

@@ -18,8 +18,8 @@ from gltf_ext.compression.primitives import (
     all_primitives,
     named,
     place,
-    read_primitive,
 )
+from gltf_ext.compression.sources import Source, read_primitive, read_source
 from gltf_ext.compression.streams import GRID, OCT, SIGN, streams_of, to_accessor
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.accessors import Format, accessor_format
@@ -179,6 +179,13 @@ def read_triangles(document: Document, mesh: int, index: int) -> tuple[Primitive
     if is_compressed(document.meshes[mesh].primitives[index]):
         return read_compressed(document, mesh, index).decode(), Dropped()
     return read_primitive(document, mesh, index)
+
+
+def source_of(document: Document, mesh: int, index: int) -> tuple[Source, Dropped]:
+    """The same as a source in memory. Raises MeshletError."""
+    if is_compressed(document.meshes[mesh].primitives[index]):
+        return Source.of(read_compressed(document, mesh, index).decode()), Dropped()
+    return read_source(document, mesh, index)
 
 
 def read_compressed(document: Document, mesh: int, index: int) -> Compressed:

@@ -1,4 +1,4 @@
-"""Cuts space into chunks: a k-d tree over positions on the grid."""
+"""Cuts space into chunks: a k-d tree over positions on the grid, and the triangles of each."""
 
 from __future__ import annotations
 
@@ -8,7 +8,10 @@ from functools import cached_property
 
 import numpy as np
 
-from gltf_ext.out_of_core.records import RecordFormat
+from gltf_ext.compression.options import Options
+from gltf_ext.compression.records import RecordFormat, Triangles
+from gltf_ext.out_of_core.sources import share_of_chunk
+from gltf_ext.progress import Advance
 from gltf_ext.work_files import WorkFile, hashes
 
 SAMPLES = 1 << 18  # of triangles, to place the planes
@@ -112,15 +115,18 @@ def are_among(keys: np.ndarray, positions: np.ndarray) -> np.ndarray:
     return result
 
 
-class Corners:
+class ChunkFiles:
     """Triangles in work files, by chunk.
 
     Attributes:
         cells: the chunks; counts: int64: number of triangles of each.
+        folder: of the work files; advance: None, since the chunks themselves are the progress.
     """
 
+    advance = None
+
     def __init__(self, cells: Cells, form: RecordFormat, folder: str) -> None:
-        self.cells = cells
+        self.cells, self.folder = cells, folder
         self.counts = np.zeros(cells.count, np.int64)
         self._form = form
         self._files = [WorkFile(folder) for _ in range(cells.count)]
@@ -149,8 +155,40 @@ class Corners:
         keys, self._keys = union(self._keys), []
         return keys
 
-    def take(self, chunk: int) -> np.ndarray:
-        """fine[T, 3]: the triangles of a chunk, whose file is given back."""
+    def take(self, chunk: int) -> Triangles:
+        """The triangles of a chunk, whose file is given back."""
         rows = self._files[chunk].rows(self._form.fine, 0, 3 * int(self.counts[chunk]))
         self._files[chunk].close()
-        return rows.reshape(-1, 3)
+        return Triangles(rows)
+
+    def share(self, options: Options) -> tuple[int, int]:
+        """(number of chunks that fit memory at a time, bytes that one takes with a process)."""
+        return share_of_chunk(options, int(self.counts.sum()), int(self.counts.max()))
+
+
+class OneChunk:
+    """All triangles in memory, as the only chunk; see ChunkFiles.
+
+    Attributes:
+        advance: moves the progress bar while the chunk is encoded.
+    """
+
+    folder = None
+
+    def __init__(self, triangles: Triangles, advance: Advance | None) -> None:
+        self.counts, self.shared = np.array([triangles.count]), union([])
+        self.advance = advance
+        self._triangles: Triangles | None = triangles
+
+    def take(self, chunk: int) -> Triangles:
+        """The triangles, once: only the caller keeps them."""
+        triangles, self._triangles = self._triangles, None
+        assert triangles is not None and chunk == 0
+        return triangles
+
+    def share(self, options: Options) -> tuple[int, int]:
+        """As that of ChunkFiles."""
+        return 1, 0
+
+
+Chunks = ChunkFiles | OneChunk

@@ -1,98 +1,126 @@
-"""Compares the triangles of a large primitive with those of a compressed one."""
+"""Compares the triangles of a primitive with those of a compressed one."""
 
 from __future__ import annotations
+
+from collections.abc import Iterator
 
 import numpy as np
 
 from gltf_ext import _codec
 from gltf_ext.compression.extension import Compressed, malformed_from, parts_of
-from gltf_ext.compression.streams import Plan
+from gltf_ext.compression.records import HASH, RecordFormat
+from gltf_ext.compression.sources import Source, blocks
 from gltf_ext.out_of_core.encoding import gathered
-from gltf_ext.out_of_core.records import HASH, RecordFormat
-from gltf_ext.out_of_core.sources import LargePrimitive
 from gltf_ext.progress import Advance
 from gltf_ext.work_files import Buckets, WorkFile, hashes
 
-TRIANGLE = np.dtype([("key", "<u8"), ("is_source", "?")])
+# Of a triangle, and where it is: in the source, in the source but a writer may leave it out because
+# two corners are equal, or in the compressed primitive.
+TRIANGLE = np.dtype([("key", "<u8"), ("place", "u1")])
+NEEDED, OPTIONAL, COMPRESSED = range(3)
 READ = 0.5  # of the progress
-
-
-def format_of(source: LargePrimitive, compressed: Compressed) -> RecordFormat:
-    """The source's vertices on the grids of a compressed primitive with the same attributes."""
-    first = {name: stream for name, (stream, _) in compressed.attributes.items()}
-    return RecordFormat.with_plan(source, Plan(compressed.streams, [], first))
 
 
 class Comparison:
     """Triangles by 64-bit hashes of the integers of all streams at their corners.
 
     Attributes:
+        triangles: number of the source's, without those that a writer may leave out.
         missing, extra: number of triangles that only the source has, and only the compressed one.
         collapsed: of the source's triangles, with two corners on one point of the grid.
     """
 
-    def __init__(self, source: LargePrimitive, compressed: Compressed, folder: str) -> None:
-        """folder: for work files."""
+    def __init__(
+        self, source: Source, form: RecordFormat, compressed: Compressed, folder: str
+    ) -> None:
+        """form: of the source on the grids of the compressed one; folder: for work files."""
         count = source.triangle_count + compressed.triangle_count
-        self._source, self._form = source, format_of(source, compressed)
+        self._source, self._form = source, form
         self._compressed, self._folder = compressed, folder
-        self._triangles = Buckets(TRIANGLE, TRIANGLE.itemsize * count, folder)
-        self.missing = self.extra = self.collapsed = 0
+        self._buckets = Buckets(TRIANGLE, TRIANGLE.itemsize * count, folder)
+        self.triangles = self.missing = self.extra = self.collapsed = 0
 
     def run(self, advance: Advance | None) -> None:
         """Sets the counts. Raises MeshletError, OSError."""
         progress = advance or (lambda share: None)
-        fewest, most = self._add_source(lambda share: progress(READ * share))
-        repeated = self._add_compressed(lambda share: progress(READ + (1 - READ) * share))
-        # Writers may drop a triangle with two equal corners if these were equal in the source too.
-        self.missing, self.extra = max(fewest - repeated, 0), max(repeated - most, 0)
-        for part in self._triangles.parts():
-            keys, numbers = np.unique(part["key"], return_inverse=True)
-            surplus = np.bincount(numbers, np.where(part["is_source"], 1, -1), len(keys))
-            self.missing += int(surplus[surplus > 0].sum())
-            self.extra -= int(surplus[surplus < 0].sum())
+        self._add_source(lambda share: progress(READ * share))
+        self._add_compressed(lambda share: progress(READ + (1 - READ) * share))
+        for rows in self._buckets.parts():
+            missing, extra = difference(rows)
+            self.missing += missing
+            self.extra += extra
 
-    def _add_source(self, progress: Advance) -> tuple[int, int]:
-        """Returns the least and the largest number of triangles with two equal corners that the
-        compressed primitive may have."""
-        form, soup = self._form, WorkFile(self._folder)
-        fewest = most = 0
-        for first, last, corners, share in gathered(self._source, form, soup):
-            progress(share * last / self._source.triangle_count)
+    def _add_source(self, progress: Advance) -> None:
+        for keys, cells, positions, share in self._source_corners():
+            progress(share)
+            is_same = _repeats(positions)
+            self.collapsed += int(np.count_nonzero(_repeats(cells) & ~is_same))
+            is_optional = is_same & _repeats(keys)
+            self.triangles += len(keys) - int(np.count_nonzero(is_optional))
+            self._add(keys, np.where(is_optional, OPTIONAL, NEEDED))
+
+    def _source_corners(self) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray, float]]:
+        """(keys of vertices, of points of the grid, of positions: [T, 3] each, share of all)."""
+        source, form = self._source, self._form
+        if source.is_in_memory:
+            triangles = form.triangles_of(source)
+            columns = self._columns(triangles.records)
+            for first, last in blocks(triangles.count):
+                rows = triangles.corners_between(first, last)
+                keys, cells, positions = (column[rows] for column in columns)
+                yield keys, cells, positions, last / triangles.count
+            return
+        soup = WorkFile(self._folder)
+        for first, last, corners, share in gathered(source, form, soup):
             if share < 1.0:
                 soup.write(corners, 3 * first * form.fine.itemsize)
-                continue
-            streams = [corners[str(s)] for s in range(len(form.plan.streams))]
-            is_same = _repeats(corners[HASH])
-            self.collapsed += int(np.count_nonzero(_repeats(_keys(streams[:1])) & ~is_same))
-            keys = _keys(streams)
-            is_repeated = self._add(keys, True)
-            most += int(np.count_nonzero(is_repeated))
-            fewest += int(np.count_nonzero(is_repeated & ~is_same))
+            else:
+                yield *self._columns(corners), last / source.triangle_count
         soup.close()
-        return fewest, most
 
-    def _add_compressed(self, progress: Advance) -> int:
-        """Returns the number of triangles with two equal corners."""
-        repeated = done = 0
+    def _columns(self, records: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The keys of _source_corners, of records [...]."""
+        streams = [records[str(s)] for s in range(len(self._form.plan.streams))]
+        return _keys(streams), _keys(streams[:1]), records[HASH]
+
+    def _add_compressed(self, progress: Advance) -> None:
+        done = 0
         for part in parts_of(self._compressed.blob):
             with malformed_from(self._compressed.where):
                 triangles, values = _codec.decode(part)
-            repeated += int(np.count_nonzero(self._add(_keys(values)[triangles], False)))
+            self._add(_keys(values)[triangles], COMPRESSED)
             done += len(part)
             progress(done / len(self._compressed.blob))
-        return repeated
 
-    def _add(self, corners: np.ndarray, is_source: bool) -> np.ndarray:
-        """corners: uint64[T, 3]. Returns bool[T]: triangles with equal corners, left out."""
-        is_repeated = _repeats(corners)
-        kept = corners[~is_repeated]
-        turn = np.argmin(kept, axis=1)  # the smallest corner goes first
-        columns = [kept[np.arange(len(kept)), (turn + k) % 3] for k in range(3)]
-        rows = np.empty(len(kept), TRIANGLE)
-        rows["key"], rows["is_source"] = hashes(np.stack(columns, axis=1)), is_source
-        self._triangles.add(rows, rows["key"] >> np.uint64(32))
-        return is_repeated
+    def _add(self, corners: np.ndarray, place: np.ndarray | int) -> None:
+        """corners: uint64[T, 3]."""
+        rows = np.empty(len(corners), TRIANGLE)
+        rows["key"], rows["place"] = hashes(rotated(corners)), place
+        self._buckets.add(rows, rows["key"])
+
+
+def difference(rows: np.ndarray) -> tuple[int, int]:
+    """(number of triangles that only the source has, and only the compressed primitive).
+
+    rows: TRIANGLE[N], those of equal keys all.
+    """
+    keys, numbers = np.unique(rows["key"], return_inverse=True)
+    needed, optional, compressed = (
+        np.bincount(numbers[rows["place"] == place], minlength=len(keys))
+        for place in (NEEDED, OPTIONAL, COMPRESSED)
+    )
+    missing = np.maximum(needed - compressed, 0)
+    extra = np.maximum(compressed - needed - optional, 0)
+    return int(missing.sum()), int(extra.sum())
+
+
+def rotated(triangles: np.ndarray) -> np.ndarray:
+    """Each triangle, [T, 3], rotated to a canonical order: its smallest corner first."""
+    a, b, c = triangles.T
+    turn = np.where((b < a) & (b <= c), 1, np.where((c < a) & (c < b), 2, 0))
+    # Two equal smallest corners: (x, x, y), never (x, y, x).
+    turn = np.where((a == c) & (a < b), 2, turn)
+    return np.stack([np.choose((turn + k) % 3, (a, b, c)) for k in range(3)], axis=1)
 
 
 def _keys(streams: list[np.ndarray]) -> np.ndarray:

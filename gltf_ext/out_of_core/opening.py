@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from gltf_ext.compression.options import Options
+from gltf_ext.compression.sources import Rows, Source
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf import obj, ply, stl
 from gltf_ext.gltf.accessors import Format
@@ -20,8 +21,6 @@ from gltf_ext.gltf.importers import MESH_SUFFIXES, open_model
 from gltf_ext.gltf.mesh_files import Material, Mesh, to_document
 from gltf_ext.out_of_core.sources import (
     BASE_BYTES,
-    LargePrimitive,
-    Rows,
     check_unchanged,
     fitting,
     large_primitives,
@@ -37,7 +36,7 @@ SPACE_OF_FILE = 1.5  # of arrays in work files
 RESULT_BYTES = 2  # of a triangle, about: the result is mapped into memory at the end
 MAX_TRIANGLES = (1 << 32) // 3  # of a primitive: decoders number corners with 32 bits
 
-Larges = dict[tuple[int, int], LargePrimitive]  # by mesh and primitive
+Larges = dict[tuple[int, int], Source]  # by mesh and primitive
 
 
 def open_large(path: Path, options: Options) -> tuple[Document, Larges]:
@@ -128,7 +127,7 @@ class WorkArray:
 
 @dataclass
 class _Spooled:
-    """A mesh in work files; see LargePrimitive."""
+    """A mesh in work files; see Source."""
 
     name: str
     attributes: dict[str, WorkArray]
@@ -145,9 +144,9 @@ class _Spooled:
         first = {name: array.rows(0, 1) for name, array in self.attributes.items()}
         return Mesh(self.name, np.zeros((1, 3), np.uint32), first, self.material)
 
-    def primitive(self, mesh: int, options: Options) -> LargePrimitive:
+    def primitive(self, mesh: int, options: Options) -> Source:
         attributes: dict[str, Rows] = dict(self.attributes)
-        return LargePrimitive(mesh, 0, attributes, list(self.indices), *reading(options))
+        return Source(mesh, 0, attributes, list(self.indices), *reading(options))
 
 
 Result = tuple[list[_Spooled], list[str]]  # meshes, warnings

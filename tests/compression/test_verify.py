@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 
 import gltf_ext
-from gltf_ext.commands.verify import _multiset_difference, _rotated
+from gltf_ext.out_of_core.comparing import (
+    COMPRESSED,
+    NEEDED,
+    OPTIONAL,
+    TRIANGLE,
+    difference,
+    rotated,
+)
 from tests.helpers.gltf_builder import NORMALIZED, Builder, everything, glb_bytes, glb_json
 
 EXTENSION = "EXT_meshlet_edgebreaker"
@@ -119,19 +126,19 @@ def test_wrong_step_is_noticed(case):
 def test_rotation_is_canonical():
     for corners in ([1, 2, 3], [3, 2, 1], [1, 1, 2], [2, 2, 1], [4, 4, 4]):
         rotations = np.array([np.roll(corners, k) for k in range(3)], np.uint32)
-        assert len({tuple(t) for t in _rotated(rotations).tolist()}) == 1
+        assert len({tuple(t) for t in rotated(rotations).tolist()}) == 1
     assert (
-        _rotated(np.array([[1, 2, 3]], np.uint32)).tolist()
-        != _rotated(np.array([[3, 2, 1]], np.uint32)).tolist()
+        rotated(np.array([[1, 2, 3]], np.uint32)).tolist()
+        != rotated(np.array([[3, 2, 1]], np.uint32)).tolist()
     )
 
 
-def test_multiset_difference_counts():
-    first, second = (
-        np.array([[1, 2, 3], [1, 2, 3], [4, 5, 6]], np.uint32),
-        np.array([[4, 5, 6], [1, 2, 3], [7, 8, 9]], np.uint32),
-    )
-    assert _multiset_difference(first, second) == (1, 1)
+def test_differences_are_counted():
+    """Of two triangles and one that may be left out, the second, that one and another are there."""
+    places = [(7, NEEDED), (7, NEEDED), (8, NEEDED), (9, OPTIONAL), (10, OPTIONAL)]
+    places += [(8, COMPRESSED), (7, COMPRESSED), (9, COMPRESSED), (11, COMPRESSED)]
+    assert difference(np.array(places, TRIANGLE)) == (1, 1)
+    assert difference(np.array([*places, (9, COMPRESSED)], TRIANGLE)) == (1, 2)
 
 
 # --- validate and malformed extension objects ---
