@@ -51,6 +51,10 @@ class Triangles:
         """The number of triangles."""
         return len(self.records) // 3 if self.corners is None else len(self.corners)
 
+    def clear(self) -> None:
+        """Gives the memory of the records back."""
+        self.records = np.empty(0, self.records.dtype)
+
     def corners_between(self, first: int, last: int) -> np.ndarray:
         """[last - first, 3]: corners of some of the triangles."""
         if self.corners is None:
@@ -66,7 +70,7 @@ class Vertices:
         triangles: uint32[T, 3], no vertex twice in one.
         records: of each vertex; position_ids: uint32[V], equal for equal float positions.
         dropped: what is left out.
-        source, rows: where vertices are from, uint32[V], if that is in memory.
+        source, rows: where vertices are from, uint32[V], if that is in memory; no rows for all.
     """
 
     triangles: np.ndarray
@@ -74,7 +78,7 @@ class Vertices:
     position_ids: np.ndarray
     dropped: Dropped
     source: Source | None
-    rows: np.ndarray
+    rows: np.ndarray | None
 
 
 @dataclass
@@ -137,11 +141,15 @@ class RecordFormat:
         """part(names)[n]: records of vertices, by name [n, components]."""
         count = len(next(iter(attributes.values())))
         records = np.empty(count, self.part(tuple(attributes)))
+        self.quantise_into(records, attributes)
+        return records
+
+    def quantise_into(self, records: np.ndarray, attributes: dict[str, np.ndarray]) -> None:
+        """Sets the records of vertices, by name [n, components]."""
         for number, values in self.plan.quantise(attributes).items():
             records[str(number)] = values
         if "POSITION" in attributes:
             records[HASH] = _hashes(attributes["POSITION"])
-        return records
 
     def without_hash(self, records: np.ndarray) -> np.ndarray:
         """coarse[...] of fine[...], or the same records if they are coarse."""
@@ -156,19 +164,22 @@ class RecordFormat:
         count = source.attributes[names[0]].count
         records = np.empty(count, self.fine)
         for first, last in blocks(count):
-            records[first:last] = self.quantised(source.vertices(names, first, last))
+            self.quantise_into(records[first:last], source.vertices(names, first, last))
         corners = source.corners(names, numbers, 0, source.triangle_count)
         return Triangles(records, corners, source)
 
     def vertices_of(self, given: Triangles) -> Vertices:
         """Joins equal vertices; leaves out triangles with two equal ones, and unused vertices."""
         numbers, count = weld_rows(given.records)
-        triangles = numbers if given.corners is None else numbers[given.corners]
-        triangles = triangles.reshape(-1, 3)
+        triangles = numbers if given.corners is None else given.corners
+        has_equal = count < len(numbers)
+        if given.corners is not None and has_equal:
+            triangles = numbers[given.corners]
+        triangles = np.ascontiguousarray(triangles.reshape(-1, 3), np.uint32)
         used = occurring(triangles, count)
         dropped = Dropped()
-        if given.corners is not None:
-            referenced = len(occurring(given.corners, len(given.records)))
+        if given.corners is not None and has_equal:
+            referenced = len(occurring(given.corners, len(numbers)))
             dropped.duplicate_vertices = referenced - len(used)
         a, b, c = triangles.T
         is_repeated = (a == b) | (b == c) | (c == a)
@@ -176,25 +187,26 @@ class RecordFormat:
         if dropped.degenerate_triangles:
             triangles = triangles[~is_repeated]
             used = occurring(triangles, count)
-        first = first_of_each(numbers, count)
-        if len(used) < count:
-            first, place_of = first[used], np.empty(count, np.uint32)
-            place_of[used] = np.arange(len(used), dtype=np.uint32)
-            triangles = place_of[triangles]
         if given.corners is not None:
             kept = dropped.duplicate_vertices + len(used)
             dropped.unreferenced_vertices = len(given.records) - kept
-        records = given.records[first]
+        records, rows = given.records, None
+        if len(used) < len(records):
+            rows = first_of_each(numbers, count)[used]
+            place_of = np.empty(count, np.uint32)
+            place_of[used] = np.arange(len(used), dtype=np.uint32)
+            triangles, records = place_of[triangles], records[rows]
         ids = self._position_ids(records)
-        return Vertices(triangles, records, ids, dropped, given.source, first)
+        return Vertices(triangles, records, ids, dropped, given.source, rows)
 
     def _position_ids(self, records: np.ndarray) -> np.ndarray:
         fields = [name for name in ("0", HASH) if name in (records.dtype.names or ())]
         if fields == list(records.dtype.names or ()):
             return np.arange(len(records), dtype=np.uint32)  # different records are all there is
-        columns = [np.atleast_2d(records[name].astype("<u4").T).T for name in fields]
-        ids: np.ndarray = weld_rows(np.concatenate(columns, axis=1))[0]
-        return ids
+        positions = np.empty(len(records), [(name, records.dtype[name]) for name in fields])
+        for name in fields:
+            positions[name] = records[name]
+        return weld_rows(positions)[0]
 
     def values_of(self, records: np.ndarray) -> list[np.ndarray]:
         """uint32[n, elements] of each stream."""
@@ -203,7 +215,8 @@ class RecordFormat:
     def mesh_of(self, vertices: Vertices) -> Mesh:
         """The first arguments of _codec.encode."""
         values = self.values_of(vertices.records)
-        positions = self.decoded(values, ("POSITION",))["POSITION"].astype(np.float32)
+        positions = self.attributes_of(vertices, values, ("POSITION",))["POSITION"]
+        positions = np.ascontiguousarray(positions, np.float32)
         return vertices.triangles, vertices.position_ids, positions, self.plan.streams, values
 
     def attributes_of(
@@ -215,8 +228,11 @@ class RecordFormat:
         """
         if vertices.source is None:
             return self.decoded(values, names)
-        rows = {name: vertices.source.attributes[name] for name in names}
-        return {name: of.rows(0, of.count)[vertices.rows] for name, of in rows.items()}
+        attributes = vertices.source.attributes
+        whole = {name: attributes[name].rows(0, attributes[name].count) for name in names}
+        if vertices.rows is None:
+            return whole
+        return {name: rows[vertices.rows] for name, rows in whole.items()}
 
     def decoded(
         self, values: dict[int, np.ndarray] | list[np.ndarray], names: tuple[str, ...]

@@ -199,10 +199,9 @@ class _Table:
             pass
 
     def _read(self, first: int, last: int) -> None:
-        self._records[first:last] = self._quantised(self._low + first, self._low + last)
-
-    def _quantised(self, first: int, last: int) -> np.ndarray:
-        return self._form.quantised(self._source.vertices(self._names, first, last))
+        low = self._low
+        vertices = self._source.vertices(self._names, low + first, low + last)
+        self._form.quantise_into(self._records[first:last], vertices)
 
     def corners(self, before: WorkFile | None, first: int, last: int) -> np.ndarray:
         """fine[last - first, 3]: the corners of triangles as far as they are here, others as
@@ -210,7 +209,8 @@ class _Table:
         low, records = self._low, self._records
         if self._numbers is None:
             low = 3 * first
-            records = self._quantised(low, 3 * last)
+            vertices = self._source.vertices(self._names, low, 3 * last)
+            records = self._form.quantised(vertices)
         rows = self._source.corners(self._names, self._numbers, first, last).astype(np.int64) - low
         if self._is_all:
             all_corners: np.ndarray = records[rows]

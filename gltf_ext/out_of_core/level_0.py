@@ -9,7 +9,7 @@ import numpy as np
 
 from gltf_ext import _codec
 from gltf_ext.compression.options import DEFAULT_PAGE_BYTES, Options
-from gltf_ext.compression.records import RecordFormat, Triangles, Vertices
+from gltf_ext.compression.records import Mesh, RecordFormat, Triangles
 from gltf_ext.out_of_core.chunks import are_among
 from gltf_ext.out_of_core.totals import Totals
 from gltf_ext.progress import Advance
@@ -39,11 +39,11 @@ class Encoder:
         return cls(form, options.generation, page_bytes)
 
     def view_of(
-        self, vertices: Vertices, threads: int, progress: Advance | None
+        self, mesh: Mesh, threads: int, progress: Advance | None
     ) -> tuple[bytes, dict[str, Any]]:
-        """(the blobs of vertices, their statistics), as _codec.encode gives them."""
+        """(blobs, their statistics), as _codec.encode gives them. mesh: of RecordFormat.mesh_of."""
         return _codec.encode(
-            *self.form.mesh_of(vertices),
+            *mesh,
             progress=progress,
             threads=threads,
             page_bytes=self.page_bytes,
@@ -65,6 +65,9 @@ def encode_chunk(
     totals = Totals.of(vertices, is_shared, form.plan.position_streams)
     if not len(vertices.triangles):
         return b"", totals
-    view, totals.statistics = encoder.view_of(vertices, threads, progress)
+    mesh = form.mesh_of(vertices)
+    del vertices, is_shared
+    triangles.clear()
+    view, totals.statistics = encoder.view_of(mesh, threads, progress)
     give_back_memory()
     return view, totals

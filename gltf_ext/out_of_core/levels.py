@@ -122,6 +122,7 @@ def build_chunk(threads: int, encoder: Encoder, options: Options, chunk: Chunk) 
     form = encoder.form
     count = chunk.triangles.count
     vertices = form.vertices_of(chunk.triangles)
+    chunk.triangles.clear()
     is_shared = are_among(chunk.shared, vertices.records["0"])
     totals = Totals()
     if not chunk.level:
@@ -139,7 +140,8 @@ def build_chunk(threads: int, encoder: Encoder, options: Options, chunk: Chunk) 
         if not builder.groups:
             break
         if _is_without_levels(builder, chunk):
-            view, totals.statistics = encoder.view_of(vertices, threads, chunk.advance)
+            mesh = form.mesh_of(vertices)
+            view, totals.statistics = encoder.view_of(mesh, threads, chunk.advance)
             result.fine = Pages(blobs=[view])
             return result
         hierarchy = builder.result()
