@@ -24,9 +24,9 @@ from bench.lod import levels, percentile
 from bench.lod_build import build
 from bench.lod_errors import distances_to
 from bench.models import real_model
+from gltf_ext.checks.samples import sample_surface
 from gltf_ext.lod import LodPrimitive, open_lod
 from gltf_ext.lod.cuts import Cut, cut_at_level, error_of
-from gltf_ext.lod.samples import sample_surface
 
 PACKAGES = ("gltf-meshlet", "numpy", "meshoptimizer")
 MODEL, BITS = "dragon", 16

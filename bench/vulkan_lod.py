@@ -239,8 +239,8 @@ def measure_flight(
 
 def compared(renderer: Any, path: Path, options: argparse.Namespace) -> dict:
     """Shares of the sampled pixels of a scene of one instance that are within one pixel."""
+    from gltf_ext.checks.samples import nearest_places
     from gltf_ext.lod.cuts import Cut
-    from gltf_ext.lod.samples import nearest_places
     from vk_backend.scene import load_scene
 
     size, none = (options.width, options.height), np.zeros(0, bool)

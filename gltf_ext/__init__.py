@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from gltf_ext.batches.run import batch
+    from gltf_ext.checks.validate import validate
+    from gltf_ext.checks.verify import verify
     from gltf_ext.commands.compress import compress
     from gltf_ext.commands.decompress import decompress
     from gltf_ext.commands.inspect import inspect
     from gltf_ext.commands.load import MeshletDecoder, decoders, load
     from gltf_ext.commands.transcode import transcode
-    from gltf_ext.commands.validate import validate
-    from gltf_ext.commands.verify import verify
     from gltf_ext.compression.primitives import Primitive
     from gltf_ext.errors import MeshletError
 
@@ -48,8 +48,8 @@ _MODULES = {
     "inspect": "commands.inspect",
     "load": "commands.load",
     "transcode": "commands.transcode",
-    "validate": "commands.validate",
-    "verify": "commands.verify",
+    "validate": "checks.validate",
+    "verify": "checks.verify",
 }
 
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gltf_ext.gltf.camera import Camera
 from gltf_ext.lod.cuts import Cut, View, cut_for_view
 from gltf_ext.lod.reading import LodPrimitive
+from gltf_scene.camera import Camera
 
 SIMILAR = 1e-6  # relative difference of scales that counts as none
 

@@ -10,9 +10,9 @@ import pygltflib
 
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.document import Document
-from gltf_ext.gltf.images import read_image
 from gltf_ext.gltf.json_values import member, number, numbers
-from gltf_ext.gltf.materials import Material, TextureUse, read_material
+from gltf_scene.images import read_image
+from gltf_scene.materials import Material, TextureUse, read_material
 
 WRAP = {
     pygltflib.REPEAT: "repeat",

@@ -19,9 +19,9 @@ from gltf_ext.compression.extension import (
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.document import Document
 from gltf_ext.gltf.importers import open_model
-from gltf_ext.gltf.materials import read_material
-from gltf_ext.gltf.scene import ValueFormat, read_scene, value_format
 from gltf_ext.lod.reading import LodPrimitive, read_lod
+from gltf_scene.materials import read_material
+from gltf_scene.scene import ValueFormat, read_scene, value_format
 
 from .lod import LodView
 

@@ -14,17 +14,17 @@ import mitsuba as mi
 import numpy as np
 
 from gltf_ext.compression.extension import is_compressed, read_triangles
-from gltf_ext.compression.view_points import view_points
 from gltf_ext.errors import MeshletError
-from gltf_ext.gltf.camera import Camera, unit
-from gltf_ext.gltf.default_light import KEY, sky_radiance
 from gltf_ext.gltf.document import Document
 from gltf_ext.gltf.importers import open_model
-from gltf_ext.gltf.materials import read_material
-from gltf_ext.gltf.scene import Light, PlacedPrimitive, is_mirrored, read_scene
-from gltf_ext.gltf.scene import value_format as format_of
 from gltf_ext.lod.detail import missing_levels
 from gltf_ext.lod.reading import LodPrimitive
+from gltf_scene.camera import Camera, unit
+from gltf_scene.default_light import KEY, sky_radiance
+from gltf_scene.materials import read_material
+from gltf_scene.scene import Light, PlacedPrimitive, is_mirrored, read_scene
+from gltf_scene.scene import value_format as format_of
+from gltf_scene.view_points import view_points
 
 from . import reader
 from .lod import LodView, scales_alike

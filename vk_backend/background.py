@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gltf_ext.gltf.default_light import sky_radiance
+from gltf_scene.default_light import sky_radiance
 
 from .camera import Camera
 

@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from gltf_ext.gltf import camera as gltf_camera
-from gltf_ext.gltf.camera import DEFAULT_VIEW
+from gltf_scene import camera as gltf_camera
+from gltf_scene.camera import DEFAULT_VIEW
 
 
 @dataclass(frozen=True)
 class Camera(gltf_camera.Camera):
-    """A camera that looks along its -z axis; fields as in gltf_ext.gltf.camera."""
+    """A camera that looks along its -z axis; fields as in gltf_scene.camera."""
 
     @staticmethod
     def of(camera: gltf_camera.Camera) -> Camera:

@@ -8,10 +8,10 @@ import numpy as np
 import pygltflib
 
 from gltf_ext.errors import MeshletError
-from gltf_ext.gltf import materials as gltf_materials
 from gltf_ext.gltf.document import Document
-from gltf_ext.gltf.images import read_image
-from gltf_ext.gltf.materials import DEFAULT_CUTOFF, TextureUse, read_material
+from gltf_scene import materials as gltf_materials
+from gltf_scene.images import read_image
+from gltf_scene.materials import DEFAULT_CUTOFF, TextureUse, read_material
 
 from .constants import CONSTANTS
 

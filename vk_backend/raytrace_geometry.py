@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from gltf_ext.gltf.scene import box_corners
+from gltf_scene.scene import box_corners
 
 from . import acceleration, vk
 from .acceleration import BOTTOM, BOX_BYTES, INPUT, TOP, Boxes, Instances, Shape, Structures

@@ -24,12 +24,13 @@ from gltf_ext.compression.streams import (
     from_ordered_bits,
     streams_of,
 )
-from gltf_ext.compression.view_points import view_points
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.document import Document
 from gltf_ext.gltf.importers import open_model
-from gltf_ext.gltf.scene import (
-    MAX_SIZE,
+from gltf_ext.gltf.nodes import MAX_SIZE
+from gltf_ext.lod.reading import LodPrimitive, read_lod
+from gltf_ext.ranges import begins
+from gltf_scene.scene import (
     PlacedPrimitive,
     ValueFormat,
     box_corners,
@@ -38,8 +39,7 @@ from gltf_ext.gltf.scene import (
     read_scene,
     value_format,
 )
-from gltf_ext.lod.reading import LodPrimitive, read_lod
-from gltf_ext.ranges import begins
+from gltf_scene.view_points import view_points
 
 from .camera import Camera
 from .constants import CONSTANTS

@@ -16,8 +16,8 @@ from typing import Any
 
 from gltf_ext.batches.storage import STATE, Folder
 from gltf_ext.batches.thumbnail import thumbnail
+from gltf_ext.checks.verify import verify
 from gltf_ext.commands.compress import compress
-from gltf_ext.commands.verify import verify
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.importers import referenced_files
 

@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from gltf_ext.compression.extension import read_triangles
+from gltf_ext.gltf.document import TRIANGLE_MODES, item
 from gltf_ext.gltf.importers import open_model
-from gltf_ext.gltf.scene import read_scene
+from gltf_ext.gltf.nodes import placed
 
 PIXELS = 96
 SAMPLES = 12 * PIXELS * PIXELS  # on all surfaces: more than one for nearly every pixel
@@ -25,11 +26,17 @@ def thumbnail(path: Path) -> bytes:
 
     document = open_model(path)
     corners = [np.empty((0, 3, 3))]
-    for placed in read_scene(document).primitives:
-        primitive, _ = read_triangles(document, placed.mesh, placed.primitive)
-        triangles = primitive.indices[:: 1 + len(primitive.indices) // MOST_TRIANGLES]
-        positions = primitive.attributes["POSITION"][triangles]
-        corners.append(positions @ placed.matrix[:3, :3].T + placed.matrix[:3, 3])
+    for node, matrix in placed(document):
+        primitives = (
+            [] if node.mesh is None else item(document.meshes, node.mesh, "mesh").primitives
+        )
+        for index, source in enumerate(primitives):
+            if source.mode not in TRIANGLE_MODES:
+                continue
+            primitive, _ = read_triangles(document, node.mesh, index)
+            triangles = primitive.indices[:: 1 + len(primitive.indices) // MOST_TRIANGLES]
+            positions = primitive.attributes["POSITION"][triangles]
+            corners.append(positions @ matrix[:3, :3].T + matrix[:3, 3])
     shades = _draw(np.concatenate(corners) @ VIEW.T)
     png = io.BytesIO()
     Image.fromarray(np.stack([shades, np.where(shades, 255, 0)], axis=-1).astype(np.uint8)).save(

@@ -1,1 +1,1 @@
-"""compress, decompress, inspect, verify, validate and load: what users call, a module for each."""
+"""compress, decompress, inspect, load and transcode: what users call, a module for each."""

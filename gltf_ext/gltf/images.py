@@ -1,4 +1,4 @@
-"""Images: decoded after a check of their size, or moved into views as they are."""
+"""Images: checked for their size, or moved into views as they are."""
 
 from __future__ import annotations
 
@@ -6,11 +6,10 @@ import io
 import warnings
 from pathlib import Path
 
-import numpy as np
 import pygltflib
 
 from gltf_ext.errors import MeshletError, blaming
-from gltf_ext.gltf.document import Document, item
+from gltf_ext.gltf.document import Document
 
 MIME_TYPES = (
     (b"\x89PNG", "image/png"),
@@ -23,31 +22,6 @@ FORMATS = ("PNG", "JPEG", "WEBP", "DDS", "BMP", "GIF", "TIFF")  # Pillow's names
 # An image may take so much memory, as 8-bit RGBA: 4096 x 4096 pixels, and more if it has the bytes.
 LEAST_DECODED = 64 << 20
 DECODED_PER_BYTE = 40
-
-
-def read_image(document: Document, index: int) -> np.ndarray:
-    """uint8[height, width, 4], sRGB and alpha, of an image whose size is plausible.
-
-    Raises MeshletError.
-    """
-    from PIL import Image
-
-    image = item(document.images, index, "image")
-    if image.uri is not None:
-        data = document.read_uri(image.uri)
-    else:
-        data = bytes(document.bytes_of_view(image.bufferView))
-    check_size(data)
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            with Image.open(io.BytesIO(data), formats=FORMATS) as opened:
-                if opened.mode.startswith("I;16"):
-                    high = (np.asarray(opened) >> 8).astype(np.uint8)
-                    return np.asarray(Image.fromarray(high).convert("RGBA"))
-                return np.asarray(opened.convert("RGBA"))
-    except Exception:  # Pillow's readers raise anything
-        raise MeshletError("it cannot be read") from None
 
 
 def check_size(data: bytes) -> None:

@@ -14,13 +14,15 @@ from gltf_ext.gltf.json_objects import NOT_VALID
 # Nodes with several parents are not valid glTF, but common: each may be shown more than once.
 # A file of 1 kB could ask for billions of places.
 MAX_REPEATED = 2**14
+MAX_SIZE = 1e15  # of coordinates: products of two must fit 32-bit floats
 
 
 def placed(document: Document) -> Iterator[tuple[pygltflib.Node, np.ndarray]]:
     """(node, world matrix float64[4, 4]) of every node of the default scene, parents first.
 
     A document without scenes shows all its root nodes; one that names no default scene shows its
-    first. Raises MeshletError for a node that is its own ancestor, and for too many nodes.
+    first. Raises MeshletError for a node that is its own ancestor, for too many nodes, and for a
+    matrix that is not finite.
     """
     if document.scenes:
         roots = item(document.scenes, document.scene or 0, "scene").nodes or []
@@ -44,6 +46,11 @@ def placed(document: Document) -> Iterator[tuple[pygltflib.Node, np.ndarray]]:
             )
         with np.errstate(over="ignore", invalid="ignore"):
             matrix: np.ndarray = parent @ local_matrix(node)
+        if not (np.abs(matrix) < MAX_SIZE).all():
+            raise MeshletError(
+                f"a node's transform is not finite, or larger than {MAX_SIZE:g}",
+                "export the file again, smaller",
+            )
         yield node, matrix
         if node.children:
             ancestors.add(index)

@@ -69,6 +69,10 @@ class LodPrimitive:
             raise self.malformed("its pages do not have the clusters of its groups")
         return counts
 
+    def drawn_triangles(self, cut: Cut) -> int:
+        """Number of triangles of a cut."""
+        return int(self.cluster_triangles[cut.drawn].sum())
+
     @property
     def where(self) -> str:
         """Its place, for errors."""
@@ -193,9 +197,13 @@ def read_lod(document: Document, compressed: Compressed) -> LodPrimitive | None:
 
 
 def levels_of(document: Document) -> list[LodPrimitive]:
-    """The primitives with levels. Raises MeshletError."""
-    read = [read_lod(document, compressed) for compressed in compressed_primitives(document)]
-    return [primitive for primitive in read if primitive is not None]
+    """The primitives with levels, one of those that share data. Raises MeshletError."""
+    by_view: dict[int, LodPrimitive] = {}
+    for compressed in compressed_primitives(document):
+        primitive = read_lod(document, compressed)
+        if primitive is not None:
+            by_view.setdefault(compressed.view, primitive)
+    return list(by_view.values())
 
 
 def _count(extension: dict[str, Any], name: str) -> int:

@@ -1,5 +1,5 @@
 // The light of all pictures: a sky whose radiance changes evenly with height, and a key light over
-// the viewer's shoulder. gltf_ext/gltf/default_light.py has the same numbers for Mitsuba.
+// the viewer's shoulder. gltf_scene/default_light.py has the same numbers for Mitsuba.
 #ifndef DEFAULT_LIGHT_GLSL
 #define DEFAULT_LIGHT_GLSL
 

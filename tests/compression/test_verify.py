@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import gltf_ext
-from gltf_ext.out_of_core.comparing import (
+from gltf_ext.checks.triangles import (
     COMPRESSED,
     NEEDED,
     OPTIONAL,

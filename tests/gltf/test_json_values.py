@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from gltf_ext.gltf.document import Document
-from gltf_ext.gltf.materials import Material, read_material
-from gltf_ext.gltf.scene import read_scene
+from gltf_scene.materials import Material, read_material
+from gltf_scene.scene import read_scene
 
 
 @pytest.mark.parametrize("value", [1e300, -1e16])

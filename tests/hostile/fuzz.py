@@ -33,7 +33,7 @@ from pathlib import Path
 from random import Random
 from unittest import mock
 
-from gltf_ext.commands import verify
+from gltf_ext.checks import verify
 from gltf_ext.errors import MeshletError
 from gltf_meshlet import cli
 from gltf_meshlet.view_models import File, Model

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import gltf_ext
+from gltf_ext.checks.coverage import check_coverage
+from gltf_ext.checks.samples import surface_distances
 from gltf_ext.lod import Cut, View, cut_at_error, cut_at_level, cut_for_view, error_of, open_lod
-from gltf_ext.lod.coverage import check_coverage
 from gltf_ext.lod.cuts import active_groups, cut_of
-from gltf_ext.lod.samples import surface_distances
 from gltf_ext.lod.tables import reach
 from spec import reference_lod
 from tests.helpers import environment

@@ -1,10 +1,10 @@
-"""gltf_ext.lod.samples: nearest places, and differences in normals and texture coordinates."""
+"""gltf_ext.checks.samples: nearest places, and differences in normals and texture coordinates."""
 
 import numpy as np
 import pytest
 
+from gltf_ext.checks.samples import Places, nearest_places, shading_differences, spread_by_area
 from gltf_ext.compression.primitives import Primitive
-from gltf_ext.lod.samples import Places, nearest_places, shading_differences, spread_by_area
 from tests.helpers.vulkan_scenes import ball
 
 

@@ -10,9 +10,9 @@ import pytest
 
 import gltf_ext
 from gltf_ext import MeshletError
+from gltf_ext.checks.coverage import check_coverage
 from gltf_ext.compression.sources import blocks
 from gltf_ext.lod import LodPrimitive, View, cut_for_view, open_lod
-from gltf_ext.lod.coverage import check_coverage
 from gltf_ext.out_of_core import encoding, opening, sources
 from gltf_ext.work_files import WorkFile
 from gltf_meshlet import cli

@@ -91,8 +91,8 @@ def test_every_picture_is_shown():
 
 
 PATH = re.compile(
-    r"`((?:bench|codec|docs|gltf_ext|gltf_meshlet|mitsuba_plugin|shaders|spec|tests|tools|vk_backend)"
-    r"/[^`\s]*)`"
+    r"`((?:bench|codec|docs|gltf_ext|gltf_meshlet|gltf_scene|mitsuba_plugin|shaders|spec|tests|tools"
+    r"|vk_backend)/[^`\s]*)`"
 )
 
 

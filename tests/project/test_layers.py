@@ -13,13 +13,17 @@ ROOT = Path(__file__).resolve().parent.parent.parent
 # Package -> the packages of this project that it may import.
 ALLOWED = {
     "gltf_ext": set(),
-    "mitsuba_plugin": {"gltf_ext"},
-    "vk_backend": {"gltf_ext"},
-    "gltf_meshlet": {"gltf_ext", "mitsuba_plugin", "vk_backend"},
+    "gltf_scene": {"gltf_ext"},
+    "mitsuba_plugin": {"gltf_ext", "gltf_scene"},
+    "vk_backend": {"gltf_ext", "gltf_scene"},
+    "gltf_meshlet": {"gltf_ext", "gltf_scene", "mitsuba_plugin", "vk_backend"},
     "blender": {"gltf_ext"},
     "spec": {"gltf_ext"},
     "tools": {"gltf_ext"},
-    "bench": {"gltf_ext", "mitsuba_plugin", "vk_backend", "gltf_meshlet", "spec", "tools"},
+    "bench": {
+        *("gltf_ext", "gltf_scene", "mitsuba_plugin", "vk_backend", "gltf_meshlet"),
+        *("spec", "tools"),
+    },
 }
 OURS = {*ALLOWED, "tests"}
 MODULE_NAME = re.compile(rf"({'|'.join(ALLOWED)})(\.\w+)+")  # given to import_module
@@ -30,6 +34,7 @@ LAYERS = (
     {"compression"},
     {"lod"},
     {"out_of_core"},
+    {"checks"},
     {"commands"},
     {"batches"},
     {"__init__", "trimesh_handler"},
@@ -74,6 +79,22 @@ def test_packages_import_only_from_below(package):
     assert paths
     problems = [problem for path in paths for problem in problems_of(path, ALLOWED[package])]
     assert problems == []
+
+
+def listed_in_pyproject(key):
+    """The names of a list in pyproject.toml (Python 3.10 has no reader of TOML)."""
+    text = (ROOT / "pyproject.toml").read_text()
+    (names,) = re.findall(rf"^{re.escape(key)} = \[(.*?)\]", text, re.M | re.S)
+    return re.findall(r'"([^"]+)"', names)
+
+
+def test_every_package_is_in_the_wheel_and_typed_and_has_its_layer():
+    """A package that others import at run time cannot stay out of one of the lists."""
+    wheel = listed_in_pyproject("wheel.packages")
+    assert {path.parent.name for path in ROOT.glob("*/__init__.py")} <= OURS
+    assert wheel == listed_in_pyproject("packages")
+    for package in wheel:
+        assert set(wheel) >= ALLOWED[package], f"what {package} imports is not in the wheel"
 
 
 def layer_problems(path):

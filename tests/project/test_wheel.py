@@ -42,6 +42,7 @@ def test_wheel_contains_all_packages_and_the_sources_of_the_plugin(wheel):
     }
     assert {
         "gltf_meshlet/cli.py",
+        "gltf_scene/scene.py",
         *(f"gltf_meshlet/view_page/{path.name}" for path in PAGE.iterdir()),
         "mitsuba_plugin/build.py",
         "mitsuba_plugin/src/shape.cpp",

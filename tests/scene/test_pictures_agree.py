@@ -9,8 +9,8 @@ import pytest
 from PIL import Image
 
 import gltf_ext
-from gltf_ext.gltf import default_light
 from gltf_meshlet.cli import main
+from gltf_scene import default_light
 from tests.helpers.environment import ROOT
 from tests.helpers.gltf_builder import Builder
 from tests.helpers.mitsuba_reference import require

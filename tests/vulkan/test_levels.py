@@ -9,10 +9,10 @@ import pytest
 from scipy.ndimage import binary_dilation, binary_erosion
 
 import gltf_ext
+from gltf_ext.checks.samples import nearest_places
 from gltf_ext.errors import MeshletError
 from gltf_ext.lod import View
 from gltf_ext.lod.cuts import Cut, cut_of
-from gltf_ext.lod.samples import nearest_places
 from tests.helpers.environment import need_package
 from tests.helpers.gltf_builder import Builder, grid_mesh
 from tests.helpers.vulkan_scenes import ball, open_renderer

@@ -1,4 +1,4 @@
-"""Compares the triangles of a primitive with those of a compressed one."""
+"""Compares triangles as multisets: the encoder may reorder vertices and triangles."""
 
 from __future__ import annotations
 

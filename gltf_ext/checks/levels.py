@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from gltf_ext import _codec
+from gltf_ext.checks.coverage import check_coverage
 from gltf_ext.compression.extension import EXTENSION as EDGEBREAKER
 from gltf_ext.compression.extension import (
     compressed_primitives,
@@ -13,7 +14,6 @@ from gltf_ext.compression.extension import (
 )
 from gltf_ext.compression.primitives import all_primitives
 from gltf_ext.gltf.document import Document
-from gltf_ext.lod.coverage import check_coverage
 from gltf_ext.lod.reading import COUNTS, LodPrimitive, read_lod
 from gltf_ext.lod.tables import EXTENSION
 from gltf_ext.progress import Advance, shared_progress

@@ -14,12 +14,11 @@ import pygltflib
 
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.accessors import accessor_format
-from gltf_ext.gltf.camera import Camera, read_camera
 from gltf_ext.gltf.document import TRIANGLE_MODES, Document, item
 from gltf_ext.gltf.json_values import member, number, numbers
 from gltf_ext.gltf.nodes import placed
+from gltf_scene.camera import Camera, read_camera
 
-MAX_SIZE = 1e15  # of coordinates: products of two must fit 32-bit floats
 LIGHTS = "KHR_lights_punctual"
 QUANTIZATION = "KHR_mesh_quantization"
 # Integers in these attributes are fractions even in files that forget to say `normalized`: glTF
@@ -170,11 +169,6 @@ def read_scene(document: Document) -> Scene:
     """The document's default scene; all root nodes if it has no scenes. Raises MeshletError."""
     scene = Scene()
     for place, (node, matrix) in enumerate(placed(document)):
-        if not (np.abs(matrix) < MAX_SIZE).all():
-            raise MeshletError(
-                f"a node's transform is not finite, or larger than {MAX_SIZE:g}",
-                "export the file again, smaller",
-            )
         if node.camera is not None:
             camera = item(document.cameras, node.camera, "camera")
             scene.cameras.append(read_camera(camera, matrix))

@@ -20,7 +20,8 @@ from gltf_ext.compression.extension import (
 from gltf_ext.compression.sources import read_primitive
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.document import Document
-from gltf_ext.gltf.scene import MAX_SIZE, PlacedPrimitive, value_format
+from gltf_ext.gltf.nodes import MAX_SIZE
+from gltf_scene.scene import PlacedPrimitive, value_format
 
 # Decoded for a scene, in 0.05 to 0.3 s; larger scenes give an evenly spread sample.
 MAX_MESHLETS = 2048

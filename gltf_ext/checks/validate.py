@@ -10,6 +10,7 @@ import numpy as np
 import pygltflib
 
 from gltf_ext import _codec
+from gltf_ext.checks.levels import lod_problems
 from gltf_ext.compression.extension import (
     EXTENSION,
     Compressed,
@@ -26,7 +27,6 @@ from gltf_ext.gltf.accessors import accessor_format, bounds, read_accessor
 from gltf_ext.gltf.buffer_layout import Renumber, map_accessors, map_views
 from gltf_ext.gltf.document import Document, item
 from gltf_ext.gltf.importers import open_model
-from gltf_ext.lod.validation import lod_problems
 from gltf_ext.progress import Advance, progress_bar, shared_progress
 
 BLOBS_SHARE = 0.3  # of the progress; the rest is for levels of detail

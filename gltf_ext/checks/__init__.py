@@ -1,0 +1,1 @@
+"""verify and validate: what they compare, measure and check."""

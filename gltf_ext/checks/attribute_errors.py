@@ -1,0 +1,111 @@
+"""Errors of the values of one attribute, as distances and as shares of what its bits allow."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from gltf_ext._codec import Stream
+from gltf_ext.compression.streams import (
+    GRID,
+    OCT,
+    SIGN,
+    WEIGHT_SUM_TOLERANCE,
+    octahedral_bound,
+    semantic,
+)
+
+# Rounding of positions to float32, and of half a step in float64, relative to the value.
+FLOAT_ROUNDING = 2.0**-23
+STEP_ROUNDING = 1.0 + 1e-6
+
+
+@dataclass
+class Errors:
+    """Errors of one attribute of one primitive.
+
+    Attributes:
+        max, squares, count: largest distance, sum of squared distances, number of vertices.
+        over_bound: largest error as a share of the allowed one.
+        degrees: largest angle; None unless it is a direction.
+        box: float64[2, components]: the original's smallest and largest values; None if the
+            attribute was not compared, because the primitives differ.
+        compared: whether there was a vertex to compare.
+    """
+
+    max: float = 0.0
+    squares: float = 0.0
+    count: int = 0
+    over_bound: float = 0.0
+    degrees: float | None = None
+    box: np.ndarray | None = None
+    compared: bool = False
+
+    def join(self, other: Errors) -> None:
+        """Adds the errors of other vertices."""
+        self.max, self.over_bound = max(self.max, other.max), max(self.over_bound, other.over_bound)
+        self.squares, self.count = self.squares + other.squares, self.count + other.count
+        if other.degrees is not None:
+            self.degrees = max(self.degrees or 0.0, other.degrees)
+        boxes = [box for box in (self.box, other.box) if box is not None]
+        self.box = np.stack([np.min(boxes, axis=(0, 1)), np.max(boxes, axis=(0, 1))])
+        self.compared |= other.compared
+
+    def add(self, distances: np.ndarray, over_bound: float) -> None:
+        if len(distances):
+            self.max = max(self.max, float(distances.max()))
+        self.squares += float(np.square(distances).sum())
+        self.count += len(distances)
+        self.over_bound = max(self.over_bound, over_bound)
+
+
+def errors_of(name: str, values: np.ndarray, decoded: np.ndarray, streams: list[Stream]) -> Errors:
+    """Errors of one attribute of vertices, [n, components] before and after."""
+    source, result = values.astype(np.float64), decoded.astype(np.float64)
+    box = np.array([values.min(axis=0), values.max(axis=0)], np.float64)
+    errors = Errors(box=box, compared=True)
+    start = 0
+    for stream in streams:
+        columns = slice(start, start + stream.width)
+        start += stream.width
+        if stream.kind == OCT:
+            _add_directions(errors, source[:, columns], result[:, columns], stream)
+        elif stream.kind == SIGN:
+            is_equal = (source[:, columns] >= 0.0) == (result[:, columns] > 0.0)
+            errors.add(np.empty(0), 0.0 if is_equal.all() else math.inf)
+        elif stream.kind == GRID:
+            _add_grid(errors, source[:, columns], result[:, columns], stream, name)
+        else:
+            with np.errstate(invalid="ignore"):  # of two infinite values
+                distances = np.nan_to_num(
+                    np.abs(source[:, columns] - result[:, columns]).max(axis=1)
+                )
+            errors.add(distances, math.inf if distances.any() else 0.0)
+    return errors
+
+
+def _add_grid(
+    errors: Errors, source: np.ndarray, result: np.ndarray, stream: Stream, name: str
+) -> None:
+    difference = np.abs(source - result)
+    magnitude = np.maximum(np.abs(source).max(axis=0), np.abs(stream.offset))
+    if semantic(name) == "WEIGHTS":
+        # Rounded up or down so that the sum stays, after the sum is scaled to one.
+        allowed = stream.step + WEIGHT_SUM_TOLERANCE
+    else:
+        allowed = 0.5 * stream.step * STEP_ROUNDING
+    over_bound = (difference / (allowed + FLOAT_ROUNDING * magnitude)).max()
+    errors.add(np.sqrt((difference * difference).sum(axis=1)), float(over_bound))
+
+
+def _add_directions(errors: Errors, source: np.ndarray, result: np.ndarray, stream: Stream) -> None:
+    """Distances of unit vectors. Ignores source vectors of length zero: they have no direction."""
+    length = np.linalg.norm(source, axis=1)
+    usable = length > 0.0
+    if usable.any():
+        distances = np.linalg.norm(source[usable] / length[usable, None] - result[usable], axis=1)
+        angle = 2.0 * math.asin(min(float(distances.max()) / 2.0, 1.0))
+        errors.degrees = math.degrees(angle)
+        errors.add(distances, angle / (octahedral_bound(stream.bits) + FLOAT_ROUNDING))

@@ -1,0 +1,81 @@
+"""Measures how far levels of detail are from the finest one, in space and in shading."""
+
+from __future__ import annotations
+
+from collections.abc import Container
+from typing import Any
+
+import numpy as np
+
+from gltf_ext.checks.samples import shading_differences, surface_distances
+from gltf_ext.gltf.document import Document
+from gltf_ext.lod.cuts import cut_at_level, error_of
+from gltf_ext.lod.reading import LodPrimitive, levels_of
+
+SAMPLES = 50_000  # of a surface, for measured errors
+WITHIN = 99.9  # percent of the samples that a stated error must hold
+# Of measured distances, which are float32, relative to the largest coordinate: on planes, 2^-19.5
+# beyond the stated error was seen.
+DISTANCE_ROUNDING = 2.0**-18
+# Of stated errors, which are float32.
+STATED_ROUNDING = 1.0 + 1e-4
+SHADING = 95  # percent: where texture coordinates jump, the nearest place may lie across a seam
+
+Report = dict[str, Any]
+
+
+def measure_levels(
+    document: Document, samples: int = SAMPLES, large: Container[tuple[int, int]] = ()
+) -> tuple[list[Report], list[Report]]:
+    """(stated errors, distances and differences in shading at surface samples, for each level but
+    0; mesh and primitive of those that are `large`, which are not measured).
+
+    Raises MeshletError.
+    """
+    levels, left = list[Report](), list[Report]()
+    for primitive in levels_of(document):
+        place = (primitive.compressed.mesh, primitive.compressed.primitive)
+        if place in large:
+            left.append(dict(zip(("mesh", "primitive"), place)))
+        else:
+            levels += _measure(primitive, samples)
+    return levels, left
+
+
+def _measure(primitive: LodPrimitive, samples: int) -> list[Report]:
+    finest = primitive.compressed.decode()
+    largest = float(np.abs(finest.attributes["POSITION"]).max(initial=0.0))
+    result = []
+    for level in range(1, primitive.tables.level_count):
+        cut = cut_at_level(primitive.tables, level)
+        mesh = primitive.mesh(cut)
+        distances = surface_distances(finest, mesh, samples)
+        stated = error_of(primitive.tables, cut)
+        result.append(
+            {
+                "mesh": primitive.compressed.mesh,
+                "primitive": primitive.compressed.primitive,
+                "level": level,
+                "triangles": primitive.drawn_triangles(cut),
+                "stated_error": stated,
+                "measured_error": float(np.percentile(distances, WITHIN)),
+                "rounding": largest * DISTANCE_ROUNDING,
+                "largest_distance": float(distances.max()),
+                "share_within": float((distances <= stated).mean()),
+                "shading": {
+                    name: dict(zip(("median", f"p{SHADING}"), np.percentile(found, [50, SHADING])))
+                    for name, found in shading_differences(mesh, finest, samples).items()
+                },
+            }
+        )
+    return result
+
+
+def level_problems(levels: list[Report]) -> list[str]:
+    """A line for each level that is off by more than it states."""
+    return [
+        f"mesh {level['mesh']} primitive {level['primitive']}: level {level['level']} is off by "
+        f"{level['measured_error']:g}, more than the stated {level['stated_error']:g}"
+        for level in levels
+        if level["measured_error"] > level["stated_error"] * STATED_ROUNDING + level["rounding"]
+    ]

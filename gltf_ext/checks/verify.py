@@ -1,0 +1,128 @@
+"""verify: compares a compressed file with its original, triangle by triangle and value by value.
+
+Both sides are quantised to the compressed file's own grids, then compared as multisets of vertices
+and triangles: the encoder may reorder both.
+"""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from gltf_ext.checks.findings import Findings, report_of
+from gltf_ext.checks.level_errors import level_problems, measure_levels
+from gltf_ext.checks.primitives import compare, read_original
+from gltf_ext.compression.extension import has_compressed
+from gltf_ext.compression.options import Options
+from gltf_ext.compression.primitives import triangle_primitives
+from gltf_ext.errors import MeshletError, blaming
+from gltf_ext.gltf.document import Document
+from gltf_ext.gltf.importers import open_model
+from gltf_ext.out_of_core.opening import Larges, open_large
+from gltf_ext.progress import progress_bar
+
+
+def verify(
+    original: str | os.PathLike[str],
+    compressed: str | os.PathLike[str],
+    *,
+    max_memory: str | int | None = None,
+    work_dir: str | None = None,
+    progress: bool = False,
+) -> dict[str, Any]:
+    """Compare a compressed file with the model it was made from.
+
+    max_memory: read models larger than memory in parts; the process stays below about so many
+        bytes (K, M and G are powers of 1024). Levels of detail of primitives that are read in parts
+        are not measured.
+    work_dir: folder for work files; by default that of the system for temporary files.
+    progress: draw a progress bar on a terminal.
+
+    Returns:
+        ok: triangles_equal and errors_within_bits hold, and there is no other problem.
+        triangles_equal: both have the same multiset of triangles, up to rotation, with all
+            attributes quantised.
+        errors_within_bits: position components are off by at most half a step, the others by at
+            most the error that their bits allow.
+        max_error, rms_error: attribute -> distance in model or attribute units; of directions the
+            distance of unit vectors. None when no vertex could be compared.
+        max_error_percent, rms_error_percent: the same in percent of the diagonal of the
+            attribute's bounding box over the mesh.
+        max_error_degrees: attribute -> largest angle, for directions.
+        error_over_bound: attribute -> largest error as a share of the allowed one.
+        triangles, missing_triangles, extra_triangles, differing_primitives: counts.
+        collapsed_triangles: count of those with two corners on one point of the grid.
+        levels: for each level of detail but the finest: mesh, primitive, level, triangles,
+            stated_error, measured_error (99.9 % of surface samples are closer to the finest level,
+            both ways), rounding (of that distance), largest_distance, share_within (the stated
+            error), shading. Lengths in units of POSITION. shading: for normals (degrees) and
+            texture coordinates (units of uv) the median and the 95th percentile (p95) of the
+            difference to the nearest point of the finest level, at samples of the level. Stated
+            errors do not cover it.
+        not_measured: mesh and primitive of those whose levels are not measured.
+        problems: one line each.
+
+    Raises MeshletError when a file is malformed or the second not compressed, OSError when one
+    cannot be read.
+    """
+    folder = work_dir or tempfile.gettempdir()
+    options = Options.of({"max_memory": max_memory, "work_dir": folder, "progress": progress})
+    return _compare_files(original, compressed, options)
+
+
+def _compare_files(
+    original: str | os.PathLike[str], compressed: str | os.PathLike[str], options: Options
+) -> dict[str, Any]:
+    """What verify returns. options: max_memory, work_dir and progress."""
+    large: Larges = {}
+    with blaming(original):
+        if options.memory:
+            before, large = open_large(Path(original), options)
+        else:
+            before = open_model(original)
+    with blaming(compressed):
+        after = open_model(compressed)
+    if not has_compressed(after):
+        raise _misplaced(before, str(compressed))
+    findings = Findings()
+    with progress_bar(Path(compressed).name, options.progress) as advance:
+        for mesh, index in _places_of_both(before, after, findings):
+            with blaming(original):
+                source = large.get((mesh, index)) or read_original(before, mesh, index)
+            with blaming(compressed):
+                compare(after, source, findings, str(options.work_dir), advance)
+    with blaming(compressed):
+        levels, not_measured = measure_levels(after, large=set(large))
+    findings.problems += level_problems(levels)
+    return {**report_of(findings), "levels": levels, "not_measured": not_measured}
+
+
+def _misplaced(original: Document, path: str) -> MeshletError:
+    """The error for a second file that is not compressed."""
+    swapped = ""
+    if has_compressed(original):
+        swapped = ", but the first file is: the arguments are swapped"
+    return MeshletError(
+        f"is not compressed{swapped}", "run gltf-meshlet verify ORIGINAL COMPRESSED", path
+    )
+
+
+def _places_of_both(before: Document, after: Document, findings: Findings) -> list[tuple[int, int]]:
+    """(mesh, primitive) of all triangle primitives; none, and a finding, if the files differ."""
+    places = [place[:2] for place in triangle_primitives(before)]
+    others = [place[:2] for place in triangle_primitives(after)]
+    if places == others:
+        return places
+    findings.differs(_differing_places(places, others))
+    return []
+
+
+def _differing_places(places: list[tuple[int, int]], others: list[tuple[int, int]]) -> str:
+    differing = sorted(set(places) ^ set(others))
+    mesh, index = differing[0]
+    return (
+        f"{len(places)} triangle primitives in the original, {len(others)} in the compressed file; "
+        f"{len(differing)} are only in one, first mesh {mesh} primitive {index}"
+    )

@@ -1,0 +1,1 @@
+"""A glTF scene as plain data for renderers: cameras, lights, materials, images, view points."""

@@ -1,0 +1,37 @@
+"""Images, decoded after a check of their size."""
+
+from __future__ import annotations
+
+import io
+import warnings
+
+import numpy as np
+
+from gltf_ext.errors import MeshletError
+from gltf_ext.gltf.document import Document, item
+from gltf_ext.gltf.images import FORMATS, check_size
+
+
+def read_image(document: Document, index: int) -> np.ndarray:
+    """uint8[height, width, 4], sRGB and alpha, of an image whose size is plausible.
+
+    Raises MeshletError.
+    """
+    from PIL import Image
+
+    image = item(document.images, index, "image")
+    if image.uri is not None:
+        data = document.read_uri(image.uri)
+    else:
+        data = bytes(document.bytes_of_view(image.bufferView))
+    check_size(data)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            with Image.open(io.BytesIO(data), formats=FORMATS) as opened:
+                if opened.mode.startswith("I;16"):
+                    high = (np.asarray(opened) >> 8).astype(np.uint8)
+                    return np.asarray(Image.fromarray(high).convert("RGBA"))
+                return np.asarray(opened.convert("RGBA"))
+    except Exception:  # Pillow's readers raise anything
+        raise MeshletError("it cannot be read") from None

@@ -1,0 +1,32 @@
+"""Small pictures of models: they need meshes and nodes, nothing that only renderers read."""
+
+import io
+
+import pytest
+from PIL import Image
+
+from gltf_ext.batches.thumbnail import PIXELS, thumbnail
+from gltf_ext.errors import MeshletError
+from tests.helpers.gltf_builder import Builder, grid_mesh
+
+
+def write_placed(path, **node):
+    """A grid of one mesh whose node has more properties, and a camera without numbers."""
+    builder = Builder()
+    builder.mesh({"POSITION": grid_mesh(9, 9)[0]}, grid_mesh(9, 9)[1])
+    builder.properties["cameras"] = [{"type": "perspective"}]
+    builder.properties["nodes"] = [{"mesh": 0, **node}]
+    return builder.write(path)
+
+
+def test_a_camera_that_makes_no_picture_is_ignored(tmp_path):
+    png = thumbnail(write_placed(tmp_path / "grid.glb", camera=0))
+    with Image.open(io.BytesIO(png)) as picture:
+        assert picture.size == (PIXELS, PIXELS)
+        assert picture.getextrema()[1] == (0, 255), "a model and a background"
+
+
+def test_a_transform_that_is_too_large_is_refused(tmp_path):
+    path = write_placed(tmp_path / "grid.glb", scale=[1e16, 1, 1])
+    with pytest.raises(MeshletError, match="a node's transform is not finite, or larger"):
+        thumbnail(path)
