@@ -1,5 +1,4 @@
-"""Tasks on threads or on the workers of Dask distributed: files of a batch, chunks of a large
-model."""
+"""Tasks on threads or on the workers of Dask: files of a batch, chunks of a large model."""
 
 from __future__ import annotations
 
@@ -57,8 +56,10 @@ def connected(address: str) -> Iterator[Client]:
 def in_order(
     function: Callable[..., Any], tasks: Iterable[tuple[Any, ...]], threads: int
 ) -> Iterator[Any]:
-    """Results in the order of the tasks, which are taken while one of the threads is free and few
-    results wait for an earlier one. Raises what a task raises."""
+    """Results in the order of the tasks. Raises what a task raises.
+
+    Tasks are taken while one of the threads is free and few results wait for an earlier one.
+    """
     from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait  # slow to load
 
     flight: deque[Any] = deque()
@@ -79,6 +80,7 @@ class LocalThreads:
     """Runs functions on threads of this process."""
 
     def __init__(self, threads: int) -> None:
+        """Shares so many threads among tasks."""
         self._threads = threads
 
     def map(

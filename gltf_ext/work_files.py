@@ -167,8 +167,10 @@ def _naming(folder: str) -> Iterator[None]:
 
 
 def give_back_memory() -> None:
-    """Returns freed memory to the system, which glibc keeps for each thread: with 16 threads and 14
-    M triangles, 55 MB more than with 2."""
+    """Returns freed memory to the system, which glibc keeps for each thread.
+
+    With 16 threads and 14 M triangles that was 55 MB more than with 2.
+    """
     if sys.platform == "linux":
         trim = getattr(ctypes.CDLL(None), "malloc_trim", None)  # musl has none
         if trim:

@@ -8,7 +8,7 @@ import numpy as np
 
 from gltf_ext import _codec
 from gltf_ext.compression.extension import Compressed, malformed_from, parts_of
-from gltf_ext.compression.records import HASH, RecordFormat
+from gltf_ext.compression.records import HASH, RecordFormat, weld_rows
 from gltf_ext.compression.sources import Source, blocks
 from gltf_ext.out_of_core.encoding import gathered
 from gltf_ext.progress import Advance
@@ -104,9 +104,9 @@ def difference(rows: np.ndarray) -> tuple[int, int]:
 
     rows: TRIANGLE[N], those of equal keys all.
     """
-    keys, numbers = np.unique(rows["key"], return_inverse=True)
+    numbers, count = weld_rows(rows["key"].reshape(-1, 1))
     needed, optional, compressed = (
-        np.bincount(numbers[rows["place"] == place], minlength=len(keys))
+        np.bincount(numbers[rows["place"] == place], minlength=count)
         for place in (NEEDED, OPTIONAL, COMPRESSED)
     )
     missing = np.maximum(needed - compressed, 0)

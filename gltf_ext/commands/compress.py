@@ -222,11 +222,11 @@ def _finish_document(
 
 
 def _lossy_before(document: Document) -> list[str]:
-    found = [name for name in LOSSY_BEFORE if name in document.extensionsUsed]
-    if not found:
+    names = [name for name in LOSSY_BEFORE if name in document.extensionsUsed]
+    if not names:
         return []
     return [
-        f"the input is already quantised ({', '.join(found)}): errors add up; "
+        f"the input is already quantised ({', '.join(names)}): errors add up; "
         "compress the original if there is one"
     ]
 
@@ -403,8 +403,10 @@ def _add_all_levels(document: Document, encoded: list[Job]) -> list[dict[str, An
 
 
 def _useless_levels(encoded: list[Job]) -> list[str]:
-    """Warns if a viewer holds more bytes with levels than without, although it shows each primitive
-    with only PIXELS pixels and one pixel of error."""
+    """Warns if a viewer holds more bytes with levels than without.
+
+    It shows each primitive with only PIXELS pixels and one pixel of error.
+    """
     from gltf_ext.lod.cuts import cut_at_error, held_bytes  # commands without levels start faster
 
     plain = held = 0

@@ -89,8 +89,10 @@ class Compressed:
             return self.as_primitive(*_codec.decode_values(self.blob))
 
     def parts(self) -> Iterator[tuple[np.ndarray, list[np.ndarray]]]:
-        """(triangles, values of streams) of some blobs at a time, as `as_primitive` takes them;
-        indices number the vertices of all parts. Raises MeshletError."""
+        """(triangles, values of streams) of some blobs at a time, as `as_primitive` takes them.
+
+        Indices number the vertices of all parts. Raises MeshletError.
+        """
         first = 0
         for part in parts_of(self.blob):
             with malformed_from(self.where):
@@ -113,8 +115,10 @@ class Compressed:
 
 
 def parts_of(blobs: memoryview) -> Iterator[memoryview]:
-    """Blobs that lie back to back in parts of about PART_BYTES, so that they need not fit memory
-    decoded. Mapped memory of the parts before is given back."""
+    """Blobs that lie back to back, in parts of about PART_BYTES: they need not fit memory decoded.
+
+    Mapped memory of the parts before is given back.
+    """
     first = 0
     for start, size in [*_codec.split(blobs), (len(blobs), PART_BYTES)]:
         if start > first and start + size - first > PART_BYTES:
@@ -288,8 +292,11 @@ def _first_streams(
 
 
 def _check_streams(compressed: Compressed) -> None:
-    """Raises ValueError unless positions are on a grid, each stream has one attribute, and unit
-    vectors and signs have float accessors."""
+    """Checks the streams' kinds and users.
+
+    Raises ValueError unless positions are on a grid, each stream has one attribute, and unit
+    vectors and signs have float accessors.
+    """
     if (compressed.streams[0].kind, compressed.streams[0].elements) != (GRID, 3):
         raise ValueError("the first stream is not a grid of 3 elements")
     used = sorted(s for _, streams, _ in compressed.named_streams for s in streams)

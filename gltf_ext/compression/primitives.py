@@ -33,6 +33,7 @@ class Primitive:
     targets: list[dict[str, np.ndarray]] = field(default_factory=list)
 
     def __repr__(self) -> str:
+        """Counts and names, without the arrays."""
         return (
             f"Primitive(mesh={self.mesh}, primitive={self.primitive}, "
             f"triangles={len(self.indices)}, vertices={self.vertex_count}, "
@@ -41,10 +42,12 @@ class Primitive:
 
     @property
     def vertex_count(self) -> int:
+        """The number of vertices."""
         return len(self.attributes["POSITION"])
 
     @property
     def triangle_count(self) -> int:
+        """The number of triangles."""
         return len(self.indices)
 
     @property
@@ -76,6 +79,7 @@ class Dropped:
     duplicate_vertices: int = 0
 
     def add(self, other: Dropped) -> None:
+        """Adds other counts."""
         for name, value in vars(other).items():
             setattr(self, name, getattr(self, name) + value)
 

@@ -51,6 +51,19 @@ class Triangles:
         """The number of triangles."""
         return len(self.records) // 3 if self.corners is None else len(self.corners)
 
+    def dropped(self, different: int, remaining: int) -> Dropped:
+        """Counts of vertices that are left out, which only a whole source has.
+
+        different: number of vertices at corners, equal ones once; remaining: without those of
+            degenerate triangles.
+        """
+        count = len(self.records)
+        if self.corners is None or remaining == count:
+            return Dropped()
+        duplicates = len(occurring(self.corners, count)) - different
+        unreferenced = count - duplicates - remaining
+        return Dropped(unreferenced_vertices=unreferenced, duplicate_vertices=duplicates)
+
     def clear(self) -> None:
         """Gives the memory of the records back."""
         self.records = np.empty(0, self.records.dtype)
@@ -168,36 +181,29 @@ class RecordFormat:
         corners = source.corners(names, numbers, 0, source.triangle_count)
         return Triangles(records, corners, source)
 
-    def vertices_of(self, given: Triangles) -> Vertices:
+    def vertices_of(self, triangles: Triangles) -> Vertices:
         """Joins equal vertices; leaves out triangles with two equal ones, and unused vertices."""
-        numbers, count = weld_rows(given.records)
-        triangles = numbers if given.corners is None else given.corners
-        has_equal = count < len(numbers)
-        if given.corners is not None and has_equal:
-            triangles = numbers[given.corners]
-        triangles = np.ascontiguousarray(triangles.reshape(-1, 3), np.uint32)
-        used = occurring(triangles, count)
-        dropped = Dropped()
-        if given.corners is not None and has_equal:
-            referenced = len(occurring(given.corners, len(numbers)))
-            dropped.duplicate_vertices = referenced - len(used)
-        a, b, c = triangles.T
-        is_repeated = (a == b) | (b == c) | (c == a)
-        dropped.degenerate_triangles = int(np.count_nonzero(is_repeated))
-        if dropped.degenerate_triangles:
-            triangles = triangles[~is_repeated]
-            used = occurring(triangles, count)
-        if given.corners is not None:
-            kept = dropped.duplicate_vertices + len(used)
-            dropped.unreferenced_vertices = len(given.records) - kept
-        records, rows = given.records, None
-        if len(used) < len(records):
-            rows = first_of_each(numbers, count)[used]
-            place_of = np.empty(count, np.uint32)
-            place_of[used] = np.arange(len(used), dtype=np.uint32)
-            triangles, records = place_of[triangles], records[rows]
+        numbers, count = weld_rows(triangles.records)
+        corners = numbers if triangles.corners is None else triangles.corners
+        if triangles.corners is not None and count < len(numbers):
+            corners = numbers[corners]
+        corners = np.ascontiguousarray(corners.reshape(-1, 3), np.uint32)
+        a, b, c = corners.T
+        is_degenerate = (a == b) | (b == c) | (c == a)
+        different = remaining = occurring(corners, count)
+        if is_degenerate.any():
+            corners = corners[~is_degenerate]
+            remaining = occurring(corners, count)
+        dropped = triangles.dropped(len(different), len(remaining))
+        dropped.degenerate_triangles = int(np.count_nonzero(is_degenerate))
+        records, rows = triangles.records, None
+        if len(remaining) < len(records):
+            rows = first_of_each(numbers, count)[remaining]
+            place = np.empty(count, np.uint32)
+            place[remaining] = np.arange(len(remaining), dtype=np.uint32)
+            corners, records = place[corners], records[rows]
         ids = self._position_ids(records)
-        return Vertices(triangles, records, ids, dropped, given.source, rows)
+        return Vertices(corners, records, ids, dropped, triangles.source, rows)
 
     def _position_ids(self, records: np.ndarray) -> np.ndarray:
         fields = [name for name in ("0", HASH) if name in (records.dtype.names or ())]

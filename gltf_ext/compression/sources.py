@@ -29,10 +29,14 @@ class Rows(Protocol):
     """Elements of `form` that are read in blocks."""
 
     @property
-    def count(self) -> int: ...
+    def count(self) -> int:
+        """The number of elements."""
+        ...
 
     @property
-    def form(self) -> Format: ...
+    def form(self) -> Format:
+        """Their type."""
+        ...
 
     def rows(self, first: int, last: int) -> np.ndarray:
         """[last - first, components] elements. Raises MeshletError, OSError."""
@@ -47,10 +51,12 @@ class ArrayRows:
 
     @property
     def count(self) -> int:
+        """The number of elements."""
         return len(self.values)
 
     @property
     def form(self) -> Format:
+        """Their type."""
         return self.values.dtype, self.values.shape[1]
 
     def rows(self, first: int, last: int) -> np.ndarray:
@@ -115,6 +121,7 @@ class Source:
 
     @property
     def triangle_count(self) -> int:
+        """The number of triangles."""
         names, numbers = self.indices[0]
         return (numbers or self.attributes[names[0]]).count // 3
 

@@ -52,6 +52,7 @@ class Clusters:
 
     @property
     def count(self) -> int:
+        """The number of clusters."""
         return len(self.cluster_begin) - 1
 
     @property
@@ -71,6 +72,7 @@ class Clusters:
         )
 
     def followed_by(self, other: Clusters) -> Clusters:
+        """These clusters, then others."""
         return Clusters(
             np.concatenate([self.triangles, other.triangles]),
             np.concatenate([self.disk_begin, self.disk_begin[-1] + other.disk_begin[1:]]),
@@ -104,6 +106,7 @@ class ClusterSet:
         )
 
     def followed_by(self, other: ClusterSet) -> ClusterSet:
+        """These clusters, then others."""
         values = map(np.concatenate, zip(self._values, other._values))
         return ClusterSet(self.clusters.followed_by(other.clusters), *values)
 
@@ -153,24 +156,29 @@ class Builder:
         error_limit: float,
         reduction: float,
         threads: int,
-        given: ClusterSet | None = None,
+        clusters: ClusterSet | None = None,
         level: int = 0,
         first_group: int = 0,
         pilot: Pilot | None = None,
     ) -> None:
-        """given: the clusters to begin with, of this level or finer, with errors to be measured to
-        them; by default those of level 0. first_group: the number of the first group."""
+        """Begins with some clusters.
+
+        clusters: of this level or finer, with errors to be measured to them; by default those of
+            level 0. first_group: the number of the first group.
+        """
         self.surface = surface
         self.generation = {**options.generation, "threads": threads}
         self.reduction, self.group_size, self.pilot = reduction, group_size, pilot
         self.error_limit, self.threads = error_limit, threads
-        self.all = given or self._level_0()
+        self.all = clusters or self._level_0()
         self.meter: ErrorMeter | None = None  # from the first level on
         self.group = np.full(self.all.clusters.count, -1)
         self.pending = np.arange(self.all.clusters.count)
         self.level, self.first_group = level, first_group
         # Of the last level.
-        self.error = math.inf if given else FIRST_ERROR * longest_side(surface.points) / reduction
+        self.error = (
+            math.inf if clusters else FIRST_ERROR * longest_side(surface.points) / reduction
+        )
         self.groups: list[tuple[int, float, np.ndarray, float]] = []  # level, error, sphere
         self.stuck: list[int] = []
 
@@ -193,8 +201,9 @@ class Builder:
         )
 
     def add_level(self, may_end: bool = True) -> int:
-        """Groups the pending clusters. Returns the number of triangles of the next level, 0 if
-        this one is the last.
+        """Groups the pending clusters.
+
+        Returns the number of triangles of the next level, 0 if this one is the last.
 
         may_end: else clusters that cannot be simplified wait, and there is no last level.
         """
@@ -271,8 +280,11 @@ class Builder:
     def _clusters(
         self, triangles: np.ndarray, begin: np.ndarray
     ) -> tuple[Clusters, np.ndarray, np.ndarray]:
-        """(clusters of the triangles, int64: the first cluster of each group, uint32: the numbers
-        of the triangles in the order of the clusters)."""
+        """Clusters of triangles in groups.
+
+        Returns (clusters, int64: the first cluster of each group, uint32: the numbers of the
+        triangles in the order of the clusters).
+        """
         order, disk_begin, cluster_begin, group_begin = _codec.generate_in_groups(
             triangles,
             begin.astype(np.uint32),

@@ -40,9 +40,11 @@ def error_limit_of(options: Options, plan: Plan) -> float:
 
 
 def _rounding_of(plan: Plan) -> float:
-    """By how much distances differ between the grid and decoded positions, which are floats, in
-    units of POSITION. Without it 1.5 % of a part of bistro_like lay 4e-7 beyond its stated error of
-    0.329."""
+    """By how much distances differ between the grid and decoded positions, which are floats.
+
+    In units of POSITION. Without it 1.5 % of a part of bistro_like lay 4e-7 beyond its stated error
+    of 0.329.
+    """
     reach = [
         np.abs(stream.offset).max(initial=0.0) + 2.0**stream.bits * stream.step
         for stream in (plan.streams[n] for n in plan.position_streams)
@@ -124,8 +126,7 @@ def _apart(
     triangles: np.ndarray,
     original_ids: np.ndarray,
 ) -> np.ndarray:
-    """points, float32[V, 3], but different where only the grid made vertices equal: by a few units
-    in the last place.
+    """points, but different by a few units in the last place where only the grid joins vertices.
 
     The simplifier takes vertices at one position for sides of a seam, and keeps those that do not
     look like one. Where folds of a noisy scan touch on the grid, they would stay in all levels: a
@@ -156,9 +157,9 @@ def _apart(
 def _touching_borders(
     triangles: np.ndarray, same_position: np.ndarray, is_shared: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Pairs of vertices, uint32[N] each: where borders of triangles lie on each other, as those of
-    a crack that the grid closes.
+    """Pairs of vertices, uint32[N] each, where borders of triangles lie on each other.
 
+    Such borders are those of a crack that the grid closes.
     is_shared: bool[P]: positions of several vertices.
     """
     start, end = triangles.reshape(-1), np.roll(triangles, -1, axis=1).reshape(-1)
@@ -233,6 +234,7 @@ class Pages:
     statistics: dict[str, Any] = field(default_factory=dict)
 
     def add(self, other: Pages) -> None:
+        """Adds other pages."""
         self.groups += other.groups
         self.blobs += other.blobs
         self.rows += other.rows
@@ -255,9 +257,9 @@ def _pack(
     positions: np.ndarray,
     values: list[np.ndarray],
 ) -> Pages:
-    """Packs groups, in this order, into pages of at most `limit` bytes. A group that is larger than
-    a page is alone in one.
+    """Packs groups, in this order, into pages of at most `limit` bytes.
 
+    A group that is larger than a page is alone in one.
     triangles: of all clusters; ids, positions, values: of their vertices.
     """
     ranges = _GroupRanges(hierarchy)
@@ -402,11 +404,10 @@ def paged(
 
 
 def _by_error(groups: np.ndarray, error: np.ndarray) -> np.ndarray:
-    """Groups of one level along a curve, in blocks of BLOCK_GROUPS neighbours; in each block from
-    the largest error to the smallest. A cut takes all groups above an error, and so mostly whole
-    pages.
+    """Groups of one level along a curve, in blocks of BLOCK_GROUPS neighbours, ordered by error.
 
-    error: of all groups.
+    Each block goes from the largest error to the smallest: a cut takes all groups above an error,
+    and so mostly whole pages. error: of all groups.
     """
     count = -(-len(groups) // BLOCK_GROUPS)
     block = np.arange(len(groups)) * count // max(len(groups), 1)

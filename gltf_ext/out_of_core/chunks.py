@@ -64,9 +64,9 @@ class Cells:
         return result
 
     def keys_outside(self, chunk: np.ndarray, corners: np.ndarray) -> np.ndarray:
-        """uint64: hashes of positions that triangles of several chunks may have: those of corners
-        outside of the cell of their triangle's chunk.
+        """uint64: hashes of positions that triangles of several chunks may have.
 
+        These are those of corners outside of the cell of their triangle's chunk.
         chunk: int32[T]; corners: int[T, 3, 3]: positions.
         """
         low, high = (bound[chunk][:, None] for bound in self._boxes)
@@ -126,6 +126,7 @@ class ChunkFiles:
     advance = None
 
     def __init__(self, cells: Cells, form: RecordFormat, folder: str) -> None:
+        """Opens a work file for each cell, for records of this form. Raises OSError."""
         self.cells, self.folder = cells, folder
         self.counts = np.zeros(cells.count, np.int64)
         self._form = form
@@ -133,8 +134,11 @@ class ChunkFiles:
         self._keys: list[np.ndarray] = []
 
     def sorted(self, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """(triangles, fine[T, 3], in the order of their chunks, int64: number of those of each,
-        uint64: keys of positions that several chunks may have)."""
+        """Sorts triangles by chunk.
+
+        Returns (triangles, fine[T, 3], in the order of their chunks, int64: number of those of
+        each, uint64: keys of positions that several chunks may have).
+        """
         positions = corners["0"].astype(np.int32)
         chunk = self.cells.of(positions.sum(axis=1) // 3)
         order = np.argsort(chunk, kind="stable")
@@ -176,6 +180,7 @@ class OneChunk:
     folder = None
 
     def __init__(self, triangles: Triangles, advance: Advance | None) -> None:
+        """Takes all triangles of a source."""
         self.counts, self.shared = np.array([triangles.count]), union([])
         self.advance = advance
         self._triangles: Triangles | None = triangles

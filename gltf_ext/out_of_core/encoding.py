@@ -190,8 +190,11 @@ class _Table:
         high: int,
         is_all: bool,
     ) -> None:
-        """names, numbers: one of source.indices; low, high: of the vertices; is_all: whether these
-        are all of the primitive."""
+        """Reads vertices.
+
+        names, numbers: one of source.indices; low, high: of the vertices; is_all: whether these are
+        all of the primitive.
+        """
         self._source, self._form, self._names, self._numbers = source, form, names, numbers
         self._low, self._is_all = low, is_all
         self._records = np.empty(high - low, form.part(names))
@@ -204,8 +207,7 @@ class _Table:
         self._form.quantise_into(self._records[first:last], vertices)
 
     def corners(self, before: WorkFile | None, first: int, last: int) -> np.ndarray:
-        """fine[last - first, 3]: the corners of triangles as far as they are here, others as
-        before."""
+        """fine[last - first, 3]: the corners of triangles; as before where the table has none."""
         low, records = self._low, self._records
         if self._numbers is None:
             low = 3 * first

@@ -231,6 +231,7 @@ class NextLevel:
     """
 
     def __init__(self, form: RecordFormat, options: Options) -> None:
+        """Holds no clusters yet. form: of the records of their corners."""
         self._form, self._options = form, options
         self._file: WorkFile | None = None
         self._columns: list[tuple[np.ndarray, ...]] = []

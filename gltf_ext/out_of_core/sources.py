@@ -129,8 +129,10 @@ def reading(options: Options) -> tuple[int, int]:
 
 
 def chunk_size(options: Options, triangles: int) -> int:
-    """The number of triangles of a chunk, of so many in all. Raises MeshletError if memory does not
-    hold one of MOST_CHUNKS."""
+    """The number of triangles of a chunk, of so many in all.
+
+    Raises MeshletError if memory does not hold one of MOST_CHUNKS.
+    """
     most = fitting(options)
     if triangles > MOST_CHUNKS * most:
         raise _needs(options, -(-triangles // MOST_CHUNKS))

@@ -21,6 +21,7 @@ class Totals:
     """
 
     def __init__(self) -> None:
+        """Of nothing yet."""
         self.statistics: dict[str, Any] = {}
         self.dropped = Dropped()
         self.bounds: dict[int, np.ndarray] = {}

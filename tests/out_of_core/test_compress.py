@@ -141,6 +141,20 @@ def test_attributes_and_small_primitives(tmp_path, small_chunks):
     assert gltf_ext.validate(tmp_path / "out.glb") == []
 
 
+def test_weights_of_which_one_is_no_share(tmp_path, small_chunks):
+    """One of a vertex in one chunk decides how those of all chunks are written."""
+    points, _, triangles = sheet()
+    weights = np.full((len(points), 4), 0.25, np.float32)
+    weights[7] = -1, 2, 0, 0
+    builder = Builder()
+    builder.mesh({"POSITION": points, "WEIGHTS_0": weights}, triangles)
+    path = builder.write(tmp_path / "in.glb")
+    report = compress(path, tmp_path / "out.glb")
+    assert gltf_ext.verify(path, tmp_path / "out.glb")["ok"]
+    assert gltf_ext.verify(path, tmp_path / "out.glb", max_memory="1G")["ok"]
+    assert report["totals"]["source_vertices"] == len(points)
+
+
 @pytest.mark.parametrize("threads", [1, 3])
 def test_a_chunk_that_cannot_be_cut(tmp_path, small_chunks, threads):
     """7000 triangles around one point, where a chunk has 4000."""
