@@ -181,7 +181,7 @@ class OneChunk:
 
     def __init__(self, triangles: Triangles, advance: Advance | None) -> None:
         """Takes all triangles of a source."""
-        self.counts, self.shared = np.array([triangles.count]), union([])
+        self.counts, self.shared = np.array([triangles.count]), np.empty(0, np.uint64)
         self.advance = advance
         self._triangles: Triangles | None = triangles
 
