@@ -43,6 +43,7 @@ INTEGRATORS = {"depth": {"type": "depth"}, "path": {"type": "path", "max_depth":
 VIEW = (0.3, 0.4, 1.0)
 WARM_SPP = 2
 ATTRIBUTES = ("POSITION", "NORMAL", "TEXCOORD_0")  # of Mitsuba's own mesh
+BEFORE_SHARES = "0948bb5"  # the commit of a result from before caches gave shares back
 
 
 def measure(options: argparse.Namespace) -> dict:
@@ -346,4 +347,15 @@ def save_plot(result: dict, path: Path) -> Path:
 def block(result: dict) -> str:
     """The tables in docs/mitsuba.md."""
     tables = (_table, _memory_table, _start_table)
-    return "\n".join(table(result) for table in tables) + "\n" + common.origin_line(result)
+    text = "\n".join(table(result) for table in tables) + "\n" + common.origin_line(result)
+    return f"{outdated(result)}\n{text}" if outdated(result) else text
+
+
+def outdated(result: dict) -> str:
+    """Why a result must not be relied on any more; empty if it may."""
+    if not result["commit"].startswith(BEFORE_SHARES):
+        return ""
+    return (
+        "**Outdated**: measured before a shape gave its share of a cache group back. With a part "
+        "of the meshlets cached, renders take longer today than these figures say.\n"
+    )

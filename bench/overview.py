@@ -23,7 +23,7 @@ from bench.common import (
     table,
     versions,
 )
-from bench.mitsuba import INTEGRATORS
+from bench.mitsuba import INTEGRATORS, outdated
 from bench.models import PAPER_MODELS
 
 OURS, PAPER = "ours", "the paper's encoding"
@@ -259,6 +259,7 @@ def _times_native(row: dict, native: dict, integrator: str) -> float:
 
 def _mitsuba_standings(result: dict) -> Iterator[Standing]:
     times, memory = mitsuba_rows(result, "time"), mitsuba_rows(result, "memory")
+    note = " (outdated, see below)" if outdated(result) else ""
 
     def paired(of_task: dict, variant: str, share: float, figures: Callable) -> Pairs:
         return [
@@ -275,7 +276,8 @@ def _mitsuba_standings(result: dict) -> Iterator[Standing]:
                     return _times_native(row, native, name) * native[name], native[name]
 
                 yield _standing(
-                    f"Mitsuba {variant}, {name}, {share:.0%} cached, s",
+                    f"Mitsuba {variant}, {name}, {share:.0%} cached, s"
+                    + (note if share < 1.0 else ""),
                     NATIVE_MESH,
                     paired(times, variant, share, seconds),
                     headline=share == 0.25 and name == "path",
@@ -318,7 +320,7 @@ SECTIONS = (
     Section("Drawing on the GPU", "vulkan_raster", ("vulkan.md",), vulkan_raster.summary),
     Section("Levels of detail on the GPU", "vulkan_lod", ("vulkan.md",)),
     Section("Ray tracing on the GPU", "vulkan_raytracing", ("vulkan-raytracing.md",)),
-    Section("Ray tracing with Mitsuba", "mitsuba", ("mitsuba.md",)),
+    Section("Ray tracing with Mitsuba", "mitsuba", ("mitsuba.md",), outdated),
     Section("Levels of detail in Mitsuba", "lod_mitsuba", ("mitsuba.md",)),
     Section("Importing into Blender", "blender", ("blender.md",)),
     Section("Parameters", "parameters", ("parameters.md",)),
@@ -333,7 +335,8 @@ def _section(section: Section, results: Results) -> str:
         return f"{heading}Not measured yet: run `python -m bench {section.name}`.\n"
     result = results[section.name]
     links = [f"[{name}]({name})" for name in section.documents if (DOCS / name).exists()]
-    text = section.text(result) + "\n" if section.text else ""
+    text = section.text(result) if section.text else ""
+    text += "\n" if text else ""
     return f"{heading}{text}{', '.join(links)}: {measured_line(result)}\n"
 
 

@@ -15,7 +15,7 @@ import gltf_ext
 from bench.common import origin_line, progress, spread, table
 from bench.models import add_model_names, blobs_of, torus_and_named
 from bench.speed import native
-from gltf_ext.compression.options import EFFORTS, Options
+from gltf_ext.compression.options import OPTIONS, Options
 
 PARTS = ("models",)
 NAMES = ("bunny", "engine", "sponza_like")
@@ -31,7 +31,7 @@ DEFAULTS = {
 # While other options change: growing regions has options that the default effort ignores.
 EFFORT = "high"
 VALUES = {
-    "effort": EFFORTS,
+    "effort": next(option.choices for option in OPTIONS if option.name == "effort"),
     "max_triangles": (16, 24, 32, 40, 48, 56, 64),
     "lambda_": (0.5, 1.0, 1.2, 1.4, 1.6, 2.0, 4.0, 8.0),
     "position_bits": (8, 10, 12, 14, 16, 18, 20),

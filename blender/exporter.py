@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """File > Export > glTF: compresses the file that Blender's exporter has written."""
 
-import os
 import tempfile
 from pathlib import Path
 
@@ -76,13 +75,16 @@ def _result(export_settings, options):
 def _compress(path, options):
     """Replaces the file; writes the fallback beside it. Raises MeshletError, OSError."""
     import gltf_ext
+    from gltf_ext.files import refuse_overwriting, rename_all
 
     # On the same drive: replacing a file is then one step that happens or not. With the same name:
     # the compressed file refers to its fallback by it.
     with tempfile.TemporaryDirectory(dir=path.parent, prefix=".gltf-meshlet-") as folder:
         report = gltf_ext.compress(path, Path(folder, path.name), **options)
-        for written in sorted(Path(folder).iterdir(), key=lambda file: file.name == path.name):
-            os.replace(written, path.with_name(written.name))
+        written = sorted(Path(folder).iterdir(), key=lambda file: file.name == path.name)
+        files = {path.with_name(file.name): file for file in written}
+        refuse_overwriting([path], files.keys() - {path})
+        rename_all(files)
     return report
 
 

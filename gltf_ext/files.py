@@ -1,15 +1,16 @@
-"""Writing output files: all of them or none, and never over an input."""
+"""Writing output files: all of them or none, and never over a file that was read."""
 
 from __future__ import annotations
 
 import errno
 import os
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, BinaryIO
 
 from gltf_ext.errors import MeshletError
+from gltf_ext.portable import remove, replace
 from gltf_ext.work_files import release
 
 BLOCK_BYTES = 1 << 24
@@ -26,13 +27,29 @@ def check_output(path: Path, input: str | os.PathLike[str]) -> None:
         raise MeshletError("its folder does not exist", "create it first", str(path))
     if path.is_dir():
         raise MeshletError("is a folder", "name a file", str(path))
-    refuse_overwriting([Path(input)], [path])
+    refuse_overwriting([input], [path])
 
 
-def refuse_overwriting(inputs: Sequence[Path], outputs: Sequence[Path]) -> None:
-    """Raises MeshletError for an output that is also an input, links included."""
+def identity(path: str | os.PathLike[str]) -> tuple[int, int] | None:
+    """Equal for two paths of the same file: through links, hard links, "..", and letter case where
+    it does not count. None if there is no such file."""
+    try:
+        found = os.stat(path)
+    except (OSError, ValueError):
+        return None
+    return found.st_dev, found.st_ino
+
+
+def refuse_overwriting(
+    read: Iterable[str | os.PathLike[str]], outputs: Iterable[str | os.PathLike[str]]
+) -> None:
+    """Raises MeshletError for an output that is one of the files that were read.
+
+    Whoever writes files of users calls this, mostly through `write_files`.
+    """
+    inputs = {identity(path) for path in read} - {None}
     for output in outputs:
-        if any(path.exists() and output.exists() and path.samefile(output) for path in inputs):
+        if identity(output) in inputs:
             raise MeshletError("is the input too", "name another output", str(output))
 
 
@@ -43,12 +60,11 @@ def write_model(
 ) -> dict[str, Any]:
     """Writes the files of a model, as `model_files` gives them, and begins a command's report.
 
-    read: further files that must not be overwritten. Returns input, output, input_bytes and
-    output_bytes. Raises MeshletError, OSError.
+    read: further files that were read. Returns input, output, input_bytes and output_bytes. Raises
+    MeshletError, OSError.
     """
     input_bytes = os.path.getsize(input)
-    refuse_overwriting([Path(input), *read], list(files))
-    write_files(files)
+    write_files(files, [input, *read])
     *_, model = files
     return {
         "input": str(input),
@@ -58,21 +74,27 @@ def write_model(
     }
 
 
-def write_files(contents: Mapping[Path, Sequence[bytes | memoryview]]) -> None:
+def write_files(
+    contents: Mapping[Path, Sequence[bytes | memoryview]],
+    read: Iterable[str | os.PathLike[str]],
+) -> None:
     """Writes the pieces of each file beside its path, then renames all files: all or none.
 
-    Raises OSError with the final path as its filename. Files that existed are then as before.
+    read: the files that the contents were made from. Raises MeshletError for a path that is one of
+    them, OSError with the final path as its filename. Files that existed are then as before.
     """
-    partials = {path: path.with_name(f".{path.name}.{os.getpid()}.part") for path in contents}
+    refuse_overwriting(read, contents)
+    # Short names: that of the path may already be as long as the file system allows.
+    partials = {path: path.with_name(f".{os.urandom(16).hex()}.part") for path in contents}
     try:
         for path, partial in partials.items():
-            with _errors_name(path), open(partial, "wb") as file:
+            with _errors_name(path), open(partial, "xb") as file:
                 for piece in contents[path]:
                     _write(file, piece)
-        _rename_all(partials)
+        rename_all(partials)
     finally:
         for partial in partials.values():
-            partial.unlink(missing_ok=True)
+            remove(partial)
 
 
 def _write(file: BinaryIO, piece: bytes | memoryview) -> None:
@@ -82,8 +104,11 @@ def _write(file: BinaryIO, piece: bytes | memoryview) -> None:
         release(piece)
 
 
-def _rename_all(partials: Mapping[Path, Path]) -> None:
-    """Renames partial files to their paths. A rename that fails undoes those before it."""
+def rename_all(partials: Mapping[Path, Path]) -> None:
+    """Renames finished files to their paths, path -> file: all or none. Raises OSError.
+
+    Call `refuse_overwriting` before, as `write_files` does.
+    """
     *paths, last = partials
     formers: dict[Path, Path | None] = {}  # replaced path -> its file from before, if there was one
     try:
@@ -93,20 +118,31 @@ def _rename_all(partials: Mapping[Path, Path]) -> None:
                     raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
                 former = partials[path].with_suffix(".former") if path.exists() else None
                 if former is not None:
-                    os.replace(path, former)
+                    _set_aside(path, former)
                 formers[path] = former
-                os.replace(partials[path], path)
+                replace(partials[path], path)
         with _errors_name(last):
-            os.replace(partials[last], last)
+            replace(partials[last], last)
     except OSError:
         for path, former in formers.items():
             if former is not None:
-                os.replace(former, path)
+                replace(former, path)
+                remove(former)  # of two names of a file, replace keeps both
             else:
-                path.unlink(missing_ok=True)
+                remove(path)
         raise
     for former in filter(None, formers.values()):
-        former.unlink()
+        remove(former)
+
+
+def _set_aside(path: Path, former: Path) -> None:
+    """Gives a file a second name: the first is there all the time, even if the process is killed,
+    unless it is a link or the file system has no hard links."""
+    with suppress(OSError):
+        if not path.is_symlink():
+            os.link(path, former)
+            return
+    replace(path, former)
 
 
 @contextmanager

@@ -8,6 +8,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
 
+from gltf_ext.errors import printable
+
 BAR_DELAY = 1.0  # seconds before the bar appears
 
 Advance = Callable[[float], None]  # takes the share of the work done so far, 0 to 1
@@ -23,7 +25,7 @@ def progress_bar(title: str, enabled: bool) -> Iterator[Advance | None]:
 
     with tqdm(
         total=1.0,
-        desc=title,
+        desc=printable(title),
         delay=BAR_DELAY,
         leave=False,
         bar_format="{desc} {percentage:3.0f}%|{bar}| {remaining} left",

@@ -42,15 +42,34 @@ def connected(address: str) -> Iterator[Client]:
     """A client of a running scheduler. Raises MeshletError."""
     require_dask()
     silence()
+    import asyncio  # slow to load
+
     from distributed import Client
 
     try:
+        _check_answer(address)
         client = Client(address, timeout=CONNECT)
-    except (OSError, ValueError, TimeoutError):
+    except (OSError, ValueError, TimeoutError, asyncio.TimeoutError):
         problem = "no scheduler answers at this address"
         raise MeshletError(problem, "start one: dask scheduler", address) from None
     with client:
         yield client
+
+
+def _check_answer(address: str) -> None:
+    """Raises OSError, ValueError or TimeoutError unless a program of Dask answers: a client would
+    wait for ever for a web server, or a scheduler that is stopped, to say something."""
+    import asyncio
+    from concurrent.futures import ThreadPoolExecutor
+
+    from distributed.comm import connect
+
+    async def ask() -> None:
+        comm = await asyncio.wait_for(connect(address, timeout=CONNECT), CONNECT)
+        await comm.close()
+
+    with ThreadPoolExecutor(1) as pool:  # this thread may have a loop that runs
+        pool.submit(lambda: asyncio.run(ask())).result()
 
 
 def in_order(

@@ -20,29 +20,68 @@ from gltf_ext import _codec
 from gltf_ext.commands.decompress import decompress
 from gltf_ext.compression.extension import EXTENSION
 from gltf_ext.compression.streams import streams_of, to_accessor
+from gltf_ext.errors import MeshletError
+from gltf_ext.gltf.document import DAMAGED
+from gltf_ext.gltf.transport import is_packed, unpack
+
+
+class _Undecoded:
+    """Takes the place of an array that cannot be decoded: any use of it raises the reason."""
+
+    def __init__(self, error: MeshletError) -> None:
+        self._error = error
+
+    def __getattr__(self, name: str) -> Any:
+        raise self._error
+
+    def __len__(self) -> int:
+        raise self._error
+
+    def __array__(self, *_: Any, **__: Any) -> Any:
+        raise self._error
 
 
 def decode_into_accessors(context: dict[str, Any]) -> None:
     """Replaces the zeros in the primitive's accessors by the decoded arrays.
 
-    context: trimesh's PrimitivePreprocessContext. trimesh turns a ValueError into a warning.
+    context: trimesh's PrimitivePreprocessContext. If the primitive cannot be decoded, loading it
+    raises MeshletError. trimesh swallows what a handler raises and would go on with the zeros.
     """
+    try:
+        decoded = _decode(context)
+    except Exception as error:
+        problem = str(error) if isinstance(error, ValueError) else repr(error)
+        refusal = _Undecoded(
+            MeshletError(f"a primitive with {EXTENSION} cannot be decoded: {problem}", DAMAGED)
+        )
+        primitive = context["primitive"]
+        numbers = [primitive.get("indices"), *primitive["attributes"].values()]
+        decoded = dict.fromkeys((n for n in numbers if n is not None), refusal)
+    for number, array in decoded.items():
+        context["accessors"][number] = array
+
+
+def _decode(context: dict[str, Any]) -> dict[int, Any]:
+    """Number of an accessor -> its decoded array, for all accessors of the primitive."""
     extension, primitive, accessors = context["data"], context["primitive"], context["accessors"]
-    blob = bytes(context["views"][extension["bufferView"]])
+    view = bytes(context["views"][extension["bufferView"]])
+    blob = unpack(view) if is_packed(view) else view
     streams = _codec.Decoder(blob).streams
     triangles, values = _codec.decode_values(blob)
+    indices = primitive["indices"]
+    decoded = {indices: triangles.reshape(accessors[indices].shape)}
     sets = [
         (extension["attributes"], primitive["attributes"]),
-        *zip(extension.get("targets", []), primitive.get("targets", [])),
+        *zip(extension.get("targets", []), primitive.get("targets", []), strict=True),
     ]
-    for first_streams, indices in sets:
-        for name, first in first_streams.items():
-            placeholder = accessors[indices[name]]
+    for first_streams, names in sets:
+        for name, number in names.items():
+            placeholder = accessors[number]
             components = math.prod(placeholder.shape[1:])
-            used = [values[s] for s in streams_of(first, components, streams)]
-            decoded = to_accessor(used, placeholder.dtype)
-            accessors[indices[name]] = decoded.reshape(placeholder.shape)
-    accessors[primitive["indices"]] = triangles.reshape(-1)
+            used = [values[s] for s in streams_of(first_streams[name], components, streams)]
+            array = to_accessor(used, placeholder.dtype)
+            decoded[number] = array.reshape(placeholder.shape)
+    return decoded
 
 
 def load(

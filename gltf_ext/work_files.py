@@ -1,12 +1,12 @@
-"""Work files: without names, so that nothing is left of them however the process ends."""
+"""Work files, of which nothing is left however the process ends."""
 
 from __future__ import annotations
 
 import ctypes
 import mmap
-import os
 import sys
 import tempfile
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -20,46 +20,53 @@ Data = bytes | memoryview | np.ndarray
 
 
 class WorkFile:
-    """A file without a name. Errors name its folder."""
+    """A file without a name, or on Windows with one that goes when the file is closed.
+
+    Errors name its folder. Several threads may read and write at a time. They take turns: Python
+    for Windows cannot read at a place without moving the file's position.
+    """
 
     def __init__(self, folder: str = "") -> None:
         """folder: by default that of the system for temporary files."""
         self._folder = folder = folder or tempfile.gettempdir()
         self.size = 0
+        self._turn = threading.RLock()
         with _naming(folder):
             self._file = tempfile.TemporaryFile(dir=folder, buffering=0)  # noqa: SIM115  kept open
 
     def append(self, data: Data) -> None:
         """Writes bytes, or an array as it lies in memory. Raises OSError."""
-        self.write(data, self.size)
+        with self._turn:
+            self.write(data, self.size)
 
     def write(self, data: Data, place: int) -> None:
         """The same, from byte `place` on."""
         if isinstance(data, np.ndarray):
             data = np.ascontiguousarray(data).reshape(-1).view(np.uint8).data
         left = memoryview(data)
-        with _naming(self._folder):
+        with self._turn, _naming(self._folder):
+            self._file.seek(place)
             while len(left):
-                written = os.pwrite(self._file.fileno(), left, place)
-                left, place = left[written:], place + written
-        self.size = max(self.size, place)
+                left = left[self._file.write(left) :]
+            self.size = max(self.size, self._file.tell())
 
     def cut(self, size: int) -> None:
         """Gives back the space of all bytes from `size` on."""
-        with _naming(self._folder):
-            os.ftruncate(self._file.fileno(), size)
-        self.size = size
+        with self._turn, _naming(self._folder):
+            self._file.truncate(size)
+            self.size = size
 
     def rows(self, dtype: np.dtype, first: int, count: int) -> np.ndarray:
         """dtype[count], from row `first` on. Raises OSError."""
         result = np.empty(count, dtype)
-        left, place = result.view(np.uint8).data, first * dtype.itemsize
-        with _naming(self._folder):
+        left = result.view(np.uint8).data
+        with self._turn, _naming(self._folder):
+            self._file.seek(first * dtype.itemsize)
             while len(left):
-                read = os.preadv(self._file.fileno(), [left], place)
+                read = self._file.readinto(left)
                 if not read:
                     raise OSError(0, "a work file was cut off")
-                left, place = left[read:], place + read
+                left = left[read:]
         return result
 
     def mapped(self) -> memoryview:
@@ -153,7 +160,7 @@ def hashes(rows: np.ndarray) -> np.ndarray:
 def release(view: memoryview | bytes) -> None:
     """Gives back the memory of a mapped file, which is read again when it is used again."""
     source = view.obj if isinstance(view, memoryview) else None
-    if isinstance(source, mmap.mmap) and hasattr(source, "madvise"):
+    if isinstance(source, mmap.mmap) and sys.platform != "win32":
         source.madvise(mmap.MADV_DONTNEED)
 
 

@@ -22,7 +22,11 @@ def add_arguments(command: argparse.ArgumentParser) -> None:
         help="a folder, a glob in quotes, or a .txt with a path or URL in each line; on a disk, or "
         "s3://, https:// and whatever else fsspec reads",
     )
-    command.add_argument("destination", metavar="DESTINATION", help="folder to write, likewise")
+    command.add_argument(
+        "destination",
+        metavar="DESTINATION",
+        help="folder to write, likewise; nothing in it is overwritten that no batch wrote there",
+    )
     command.add_argument(
         "--scheduler",
         metavar="ADDRESS",
@@ -36,7 +40,9 @@ def add_arguments(command: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Runs or goes on with the batch; returns the exit status. Raises MeshletError, OSError."""
+    """Runs or goes on with the batch; returns the exit status: 2 if a file failed or something was
+    left out. Raises MeshletError, OSError.
+    """
     report = gltf_ext.batch(
         options.source,
         options.destination,
@@ -45,25 +51,36 @@ def run(options: argparse.Namespace) -> int:
         **compress_options.given(options),
     )
     print(json.dumps(report, indent=2) if options.json else table(report))
-    return FAILED if report["totals"]["failed"] else DONE
+    totals = report["totals"]
+    return FAILED if totals["failed"] or totals["left_out"] else DONE
 
 
 def table(report: dict[str, Any]) -> str:
-    """A line for each file that failed and for the largest others, then the totals."""
+    """A line for each file that failed or was left out and for the largest others, then the
+    totals."""
     totals = report["totals"]
     failed = [file for file in report["files"] if file["status"] == "failed"]
     good = [file for file in report["files"] if file["status"] != "failed"]
     shown = sorted(good, key=lambda file: -file["input_bytes"])[:SHOWN]
     lines = [f"{printable(file['name'])}: failed: {file['error']}" for file in failed]
+    lines += [f"{printable(i['path'])}: left out: it {i['reason']}" for i in report["left_out"]]
     lines += [_line(file) for file in shown]
     if len(shown) < len(good):
         lines.append(f"the {len(shown)} largest of {len(good):,}; batch.html shows all")
+    if report["skipped"]:
+        count = report_text.counted(len(report["skipped"]), "model")
+        lines.append(f"skipped {count} in the destination that batches wrote there")
+    if report["leftover"]:
+        count = report_text.counted(len(report["leftover"]), "file")
+        lines.append(f"{count} in the destination are of models that this run does not have")
     sizes = (
         f"{report_text.size(totals['input_bytes'])} -> {report_text.size(totals['output_bytes'])}"
     )
     counts = (
         f"{totals['done']:,} done, {totals['unchanged']:,} unchanged, {totals['failed']:,} failed"
     )
+    if totals["left_out"]:
+        counts += f", {totals['left_out']:,} left out"
     triangles = report_text.counted(totals["triangles"], "triangle")
     return "\n".join([*lines, f"{counts}: {sizes}, {triangles}, {report['seconds']:.1f} s"])
 

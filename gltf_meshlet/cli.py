@@ -13,7 +13,8 @@ from importlib import import_module
 from typing import Any, NoReturn
 
 import gltf_ext
-from gltf_ext.errors import MeshletError
+from gltf_ext.errors import MeshletError, printable
+from gltf_ext.portable import IS_WINDOWS, is_too_long
 from gltf_meshlet import report_text
 
 PROGRAM = "gltf-meshlet"
@@ -64,8 +65,14 @@ def main(arguments: list[str] | None = None) -> int:
 def _fail_for(error: OSError) -> int:
     if not error.filename:
         _discard_output()
+        if IS_WINDOWS and error.errno == errno.EINVAL:  # what C calls a broken pipe there
+            return FAILED
     path = os.fsdecode(error.filename or "standard output")
     remedy = REMEDIES.get(error.errno or 0, DEFAULT_REMEDY)
+    if isinstance(error, PermissionError) and IS_WINDOWS:
+        remedy += ", and close other programs that use it"
+    if isinstance(error, FileNotFoundError) and is_too_long(path):
+        remedy = "it may be too long: enable long paths in Windows, or choose a shorter one"
     return _fail(path, f"{error.strerror or error}; {remedy}")
 
 
@@ -85,13 +92,14 @@ def _with_flags(error: MeshletError) -> str:
 
 
 def _fail(path: str, message: str) -> int:
-    print(": ".join(part for part in (PROGRAM, path, message) if part), file=sys.stderr)
+    parts = (PROGRAM, printable(path), message)
+    print(": ".join(part for part in parts if part), file=sys.stderr)
     return FAILED
 
 
 def _warn(path: str, warnings: list[str]) -> None:
     for warning in warnings:
-        print(f"{PROGRAM}: {path}: warning: {warning}", file=sys.stderr)
+        print(f"{PROGRAM}: {printable(path)}: warning: {printable(warning)}", file=sys.stderr)
 
 
 def report_cut_files() -> None:
@@ -166,8 +174,9 @@ def _validate(options: argparse.Namespace) -> int:
         _fail(options.input, problem)
     if problems:
         return FAILED
-    meshlets = sum(decoder.meshlet_count for decoder in gltf_ext.decoders(options.input))
-    print(f"{options.input}: well formed: {report_text.counted(meshlets, 'meshlet')} decoded")
+    count = sum(decoder.meshlet_count for decoder in gltf_ext.decoders(options.input))
+    meshlets = report_text.counted(count, "meshlet")
+    print(f"{printable(options.input)}: well formed: {meshlets} decoded")
     return 0
 
 

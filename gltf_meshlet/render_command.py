@@ -1,8 +1,9 @@
 """`gltf-meshlet render`: its options, and the back end that they go to.
 
 A back end is a module with `main(options) -> exit status` that raises MeshletError and OSError.
-`options.input` is compressed; messages name `options.source`, the user's file. The module is
-imported on use: no other command needs its packages.
+`options.input` is compressed; messages name `options.source`, the user's file. `options.read` are
+all files of the user that were read: pictures must not overwrite them. The module is imported on
+use: no other command needs its packages.
 """
 
 from __future__ import annotations
@@ -17,7 +18,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from gltf_ext.compression.options import bytes_of
-from gltf_ext.errors import MeshletError, blaming
+from gltf_ext.errors import MeshletError, blaming, printable
+from gltf_ext.files import refuse_overwriting
 
 BACKENDS = {"mitsuba": "mitsuba_plugin.command", "vulkan": "vk_backend.command"}
 PATHS = ("visibility", "stream", "mesh", "geometry", "vertex", "rt")
@@ -169,8 +171,11 @@ def run(options: argparse.Namespace) -> int:
     """Renders; returns the exit status. Raises MeshletError, OSError."""
     _check(options)
     backend = _backend(options.backend)
-    with _compressed(options.input) as path:
-        passed_on = argparse.Namespace(**{**vars(options), "input": path, "source": options.input})
+    is_compressed, read = _look_into(options.input)
+    refuse_overwriting(read, [options.output])  # before any work; write_files checks it again
+    with _compressed(options.input, is_compressed) as path:
+        more = {"input": path, "source": options.input, "read": read}
+        passed_on = argparse.Namespace(**{**vars(options), **more})
         try:
             status: int = backend.main(passed_on)
             return status
@@ -258,17 +263,17 @@ def _backend(name: str) -> Any:
 
 
 @contextmanager
-def _compressed(path: str) -> Iterator[str]:
+def _compressed(path: str, is_compressed: bool) -> Iterator[str]:
     """The file itself if it is compressed, else a temporary compressed copy."""
     import tempfile
 
     import gltf_ext
 
-    if _is_compressed(path):
+    if is_compressed:
         yield path
         return
     print(
-        f"gltf-meshlet: {path}: is not compressed; "
+        f"gltf-meshlet: {printable(path)}: is not compressed; "
         "rendering a copy compressed with the default bits",
         file=sys.stderr,
     )
@@ -278,9 +283,11 @@ def _compressed(path: str) -> Iterator[str]:
         yield copy
 
 
-def _is_compressed(path: str) -> bool:
+def _look_into(path: str) -> tuple[bool, list[str | Path]]:
+    """(whether a file is compressed, the file and all others that it reads)."""
     from gltf_ext.compression.extension import has_compressed
     from gltf_ext.gltf.importers import open_model
 
     with blaming(path):
-        return has_compressed(open_model(path))
+        document = open_model(path)
+        return has_compressed(document), [path, *document.files()]

@@ -6,6 +6,8 @@ import math
 import os
 from typing import Any
 
+from gltf_ext.errors import printable
+
 SHOWN_PRIMITIVES = 10
 LABEL_WIDTH, NAME_WIDTH = 26, 20  # characters
 
@@ -28,10 +30,12 @@ def counted(count: int, noun: str) -> str:
 def sizes(report: Report) -> str:
     """in.obj (1 MB) -> out.glb (9 kB), of a report of compress or decompress."""
     before, after = (
-        f"{os.path.basename(report[which])} ({size(report[which + '_bytes'])})"
+        f"{printable(os.path.basename(report[which]))} ({size(report[which + '_bytes'])})"
         for which in ("input", "output")
     )
-    fallback = (f"{name} ({size(n)})" for name, n in report.get("fallback_files", {}).items())
+    fallback = (
+        f"{printable(name)} ({size(n)})" for name, n in report.get("fallback_files", {}).items()
+    )
     return f"{before} -> {' + '.join([after, *fallback])}"
 
 
@@ -94,7 +98,7 @@ def inspect_table(report: Report, all_primitives: bool) -> str:
     primitives = report["primitives"]
     shown = primitives if all_primitives else _largest(primitives)
     lines = [
-        f"{report['file']} ({size(report['file_bytes'])})",
+        f"{printable(report['file'])} ({size(report['file_bytes'])})",
         *(f"{label:{LABEL_WIDTH}}{value}" for label, value in _inspect_rows(report)),
         *map(_primitive_line, shown),
         *(line for lod in report["lod"][:SHOWN_PRIMITIVES] for line in _lod_lines(lod)),
@@ -124,7 +128,7 @@ def _inspect_rows(report: Report) -> list[tuple[str, str]]:
         ("bits per triangle", f"{bits['total']:.3f}"),
         *((f"  {label}", f"{value:.3f}") for label, value in labelled_bits(bits)),
         ("symbols", ", ".join(symbols)),
-        *(("fallback", f"{count:,} bytes in {name}") for name, count in fallback),
+        *(("fallback", f"{count:,} bytes in {printable(name)}") for name, count in fallback),
     ]
 
 

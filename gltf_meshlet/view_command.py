@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from gltf_ext.errors import MeshletError
+from gltf_ext.portable import replace
 from gltf_meshlet.view_models import Model, prepare
 from gltf_meshlet.view_server import MODELS, PAGE, ViewServer, page_files
 
@@ -47,9 +48,11 @@ def run(options: argparse.Namespace) -> int:
     """Serves until Ctrl-C, or exports; returns the exit status. Raises MeshletError, OSError."""
     _check(options)
     original = options.original and Path(options.original)
-    with tempfile.TemporaryDirectory(prefix="gltf-meshlet-view-") as folder:
-        for number in (signal.SIGTERM, signal.SIGHUP):  # a closed terminal: delete the folder
-            signal.signal(number, _exit)
+    # Windows deletes no file that a thread of the server still sends.
+    with tempfile.TemporaryDirectory(
+        prefix="gltf-meshlet-view-", ignore_cleanup_errors=True
+    ) as folder:
+        _exit_on_signals()  # a closed terminal: delete the folder
         model = prepare(Path(options.input), original, Path(folder))
         for warning in model.warnings:
             print(f"gltf-meshlet: {options.input}: warning: {warning}", file=sys.stderr)
@@ -63,6 +66,13 @@ def run(options: argparse.Namespace) -> int:
             print("  Access-Control-Expose-Headers: Content-Range, ETag")
             return 0
         return _serve(model, Path(folder), options)
+
+
+def _exit_on_signals() -> None:
+    """SIGBREAK is Windows's for Ctrl-Break and a closed terminal."""
+    for name in ("SIGTERM", "SIGHUP", "SIGBREAK"):
+        if hasattr(signal, name):
+            signal.signal(getattr(signal, name), _exit)
 
 
 def _exit(number: int, frame: Any) -> None:
@@ -96,9 +106,9 @@ def export(model: Model, folder: Path) -> None:
             shutil.copyfile(path, unfinished / name)
         for name, path in model.files().items():
             shutil.copyfile(path, unfinished / MODEL_FOLDER / name)
-        (unfinished / MODELS).write_text(json.dumps(described, indent=2) + "\n")
+        (unfinished / MODELS).write_bytes(json.dumps(described, indent=2).encode() + b"\n")
         unfinished.chmod(0o755)  # mkdtemp's is for its user only; a web server may be another
-        os.rename(unfinished, folder)
+        replace(unfinished, folder)
     except OSError as error:
         error.filename = error.filename and str(folder)
         raise
@@ -113,7 +123,7 @@ def _serve(model: Model, folder: Path, options: argparse.Namespace) -> int:
         if error.errno not in (errno.EADDRINUSE, errno.EACCES):
             raise
         raise MeshletError(
-            f"port {options.port} cannot be used: {os.strerror(error.errno)}",
+            f"port {options.port} cannot be used: {error.strerror}",
             "choose another, or 0 for a free one",
             options=("port",),
         ) from None
@@ -129,5 +139,9 @@ def _serve(model: Model, folder: Path, options: argparse.Namespace) -> int:
 
 
 def _has_display() -> bool:
-    """Without one, webbrowser starts a browser for the terminal, which cannot show the page."""
-    return any(map(os.environ.get, ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")))
+    """Without one, webbrowser starts a browser for the terminal, which cannot show the page.
+
+    Windows and macOS always have one.
+    """
+    variables = ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")
+    return sys.platform in ("win32", "darwin") or any(map(os.environ.get, variables))

@@ -145,5 +145,5 @@ def _self_contained(path: Path, document: Document, output: Path) -> File:
     if path.suffix.lower() == ".glb" and not others:
         return File(path, source_bytes)
     embed_images(document)
-    write_files(model_files(document, output))
+    write_files(model_files(document, output), {path, *others})
     return File(output, source_bytes)

@@ -13,6 +13,7 @@ import os
 import re
 import secrets
 import shutil
+import socket
 import sys
 import tempfile
 import threading
@@ -25,6 +26,7 @@ from urllib.parse import parse_qs, urlsplit
 
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.importers import GLTF_SUFFIXES, MESH_SUFFIXES
+from gltf_ext.portable import IS_WINDOWS
 from gltf_meshlet.view_models import Model, prepare_upload
 
 ADDRESS = "127.0.0.1"
@@ -77,6 +79,8 @@ class ViewServer(ThreadingHTTPServer):
     """
 
     daemon_threads = True
+    # On Windows this would let two servers have one port.
+    allow_reuse_address = not IS_WINDOWS
 
     def __init__(
         self, model: Model, folder: Path, port: int = 0, max_upload: int = MAX_UPLOAD_BYTES
@@ -93,6 +97,12 @@ class ViewServer(ThreadingHTTPServer):
         self._uploaded: dict[str, Path] = {}
         described = {"server": True, "models": [model.described("first/")]}
         self.models = json.dumps(described).encode()
+
+    def server_bind(self) -> None:
+        """Takes the port for this process alone."""
+        if sys.platform == "win32":
+            self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_EXCLUSIVEADDRUSE, 1)
+        super().server_bind()
 
     def file(self, name: str) -> Path | None:
         """The file behind a name, if there is one."""

@@ -13,7 +13,7 @@ import numpy as np
 import pygltflib
 
 from gltf_ext.errors import MeshletError
-from gltf_ext.gltf.accessors import accessor_format
+from gltf_ext.gltf.accessors import accessor_format, stated_bounds
 from gltf_ext.gltf.document import TRIANGLE_MODES, Document, item
 from gltf_ext.gltf.json_values import member, number, numbers
 from gltf_ext.gltf.nodes import placed
@@ -89,10 +89,10 @@ def position_box(
     """(low, high), float64[3], from the accessor's min and max; None if these are not valid."""
     index = primitive.attributes.get("POSITION")
     accessor = item(document.accessors, index, "the accessor of POSITION,")
-    given = [accessor.min, accessor.max]
-    if not all(bound is not None and len(bound) == 3 for bound in given):
+    stated = stated_bounds(accessor)
+    if not all(bound is not None and len(bound) == 3 for bound in stated):
         return None
-    box = np.array(given, np.float64)
+    box = np.array(stated)
     form = value_format(document, primitive, "POSITION")
     if form.normalized:
         box = np.maximum(box * form.scale, -1.0)

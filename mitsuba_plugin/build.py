@@ -7,7 +7,6 @@ The library cannot be part of a wheel: it is compiled against the C++ classes of
 from __future__ import annotations
 
 import contextlib
-import fcntl
 import hashlib
 import importlib.metadata
 import importlib.util
@@ -128,7 +127,11 @@ def _compile_once(path: Path, environment: str) -> None:
 
 @contextlib.contextmanager
 def _locked(path: Path) -> Iterator[None]:
-    with path.open("w") as file:
+    if sys.platform == "win32":
+        raise ImportError("the Mitsuba plugin runs on Linux only")
+    import fcntl  # which Windows lacks
+
+    with path.open("w", encoding="utf-8") as file:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
@@ -158,7 +161,7 @@ def _check_machine() -> None:
     if platform.machine() not in ("x86_64", "AMD64"):
         _fail(f"it needs an x86-64 processor, this is {platform.machine()}")
     cpuinfo = Path("/proc/cpuinfo")
-    if cpuinfo.exists() and not HASWELL.issubset(cpuinfo.read_text().split()):
+    if cpuinfo.exists() and not HASWELL.issubset(cpuinfo.read_text(encoding="utf-8").split()):
         _fail("it needs a processor with AVX2")
     if importlib.util.find_spec("nanobind") is None:
         _fail(f"nanobind is not installed; {EXTRA}")
@@ -188,12 +191,12 @@ def _compile(folder: Path, advance: Callable[[float], None] | None) -> Path:
     configure += [f"-DPython_EXECUTABLE={sys.executable}"]
     build = ["cmake", "--build", str(folder), "--parallel", str(os.cpu_count() or 1)]
     log = folder / "build.log"
-    with log.open("w") as output:
+    with log.open("w", encoding="utf-8") as output:
         built = _run(configure, output) and _run(build, output, advance)
     if not built:
         # CMake would keep the compiler that it found, also if CXX names another one next time.
         (folder / "CMakeCache.txt").unlink(missing_ok=True)
-        cause = _cause(log.read_text(errors="replace"))
+        cause = _cause(log.read_text(encoding="utf-8", errors="replace"))
         _fail(f"{cause}; it needs GCC 12 or newer; log: {log}")
     return folder / LIBRARY
 

@@ -15,7 +15,7 @@ from typing import Any
 import mitsuba as mi
 import numpy as np
 
-from gltf_ext.errors import MeshletError
+from gltf_ext.errors import MeshletError, printable
 from gltf_ext.files import write_files
 from gltf_ext.progress import progress_bar
 
@@ -55,7 +55,7 @@ def main(options: argparse.Namespace) -> int:
         content = _encoded(picture, suffix)
     except RuntimeError as error:  # of Mitsuba and Dr.Jit
         raise MeshletError(str(error).strip().splitlines()[-1], path=options.input) from None
-    write_files({output: [content]})
+    write_files({output: [content]}, options.read)
     meshes = sum(shape.face_count() for shape in scene.shapes() if shape.is_mesh())
     _report(options, seconds, statistics(scene), meshes)
     return 0
@@ -100,7 +100,7 @@ def _report(
         return
     asked = max(figures["hits"] + figures["misses"], 1)
     print(
-        f"{options.output}: {options.width} x {options.height}, "
+        f"{printable(options.output)}: {options.width} x {options.height}, "
         f"{options.spp} samples per pixel in {seconds['render']:.1f} s; "
         f"{figures['triangles']:,} triangles in {figures['compressed_bytes'] / 1e6:.2f} MB, "
         f"cache {figures['resident_bytes'] / 1e6:.2f} MB, "
@@ -124,7 +124,10 @@ def _load(options: argparse.Namespace) -> mi.Scene:
         )
     for warning in caught:
         text = str(warning.message).removeprefix(f"{os.path.abspath(options.input)}: ")
-        print(f"gltf-meshlet: {options.source}: warning: {text}", file=sys.stderr)
+        print(
+            f"gltf-meshlet: {printable(options.source)}: warning: {printable(text)}",
+            file=sys.stderr,
+        )
     return scene
 
 

@@ -35,7 +35,7 @@ ANCHOR_WIDTH_BITS = 3
 ANCHOR_WIDTH_FULL = 7
 MAX_WORD = 0xFFFFFFFF
 MIN_BYTES = 80  # header, one stream, one group, padding
-MAX_BYTES = 1 << 29
+MAX_BYTES = 448 << 20
 FLOAT_COMPONENTS = 5126  # glTF's number of the component type float
 
 GRID, OCT, INTEGER, FLOAT32, SIGN = range(5)
@@ -390,7 +390,7 @@ class BlobFile:
             byte_length == len(self.data), "The header's byte length is not the length of the blob."
         )
         _require(byte_length % 4 == 0, "The blob's length is not a multiple of four.")
-        _require(byte_length < MAX_BYTES, f"The blob has {MAX_BYTES} bytes or more.")
+        _require(byte_length <= MAX_BYTES, f"The blob is longer than {MAX_BYTES} bytes.")
         _require(
             not any(self.data[-PADDING_BYTES:]),
             f"The blob's last {PADDING_BYTES} bytes are not zero.",

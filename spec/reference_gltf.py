@@ -160,10 +160,11 @@ def _check_accessors(
     _require(required or not bare, "extensionsRequired lacks the extension.")
     accessor = document["accessors"][primitive["attributes"]["POSITION"]]
     positions = reference_decoder.accessor_components(decoded, 0, accessor["componentType"], 3)
-    bounds = positions.min(axis=0).tolist(), positions.max(axis=0).tolist()
-    _require(
-        (accessor["min"], accessor["max"]) == bounds, "min and max are not those of the positions."
-    )
+    # As the component type: JSON may have the shortest text that gives the same float.
+    rounded = np.float32 if accessor["componentType"] == FLOAT else np.float64
+    stated = np.array([accessor["min"], accessor["max"]], rounded)
+    bounds = positions.min(axis=0), positions.max(axis=0)
+    _require(np.array_equal(stated, bounds), "min and max are not those of the positions.")
 
 
 def _read_accessor(document: Json, buffer: bytes, accessor: Json) -> np.ndarray:

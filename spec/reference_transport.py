@@ -21,7 +21,7 @@ VERSION = 1
 WHOLE = 1 << 15
 STATE_END = 1 << 31
 GRID, COPY, GEO, AFFINE = 0, 2, 4, 5
-MAX_BYTES = 1 << 29
+MAX_BYTES = 448 << 20
 TOKEN_BASE = [0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128]
 TOKEN_BITS = [0, 0, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5, 7]
 SYMBOLS = "CLERS"
@@ -1132,7 +1132,7 @@ def page_table(data: bytes) -> list[tuple[bytes, int]]:
     pages = []
     for size, packed in table:
         length = packed or size
-        require(0 < size < MAX_BYTES, "a page has an impossible length.")
+        require(0 < size <= MAX_BYTES and packed <= MAX_BYTES, "a page has an impossible length.")
         require(size <= 4096 + 256 * length, "a page has an impossible length.")
         require(packed != size, "a packed page is as long as its resident bytes.")
         pages.append((data[begin : begin + length], size))

@@ -15,7 +15,10 @@ from typing import Any
 import hypothesis
 import pytest
 
-from tests.helpers import environment
+from tests.helpers import environment, processes
+
+# Seconds of a test that needs large models or emulators. The limit of others is in pyproject.toml.
+LONG = 3600
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -40,6 +43,9 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
             for test in items:
                 if test.get_closest_marker(option):
                     test.add_marker(skip)
+    for test in items:
+        if any(test.get_closest_marker(name) for name in ("full", "platforms")):
+            test.add_marker(pytest.mark.timeout(LONG))
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:
@@ -68,7 +74,7 @@ def khronos() -> Iterator[Callable[[Iterable[Path]], dict[str, Any]]]:
     program = environment.ROOT / "tests" / "helpers" / "validator.mjs"
     command = ["node", program, environment.NODE_MODULES]
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
-    with subprocess.Popen(command, text=True, **pipes) as process:
+    with processes.running(command, text=True, **pipes) as process:
 
         def validate(files: Iterable[Path]) -> dict[str, Any]:
             process.stdin.write(json.dumps([str(file) for file in files]) + "\n")
@@ -76,4 +82,3 @@ def khronos() -> Iterator[Callable[[Iterable[Path]], dict[str, Any]]]:
             return json.loads(process.stdout.readline())
 
         yield validate
-        process.stdin.close()

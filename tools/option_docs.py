@@ -1,13 +1,15 @@
-"""Writes the options of `compress` into docs/cli.md.
+"""Writes the options of `compress` into docs/cli.md and into its docstring.
 
 python -m tools.option_docs: after an edit in gltf_ext/compression/options.py. A test compares.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
-from gltf_ext.compression.options import OPTIONS
+from gltf_ext.compression.options import OPTIONS, described
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -26,17 +28,35 @@ def markdown_block() -> str:
     return "\n".join(rows) + "\n"
 
 
-PAGE, BEFORE, AFTER = ROOT / "docs" / "cli.md", "<!-- compress options -->\n", "<!-- end -->"
+@dataclass
+class Block:
+    """Generated lines in a file, between two lines that stay."""
+
+    path: Path
+    before: str
+    after: str
+    generate: Callable[[], str]
+
+    def current(self) -> str:
+        """The text that the file has when its block is up to date. Raises ValueError."""
+        head, before, rest = self.path.read_text().partition(self.before)
+        _, after, tail = rest.partition(self.after)
+        if not after:
+            raise ValueError(f"{self.path}: no {self.before!r} followed by {self.after!r}")
+        return head + before + self.generate() + after + tail
 
 
-def written(text: str) -> str:
-    """The text of the manual with everything between BEFORE and AFTER replaced by the table."""
-    head, _, rest = text.partition(BEFORE)
-    _, found, tail = rest.partition(AFTER)
-    if not found:
-        raise ValueError(f"no {BEFORE.strip()!r} followed by {AFTER!r}")
-    return head + BEFORE + markdown_block() + found + tail
+BLOCKS = (
+    Block(ROOT / "docs" / "cli.md", "<!-- compress options -->\n", "<!-- end -->", markdown_block),
+    Block(
+        ROOT / "gltf_ext" / "commands" / "compress.py",
+        "    Options:\n",
+        "\n    Returns a report:\n",
+        described,
+    ),
+)
 
 
 if __name__ == "__main__":
-    PAGE.write_text(written(PAGE.read_text()))
+    for block in BLOCKS:
+        block.path.write_text(block.current())

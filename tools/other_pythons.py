@@ -157,7 +157,8 @@ def _windows(version: str) -> Python:
     folder = BUILD / f"windows-python-{version}"
     command = ("wine", str(folder / "python" / "python.exe"))
     # Wine 8 lacks functions that numpy 2.2 calls, and Python 3.13 does not start.
-    pins = ("numpy==2.1.3",)
+    # batch needs Dask. pip reads the requirements of Linux here; the last is one of Windows only.
+    pins = ("numpy==2.1.3", "distributed>=2024.8", "fsspec>=2024.6", "colorama")
     return Python(folder, version, ("win_amd64",), command, unpack=_unpack_windows, pins=pins)
 
 

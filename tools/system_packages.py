@@ -2,10 +2,11 @@
 """Installs system packages: LLVM, a Vulkan driver with mesh shaders, shader tools, tinygltf.
 
 With the argument "browsers": those for tests of the npm package in browsers; "platforms": those
-that run programs of other platforms. The Makefile calls this. As root on Debian or Ubuntu it
-installs the missing packages; elsewhere it names them in one line. It never replaces a GPU driver.
-GLTF_MESHLET_SYSTEM_PACKAGES=no installs nothing. The exit status is always 0: everything else works
-without these packages.
+that run programs of other platforms. The Makefile calls this. As root on Debian or Ubuntu it says
+which packages are missing and where they come from, and installs them; elsewhere it names them in
+one line. It never replaces a GPU driver. GLTF_MESHLET_SYSTEM_PACKAGES=no installs nothing; =yes
+also lets it add a source of packages while it installs. The exit status is always 0: everything
+else works without these packages.
 """
 
 import ctypes.util
@@ -17,6 +18,8 @@ import sys
 from contextlib import contextmanager
 from pathlib import Path
 
+VARIABLE = "GLTF_MESHLET_SYSTEM_PACKAGES"
+AGAIN = f"{VARIABLE}=yes .venv/bin/python tools/system_packages.py"
 LEAST_LLVM = 17  # older versions abort on code that Dr.Jit generates
 DRIVER = "mesa-vulkan-drivers"  # contains lavapipe, Vulkan on the CPU
 BACKPORTS = {"bookworm": "bookworm-backports"}  # releases whose Mesa lacks mesh shaders
@@ -53,16 +56,14 @@ def main() -> None:
     if not packages:
         return
     hint = f"apt install {' '.join(packages)}"
-    if (
-        os.environ.get("GLTF_MESHLET_SYSTEM_PACKAGES") == "no"
-        or os.geteuid() != 0
-        or not shutil.which("apt-get")
-    ):
+    wish = os.environ.get(VARIABLE) or "unset"
+    if wish not in ("yes", "no", "unset"):
+        say(f"{VARIABLE} is {wish!r}; use yes or no; it counts as no")
+    if wish not in ("yes", "unset") or os.geteuid() != 0 or not shutil.which("apt-get"):
         say(f"{need} lack system packages and are skipped; Debian: {hint}")
         return
-    say(f"installing Debian packages: {' '.join(packages)}")
     try:
-        install(packages)
+        install(packages, may_add_source=wish == "yes")
     except (subprocess.SubprocessError, OSError) as error:
         say(
             f"cannot install system packages ({reason(error)}); {need} lack them "
@@ -143,10 +144,24 @@ def has_mesh_shaders(vk, device) -> bool:
 # --- installing ---
 
 
-def install(packages: list[str]) -> None:
+def install(packages: list[str], may_add_source: bool) -> None:
+    """Says what it installs from where, then does it."""
     release = BACKPORTS.get(codename()) if DRIVER in packages else None
+    known = known_releases()
+    source = source_of(release) if release and release not in known else None
+    if source and not may_add_source:
+        say(
+            f"{DRIVER} with mesh shaders is in {release}, which is none of apt's sources; tests "
+            f"that need it are skipped; to add that source while it is installed: {AGAIN}"
+        )
+        packages, release, source = [p for p in packages if p != DRIVER], None, None
+    if not packages:
+        return
+    places = ", ".join(sorted(set(known.values()))) or "apt's sources"
+    added = f" and, only while they are installed, {source.strip()!r}" if source else ""
+    say(f"installing {' '.join(packages)} from {places}{added}; to decline, set {VARIABLE}=no")
     plain = [package for package in packages if package != DRIVER or not release]
-    with temporary_source(release):
+    with temporary_source(source):
         apt("update", seconds=UPDATE_SECONDS)
         if plain:
             apt_install(plain)
@@ -197,9 +212,8 @@ def source_of(release: str) -> str | None:
 
 
 @contextmanager
-def temporary_source(release: str | None):
-    """Adds `release` of apt's own mirror to its sources for the duration."""
-    source = None if release is None or release in known_releases() else source_of(release)
+def temporary_source(source: str | None):
+    """Adds a line to apt's sources for the duration."""
     if source is None:
         yield
         return

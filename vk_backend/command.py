@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from PIL import Image
 
-from gltf_ext.errors import MeshletError
+from gltf_ext.errors import MeshletError, printable
 from gltf_ext.files import write_files
 from gltf_ext.lod.detail import missing_levels
 from gltf_ext.progress import progress_bar
@@ -57,7 +57,7 @@ def _render(options: argparse.Namespace) -> int:
     scene = load_scene(options.input, levels=options.lod_error > 0)
     missing = missing_levels(scene.document) if scene.has_levels else []
     for warning in scene.warnings + missing:
-        print(f"gltf-meshlet: warning: {warning}", file=sys.stderr)
+        print(f"gltf-meshlet: warning: {printable(warning)}", file=sys.stderr)
     cameras = _turn(scene, _camera(scene, options), options.frames)
     pictures: list[np.ndarray] = []
     times: list[float] = []
@@ -101,9 +101,9 @@ def _render(options: argparse.Namespace) -> int:
             report["levels" if scene.has_levels else "pool"] = kept
         warnings = [f"{e}; a coarser level is shown" for e in renderer.refused_pages]
         said = list(dict.fromkeys(renderer.device.messages))
-    write_files(_files(output, pictures))
+    write_files(_files(output, pictures), options.read)
     for warning in warnings:
-        print(f"gltf-meshlet: warning: {warning}", file=sys.stderr)
+        print(f"gltf-meshlet: warning: {printable(warning)}", file=sys.stderr)
     for message in said:
         print(f"gltf-meshlet: validation: {' '.join(message.split())}", file=sys.stderr)
     print(json.dumps(report, indent=2) if options.json else _line(report))
@@ -234,7 +234,7 @@ def _line(report: dict[str, Any]) -> str:
     else:
         levels = ""
     return (
-        f"{report['output']}: {report['width']} x {report['height']}, {frames}"
+        f"{printable(report['output'])}: {report['width']} x {report['height']}, {frames}"
         f"path {report['path']} on {report['device']}, {report['milliseconds']:.2f} ms a frame; "
         f"{report['triangles']:,} triangles, {levels}"
         f"{report['compressed_bytes'] / 1e6:.2f} MB compressed, "

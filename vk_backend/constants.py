@@ -25,7 +25,7 @@ def _shipped_constants() -> dict[str, int]:
     return {
         name: value
         for header in sorted(headers, key=lambda file: file.name)
-        for name, value in read_constants(header.read_text()).items()
+        for name, value in read_constants(header.read_text(encoding="utf-8")).items()
     }
 
 

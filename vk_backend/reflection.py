@@ -46,7 +46,7 @@ def specialization_ids(module: str, constants: Mapping[str, int]) -> dict[int, i
 def shipped_reflection(package: str = PACKAGE) -> dict[str, Any]:
     """The contents of a package's spirv/reflection.json; see tools/build_shaders.py."""
     path = resources.files(package) / "spirv" / "reflection.json"
-    found: dict[str, Any] = json.loads(path.read_text())
+    found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
     return found
 
 

@@ -6,7 +6,7 @@ import { require } from './gltf.js';
 export const TRANSPORT = 'EXT_meshlet_transport';
 
 const VERSION = 1;
-const MAX_BYTES = 2 ** 29; // of a page, exclusive
+const MAX_BYTES = 448 * 2 ** 20; // of a page, packed or not
 const EXPANSION = 256; // the most resident bytes for a packed byte,
 const FREE_BYTES = 4096; // and these
 
@@ -38,8 +38,11 @@ export function packedTable(bytes, length) {
     const packed = words.getUint32(8 + 8 * page, true);
     const end = begin + (packed || size);
     require(end <= length, `page ${page} lies outside the packed view`);
-    const most = Math.min(MAX_BYTES - 1, FREE_BYTES + EXPANSION * (end - begin));
-    require(size > 0 && size <= most && size !== packed, `page ${page} has an impossible length`);
+    const most = Math.min(MAX_BYTES, FREE_BYTES + EXPANSION * (end - begin));
+    require(size > 0 &&
+      size <= most &&
+      packed <= MAX_BYTES &&
+      size !== packed, `page ${page} has an impossible length`);
     places.push({ begin, end, size, raw: packed === 0 });
     begin = end;
   }

@@ -692,7 +692,8 @@ Problem BlobDecoder::decode(uint32_t first, uint32_t count, StreamRange streams,
   for (uint32_t m = first; m < end; m++) {
     Numbers numbers;
     if (const Problem problem = decode_next(m, false, numbers)) return problem;
-    uint32_t room = MESHLET_VERTICES * (end - m);
+    // Of the outputs, from vertices_ on. More than a meshlet needs makes no difference.
+    uint32_t room = MESHLET_VERTICES * d_.min(end - m, 2);
     if (begin_ == 0) {
       room = d_.min(room, vertex_count_ - vertices_);
       if (numbers.new_count > room) return {kTooManyVertices};

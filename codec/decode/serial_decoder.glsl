@@ -28,6 +28,7 @@
 //                               EXPONENTIAL_MAX_QUOTIENT zeros or EXPONENTIAL_MAX_BITS low bits.
 //   choose(condition, a, b)     condition ? a : b for uint and mask64, without a branch: for
 //                               conditions that no branch predictor learns
+//   ends_after(p, n, end)       p + n > end, without wrapping
 //   divide(x, n)                x / n for 0 < n <= 64 and x < n << 25
 //   bit_length(x)               position of a uint's highest one, from 1; 0 for 0
 //   max(a, b), min(a, b)        of two uints
@@ -369,6 +370,14 @@ uint width_field(uint position) {
   return w == WIDTH_ESCAPE ? 32u : w;
 }
 
+// Moves low_cursor past n bits. Sets `error` and returns false if they do not lie inside the blob.
+bool take_low_bits(uint n) {
+  bool inside = !ends_after(low_cursor, n, 8u * (byte_length - BLOB_PADDING_BYTES));
+  if (!inside) error = ERROR_UNARY;
+  low_cursor += n;
+  return inside;
+}
+
 uint code_cursor;  // bit position, moved by read_code
 
 // is_chain: a chain's code, which is never exp-Golomb.
@@ -433,11 +442,7 @@ void read_residuals(uint s, uint count, uint code, uint widths) {
   }
   uint step = fixed_bits(s, widths);
   uint low = low_cursor;
-  low_cursor += count * step;
-  if (low_cursor > 8u * (byte_length - BLOB_PADDING_BYTES)) {
-    error = ERROR_UNARY;
-    return;
-  }
+  if (!take_low_bits(count * step)) return;
   for (uint c = 0u; c < elements; c++) {
     uint width = width_field(widths + WIDTH_BITS * c);
     for (uint i = 0u; i < count; i++)

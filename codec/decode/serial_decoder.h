@@ -130,11 +130,27 @@ struct SerialDecoder {
 #endif
   }
 
+  static bool ends_after(uint p, uint n, uint end) { return uint64_t(p) + n > end; }
   static uint max(uint a, uint b) { return a > b ? a : b; }
   static uint min(uint a, uint b) { return a < b ? a : b; }
 
   const uint8_t* data = nullptr;
-  uint size = 0;  // bytes: a multiple of 4, below 2^29 so that bit positions fit 32 bits
+  uint size = 0;  // bytes: a multiple of 4, at most BLOB_MAX_BYTES
+
+  // Bit positions fit 32 bits in all decoders, those on a GPU included. A malformed meshlet's reach
+  // behind the blob before they are tested, by its numbers at most: anchors; low bits of chains, of
+  // references that fit no boundary; and low bits of interiors, with exp-Golomb codes as many as
+  // there are zeros in the unary parts. The rest is less than the spare bits.
+  static constexpr uint64_t kMostAnchorBits =
+                                64 * MAX_ELEMENTS * (STREAM_MAX_BITS + ANCHOR_WIDTH_BITS),
+                            kMostChainBits =
+                                MESHLET_MAX_REFERENCES * 64 * MAX_ELEMENTS * STREAM_MAX_BITS,
+                            kMostInteriorBits =
+                                64 * MAX_ELEMENTS * (STREAM_MAX_BITS + MAX_QUOTIENT + 1),
+                            kSpareBits = 1 << 20;
+  static_assert(8ull * BLOB_MAX_BYTES + kMostAnchorBits + kMostChainBits + kMostInteriorBits +
+                    kSpareBits <
+                1ull << 32);
 
   uint64_t load64(uint byte) const {  // little-endian only; checked below
     uint64_t w;
@@ -278,10 +294,8 @@ struct SerialDecoder {
     if (error != ERROR_NONE) return;
     const uint zeros = unary.cursor - before - n;
     const bool exponential = (code & CODE_EXPONENTIAL) != 0;
-    low_cursor = low + n * k + (exponential ? zeros : 0u);
-    if (low_cursor > 8u * (byte_length - BLOB_PADDING_BYTES))
-      error = ERROR_UNARY;
-    else if (exponential)
+    if (!take_low_bits(n * k + (exponential ? zeros : 0u))) return;
+    if (exponential)
       read_exponential(n, k, low, list);
     else
       read_rice(n, k, low, list);

@@ -8,9 +8,6 @@
 namespace meshlet {
 namespace {
 
-// Room left below BLOB_MAX_BYTES for tables and the last group.
-constexpr size_t kReservedBytes = 64u << 20;
-
 uint32_t count_of(uint64_t mask) { return uint32_t(__builtin_popcountll(mask)); }
 
 // The starts of a group's meshlets: meshlet i starts stride * i - bias + entry i bytes after the
@@ -200,10 +197,10 @@ std::vector<uint8_t> BlobWriter::assemble(uint32_t meshlets, uint32_t vertices) 
       starts.push_back(uint32_t(length));
       length += chunk.plans[i].bytes;
     }
-    if (blob.size() + length > BLOB_MAX_BYTES - kReservedBytes)
+    const Entries entries = entries_of(starts, uint32_t(length));
+    if (blob.size() + entries.bytes.size() + length > BLOB_MAX_BYTES - BLOB_PADDING_BYTES)
       throw std::length_error(
           "the primitive is too large: its blob would exceed 448 MiB; split it");
-    const Entries entries = entries_of(starts, uint32_t(length));
     const Group& group = groups_[g];
     put_word(row, uint32_t(blob.size()));
     put_word(row + 4, entries.stride | entries.bias << 16);

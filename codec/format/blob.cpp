@@ -111,7 +111,7 @@ const char* groups_problem(const uint8_t* data, size_t size, const BlobHeader& h
 const char* read_counts(const uint8_t* data, size_t size, BlobHeader& h) {
   if (size < BLOB_HEADER_BYTES + BLOB_PADDING_BYTES) return "the blob is too short for a header";
   if (size % 4 != 0) return "the blob's length is not a multiple of 4";
-  if (size >= BLOB_MAX_BYTES) return "the blob is longer than 512 MiB";
+  if (size > BLOB_MAX_BYTES) return "the blob is longer than 448 MiB";
   if (word(data, 0) != BLOB_MAGIC) return "the blob does not begin with EBM1";
   if (data[4] == BLOB_DRAFT_VERSION)
     return "the blob has version 1, a draft: make it again from its source with `gltf-meshlet "

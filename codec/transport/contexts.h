@@ -1,5 +1,7 @@
 // The models of a page. All begin anew with it.
 #pragma once
+#include <new>
+
 #include "transport/page.h"
 
 namespace meshlet {
@@ -56,18 +58,8 @@ struct Contexts {
   NormalModels normals;
   Flag loop_end[3], claimed, shares[BLOB_MAX_STREAMS][4];
 
-  // Everything up to the first flag is models, but for the flags of the normals.
-  void reset() {
-    reset_all(&triangles, reinterpret_cast<Model*>(&normals.repeated));
-    reset_all(normals.repeated, normals.mirrored + 2);
-    reset_all(loop_end, &shares[BLOB_MAX_STREAMS - 1][4]);
-  }
-
- private:
-  template <class T>
-  static void reset_all(T* first, T* end) {
-    for (T* m = first; m < end; m++) m->reset();
-  }
+  // In place: there are 100 kB of them, which might not fit the stack.
+  void reset() { new (this) Contexts; }
 };
 
 }  // namespace transport

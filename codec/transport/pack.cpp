@@ -66,8 +66,9 @@ void read_blob(const Blob& blob, Page& page) {
     page.place_references(m);
     for (uint32_t s = 0; s < page.stream_count(); s++) {
       transport::Stream& stream = page.streams[s];
+      const uint32_t before = stream.vertices;
       page.number_vertices(m, s);
-      stream.values.grow(4 * size_t(stream.vertices) - stream.values.size());
+      stream.values.grow(4 * uint64_t(stream.vertices - before));
       for (uint32_t v = 0; v < m.vertices; v++)
         store(stream.values.data(), stream.id[m.vertex + v], load(d.vertex(s, v), 0));
     }

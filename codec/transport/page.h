@@ -33,7 +33,8 @@ class Buffer {
   const T& operator[](size_t i) const { return data()[i]; }
   T* data() { return reinterpret_cast<T*>(bytes_); }
   const T* data() const { return reinterpret_cast<const T*>(bytes_); }
-  uint32_t size() const { return size_; }
+  // Only values may be more than 32 bits count: see grow.
+  uint32_t size() const { return uint32_t(size_); }
   void clear() { size_ = 0; }
   void push(const T& value) { *grow(1) = value; }
   // Takes the memory of another buffer, which is empty then: in WebAssembly nothing is freed.
@@ -50,22 +51,22 @@ class Buffer {
     if (count < capacity_) return;
     const uint64_t size = (count + 1) * sizeof(T), most = ~size_t(0);
     uint8_t* bytes = new uint8_t[size_t(size < most ? size : most)];
-    if (size_) std::memcpy(bytes, bytes_, size_ * sizeof(T));
+    if (size_) std::memcpy(bytes, bytes_, size_t(size_ * sizeof(T)));
     delete[] bytes_;
     bytes_ = bytes;
     capacity_ = count + 1;
   }
   // Appends elements and returns the first of them; never null.
-  T* grow(size_t count) {
-    if (size_ + count >= capacity_) reserve(2 * uint64_t(size_) + count);
-    size_ += uint32_t(count);
-    return data() + size_ - count;
+  T* grow(uint64_t count) {
+    const uint64_t before = size_;
+    if (before + count >= capacity_) reserve(2 * before + count);
+    size_ = before + count;
+    return data() + before;
   }
 
  private:
   uint8_t* bytes_ = nullptr;
-  uint64_t capacity_ = 0;
-  uint32_t size_ = 0;
+  uint64_t capacity_ = 0, size_ = 0;
 };
 
 // A row of the blob's stream table.

@@ -266,13 +266,11 @@ bool PageCoder<Coder>::code_references(MeshletRow& m) {
       }
       code_shares(m, j);
     } else if (kind == kOwned || !(r.loop_end && fresh)) {
-      const uint32_t length =
-          unsigned_number(x.length[least(m.references, 15)],
-                          x.length_before[kind * 4 + last + 2 * fresh], x.length_large,
-                          kEncodes ? source(here).length - 1u : 0) +
-          1;
-      if (length > MESHLET_VERTICES) return false;
-      r.length = uint8_t(length);
+      const uint32_t more = unsigned_number(
+          x.length[least(m.references, 15)], x.length_before[kind * 4 + last + 2 * fresh],
+          x.length_large, kEncodes ? source(here).length - 1u : 0);
+      if (more >= MESHLET_VERTICES) return false;
+      r.length = uint8_t(more + 1);
     }
     fresh = r.loop_end;
   }
@@ -927,7 +925,7 @@ bool PageCoder<Coder>::begin_stream(uint32_t s) {
       if (!to.number_vertices(to.meshlets[i], s)) return false;
     stream.values.reserve(4 * most_vertices);
   }
-  stream.values.grow(4 * size_t(stream.vertices));
+  stream.values.grow(4 * uint64_t(stream.vertices));
   sizes_.clear();
   sizes_.reserve(most_vertices);
   sizes_.grow(stream.vertices);

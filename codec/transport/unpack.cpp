@@ -1,5 +1,6 @@
 #include "transport/transport.h"
 
+#include <cstdint>
 #include <cstring>
 
 #include "decode/build.h"
@@ -42,9 +43,10 @@ Problem read_page_table(const uint8_t* data, size_t size, std::vector<PackedPage
     const PackedPage page = {from, packed ? packed : bytes, to, bytes, packed == 0};
     if (page.packed_bytes > size - from)
       return {"page # lies outside the packed view", uint32_t(i)};
-    if (bytes == 0 || bytes >= BLOB_MAX_BYTES || packed == bytes ||
+    if (bytes == 0 || bytes > BLOB_MAX_BYTES || packed > BLOB_MAX_BYTES || packed == bytes ||
         bytes > kFreeBytes + kMostExpansion * uint64_t(page.packed_bytes))
       return {"page # has an impossible length", uint32_t(i)};
+    if (bytes > SIZE_MAX - to) return {"the unpacked view is longer than memory"};
     pages.push_back(page);
     from += page.packed_bytes;
     to += bytes;

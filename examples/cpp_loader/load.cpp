@@ -24,6 +24,7 @@
 namespace {
 
 const char* const kExtension = "EXT_meshlet_edgebreaker";
+const char* const kTransport = "EXT_meshlet_transport";
 
 // Vertices of a primitive: `components` floats each.
 struct Attribute {
@@ -55,6 +56,19 @@ const unsigned char* bytes_of(const tinygltf::Model& model, int number, size_t& 
           "a buffer view lies outside its buffer");
   size = view.byteLength;
   return data.data() + view.byteOffset;
+}
+
+// The blobs of a buffer view, which may be packed for download.
+std::vector<unsigned char> blobs_of(const tinygltf::Model& model, int number) {
+  size_t size = 0;
+  const unsigned char* bytes = bytes_of(model, number, size);
+  if (!model.bufferViews[size_t(number)].extensions.count(kTransport))
+    return std::vector<unsigned char>(bytes, bytes + size);
+  size_t unpacked = 0;
+  check(gltf_meshlet_get_unpacked_bytes(bytes, size, &unpacked));
+  std::vector<unsigned char> blobs(unpacked);
+  check(gltf_meshlet_unpack(bytes, size, 0, blobs.data(), blobs.size()));
+  return blobs;
 }
 
 // A stream of the view: its table row, and its decoded values.
@@ -91,10 +105,10 @@ Attribute attribute_of(const std::vector<Stream>& streams, size_t first, uint32_
 // division of a normalized accessor.
 Primitive decode(const tinygltf::Model& model, const tinygltf::Primitive& primitive) {
   const tinygltf::Value& extension = primitive.extensions.at(kExtension);
-  size_t size = 0;
-  const unsigned char* bytes = bytes_of(model, extension.Get("bufferView").GetNumberAsInt(), size);
+  const std::vector<unsigned char> blobs =
+      blobs_of(model, extension.Get("bufferView").GetNumberAsInt());
   gltf_meshlet_view* opened = nullptr;
-  check(gltf_meshlet_open(bytes, size, &opened));
+  check(gltf_meshlet_open(blobs.data(), blobs.size(), &opened));
   const std::unique_ptr<gltf_meshlet_view, int (*)(void*)> view(opened, gltf_meshlet_close);
   gltf_meshlet_counts counts = gltf_meshlet_counts();
   counts.size = sizeof counts;

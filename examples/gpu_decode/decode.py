@@ -28,6 +28,7 @@ MAX_STREAMS, MAX_ELEMENTS = 8, 20  # as in the shader
 BUFFER = vk.VK_DESCRIPTOR_TYPE_STORAGE_BUFFER
 COMPUTE = vk.VK_SHADER_STAGE_COMPUTE_BIT
 EXTENSION = "EXT_meshlet_edgebreaker"
+TRANSPORT = "EXT_meshlet_transport"
 
 
 def blobs_of(glb: bytes) -> list[bytes]:
@@ -41,6 +42,8 @@ def blobs_of(glb: bytes) -> list[bytes]:
             place = gltf["bufferViews"][number]
             begin = 28 + length + place.get("byteOffset", 0)
             view = glb[begin : begin + place["byteLength"]]
+            if TRANSPORT in place.get("extensions", {}):
+                view = _codec.unpack(view)
             # Checks headers and tables, which the shader trusts.
             blobs += [view[at : at + size] for at, size in _codec.split(view)]
     return blobs

@@ -3,6 +3,7 @@
 // example: float accessors only, without skins and morph targets.
 
 import { createDecoder } from 'gltf-meshlet';
+import { TRANSPORT, unpacking } from 'gltf-meshlet/transport';
 import { decodeToGPU } from 'gltf-meshlet/webgpu';
 import * as THREE from 'three/webgpu';
 
@@ -15,6 +16,18 @@ export function gpuMeshlets(renderer, options = {}) {
   const decoder = createDecoder();
   return (parser) => ({
     name: EXTENSION,
+
+    // Called by GLTFLoader for each buffer view; null leaves it to the loader. Unpacks views that
+    // are packed for download.
+    loadBufferView(index) {
+      const { bufferViews } = parser.json;
+      if (!bufferViews[index].extensions?.[TRANSPORT]) return null;
+      const load = async (number) => {
+        const { buffer, byteOffset, byteLength } = bufferViews[number];
+        return new Uint8Array(await parser.getDependency('buffer', buffer), byteOffset, byteLength);
+      };
+      return unpacking(parser.json, load)(index).then(({ buffer }) => buffer);
+    },
 
     // Called by GLTFLoader for each mesh; null leaves it to the loader.
     loadMesh(index) {

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import io
 import json
-import struct
 from collections.abc import Mapping
 from typing import Any
 
-from gltf_ext.batches.storage import Folder
-from gltf_ext.errors import MeshletError
+from gltf_ext.batches.storage import folder_of
+from gltf_ext.compression.options import Options
 from gltf_ext.gltf import ply, stl
 from gltf_ext.gltf.container import CHUNK_HEADER, GLB_HEADER
 
@@ -22,31 +21,35 @@ HEADER = 1 << 16  # bytes read for the header of a .ply
 PER_TEXT_TRIANGLE = 30
 
 
-def estimate(folder: Folder, name: str, info: Mapping[str, Any]) -> int:
-    """Bytes that compressing and verifying a model takes. Raises OSError."""
-    size = int(info.get("size") or 0)
-    return BASE + 2 * size + PER_TRIANGLE * _triangles(folder, name, size)
+def estimate(url: str, size: int, options: Mapping[str, Any]) -> int:
+    """Bytes that compressing and verifying a model takes.
 
-
-def _triangles(folder: Folder, name: str, size: int) -> int:
-    """At least about as many as the file holds; from its size where its header is damaged."""
-    suffix = name.rpartition(".")[2].lower()
-    path = folder.at(name)
+    url: its path or URL; size: of the file in bytes; options: of compress.
+    """
     try:
-        if suffix == "glb":
-            head = folder.fs.cat_file(path, start=0, end=GLB_HEADER.size + CHUNK_HEADER.size)
+        triangles = _triangles(url, size)
+    except Exception:  # a file that is gone, hostile or of a network: compress says what is wrong
+        triangles = size // PER_TEXT_TRIANGLE
+    whole = BASE + 2 * size + PER_TRIANGLE * triangles
+    limit = Options.of({"max_memory": options.get("max_memory")}).memory
+    return min(whole, BASE + limit) if limit else whole
+
+
+def _triangles(url: str, size: int) -> int:
+    """At least about as many as the file holds. Raises what a damaged file makes it raise."""
+    folder, name = folder_of(url)
+    match name.rpartition(".")[2].lower():
+        case "glb":
+            head = folder.read(name, 0, GLB_HEADER.size + CHUNK_HEADER.size)
             length, _ = CHUNK_HEADER.unpack_from(head, GLB_HEADER.size)
-            start = len(head)
-            return _of_gltf(folder.fs.cat_file(path, start=start, end=start + min(length, size)))
-        if suffix == "gltf":
-            return _of_gltf(folder.fs.cat_file(path))
-        if suffix == "ply":
-            header = ply.read_header(io.BytesIO(folder.fs.cat_file(path, start=0, end=HEADER)))
+            return _of_gltf(folder.read(name, len(head), len(head) + min(length, size)))
+        case "gltf":
+            return _of_gltf(folder.read(name))
+        case "ply":
+            header = ply.read_header(io.BytesIO(folder.read(name, 0, HEADER)))
             return min(size, sum(e.rows for e in header.elements if e.name == "face"))
-        if suffix == "stl":
+        case "stl":
             return size // stl.TRIANGLE.itemsize
-    except (MeshletError, struct.error, ValueError, LookupError, TypeError, AttributeError):
-        pass  # compress says what is wrong
     return size // PER_TEXT_TRIANGLE
 
 

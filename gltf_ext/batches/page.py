@@ -5,6 +5,8 @@ from __future__ import annotations
 import html
 from typing import Any
 
+from gltf_ext.errors import printable
+
 STYLE = """
 body { font: 14px/1.5 system-ui, sans-serif; margin: 2em; color: #222; background: #fff; }
 table { border-collapse: collapse; }
@@ -22,9 +24,14 @@ def page(report: dict[str, Any]) -> str:
     totals = report["totals"]
     options = " ".join(f"{name}={value}" for name, value in report["options"].items())
     summary = (
-        f"{totals['done']:,} done, {totals['unchanged']:,} unchanged, {totals['failed']:,} failed; "
+        f"{totals['done']:,} done, {totals['unchanged']:,} unchanged, {totals['failed']:,} failed, "
+        f"{len(report['left_out']):,} left out; "
         f"{totals['input_bytes']:,} bytes to {totals['output_bytes']:,}, "
         f"{totals['triangles']:,} triangles, in {report['seconds']:.1f} s"
+    )
+    left_out = "".join(
+        f"<li>left out: {_text(item['path'])} {_text(item['reason'])}</li>\n"
+        for item in report["left_out"]
     )
     version = f"gltf-meshlet {report['version']}{', ' + options if options else ''}"
     return f"""<!doctype html>
@@ -34,8 +41,10 @@ def page(report: dict[str, Any]) -> str:
  content="default-src 'none'; img-src data:; style-src 'unsafe-inline'">
 <title>gltf-meshlet batch</title>
 <style>{STYLE}</style>
-<h1>{html.escape(report["source"])}</h1>
-<p>{html.escape(summary)}<br><small>{html.escape(version)}</small></p>
+<h1>{_text(report["source"])}</h1>
+<p>{_text(summary)}<br><small>{_text(version)}</small></p>
+<ul>
+{left_out}</ul>
 <table>
 <tr>{"".join(f"<th>{heading}</th>" for heading in HEADINGS)}</tr>
 {"".join(map(_row, report["files"]))}</table>
@@ -43,16 +52,22 @@ def page(report: dict[str, Any]) -> str:
 """
 
 
+def _text(text: str) -> str:
+    """Escaped. Names may hold control characters, and on a disk bytes that are no text."""
+    return html.escape(printable(text))
+
+
 def _row(file: dict[str, Any]) -> str:
-    name = html.escape(file["name"])
+    name = _text(file["name"])
     if file["status"] == "failed":
-        error = html.escape(file["error"])
+        error = _text(file["error"])
         return f'<tr><td></td><td>{name}</td><td class="error" colspan="6">{error}</td></tr>\n'
-    warnings = "".join(f"<br><small>{html.escape(line)}</small>" for line in file["warnings"])
+    warnings = "".join(f"<br><small>{_text(line)}</small>" for line in file["warnings"])
     error = file["max_error_percent"]
-    picture = html.escape(file["thumbnail"])
+    picture = f"data:image/png;base64,{_text(file['thumbnail'])}"
+    image = f'<img src="{picture}" alt="" width="96" height="96" loading="lazy">'
     cells = (
-        f'<img src="data:image/png;base64,{picture}" alt="" width="96" height="96" loading="lazy">',
+        image if file["thumbnail"] else "",
         f"{name}{warnings}",
         f"{file['input_bytes']:,}",
         f"{file['output_bytes']:,}",

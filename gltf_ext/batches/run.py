@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import numbers
 import os
 import time
 from collections import deque
@@ -11,25 +12,28 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from gltf_ext.batches import task
+from gltf_ext.batches.finding import Model
 from gltf_ext.batches.memory import estimate
 from gltf_ext.batches.page import page
-from gltf_ext.batches.storage import STATE, Folder, find_models, output_names, stamp_of
+from gltf_ext.batches.planning import PAGE, REPORT, Plan
+from gltf_ext.batches.storage import Folder
 from gltf_ext.batches.task import DONE, FAILED, UNCHANGED, Job, Record
 from gltf_ext.compression.options import Options
+from gltf_ext.errors import MeshletError
 from gltf_ext.progress import Advance, progress_bar
 from gltf_ext.scheduler import MEMORY, Workers, connected, require_dask, silence
 
 if TYPE_CHECKING:
     from distributed import Client, Future
 
-REPORT, PAGE = "batch.json", "batch.html"
+PathText = str | os.PathLike[str]
 RETRIES = 2  # of a task that raises, such as for a network that fails
 RUN_AGAIN = "run again: what is done is kept"
 
 
 def batch(
-    source: str | Sequence[str],
-    destination: str,
+    source: PathText | Sequence[PathText],
+    destination: PathText,
     *,
     scheduler: str | Client | None = None,
     workers: int | None = None,
@@ -38,9 +42,10 @@ def batch(
 ) -> dict[str, Any]:
     """Compress and verify many models, a task a file, on Dask distributed.
 
-    A second call does only what failed, changed or is new: each output has a record of its input,
-    options, version and digest in the folder .gltf-meshlet of the destination. Outputs appear
-    whole or not at all. A file that fails or kills its worker is reported and stops no other.
+    A second call does only what failed, changed or is new: each output has a record of all files
+    that it was made from, its options, version and digest in the folder .gltf-meshlet of the
+    destination. Outputs appear whole or not at all. A file that fails or kills its worker is
+    reported and stops no other. No file is overwritten that no batch wrote into the destination.
 
     Args:
         source: a folder with all folders below it, a glob, a file, a .txt with a path or URL in
@@ -54,74 +59,62 @@ def batch(
 
     Returns a report, which is also written to batch.json and, as a page, to batch.html:
         source, destination, version, options, seconds.
-        totals: counts of done, unchanged and failed files; input_bytes, output_bytes, triangles.
+        totals: counts of done, unchanged and failed files, and of what was left_out; input_bytes,
+            output_bytes, triangles.
         files: one for each model, failed ones first: name, output, status ("done", "unchanged",
             "failed"); error if it failed, else input_digest, output_digest (SHA-256), input_bytes,
             output_bytes, triangles, ratio (of raw floats to compressed geometry),
             max_error_percent (of positions, of the box's diagonal), warnings, thumbnail (PNG in
-            base64), seconds.
+            base64), seconds; inputs: path from the model's folder -> stamp, of all files that were
+            read or not there; outputs: name -> stamp and digest, of all files that were written.
+        left_out: path and reason, of what may hold models but was not looked at: a folder that
+            cannot be read, a link to a folder, a model in the destination that no batch wrote, a
+            line of a list that names no model.
+        skipped: names of models in the destination that batches wrote there.
+        leftover: names of outputs of models that this run does not have.
 
     Raises MeshletError when nothing can be started or the scheduler is lost, OSError when the
     source or the destination cannot be read or written.
     """
-    Options.of({**options, "progress": False})
+    Options.of({**options, "progress": progress})
+    _check_cluster(scheduler, workers)
     start = time.perf_counter()
-    goal = Folder(destination)
-    folder, models = find_models(source, goal)
-    if goal.is_local:
-        os.makedirs(goal.at(STATE), exist_ok=True)
-    goal.remove_partials()
-    jobs = [
-        Job(folder.url, name, goal.url, output, options, task.VERSION)
-        for name, output in output_names(list(models)).items()
-    ]
-    records = _finished(goal, jobs, models)
-    left = [job for job in jobs if job.name not in records]
-    left.sort(key=lambda job: -int(models[job.name].get("size") or 0))
+    if isinstance(source, str | os.PathLike):
+        paths: str | list[str] = os.fspath(source)
+    else:
+        paths = [os.fspath(entry) for entry in source]
+    goal = Folder(os.fspath(destination))
+    plan = Plan(paths, goal, options)
+    left = [job for job in plan.jobs if job.name not in plan.records]
+    left.sort(key=lambda job: -plan.models[job.name].size)
     if left:
+        done, total = len(plan.records), len(plan.jobs)
         with progress_bar("batch", progress) as advance, _client(scheduler, workers) as client:
-            run = _Run(client, folder, models, advance, len(records), len(jobs))
+            run = _Run(client, plan.models, advance, done, total)
             run.all(left)
-            records.update(run.records)
-    report = _report(str(source), destination, options, [records[job.name] for job in jobs])
+            plan.records.update(run.records)
+    files = [plan.records[job.name] for job in plan.jobs]
+    plan.outputs.save({name for file in files for name in file.get("outputs", ())})
+    report = _report(str(paths), os.fspath(destination), options, files)
+    report |= plan.remarks
+    report["totals"]["left_out"] = len(report["left_out"])
     report["seconds"] = time.perf_counter() - start
     goal.write(REPORT, json.dumps(report, indent=1).encode())
     goal.write(PAGE, page(report).encode())
     return report
 
 
-def _finished(
-    goal: Folder, jobs: list[Job], models: Mapping[str, Mapping[str, Any]]
-) -> dict[str, Record]:
-    """Records of the files that need no work: neither input nor output was touched since."""
-    paths = {goal.at(job.record_name): job for job in jobs}
-    outputs = _listed(goal)
-    known = [path for path in paths if path in outputs]
-    texts = goal.fs.cat(known, on_error="omit") if known else {}
-    finished = {}
-    for path, text in texts.items():
-        job = paths[path]
-        with contextlib.suppress(ValueError):
-            record = json.loads(text)
-            output = outputs.get(goal.at(job.output))
-            if (
-                job.is_current(record)
-                and output is not None
-                and record["output_stamp"] == stamp_of(output)
-                and record["input_stamp"] == stamp_of(models[job.name])
-            ):
-                finished[job.name] = {**record, "status": UNCHANGED}
-    return finished
-
-
-def _listed(folder: Folder) -> Mapping[str, Mapping[str, Any]]:
-    """Path -> fsspec's information on every file in a folder that may not exist yet."""
-    folder.fs.invalidate_cache()
-    try:
-        found: Mapping[str, Mapping[str, Any]] = folder.fs.find(folder.path, detail=True)
-    except FileNotFoundError:
-        return {}
-    return found
+def _check_cluster(scheduler: Any, workers: Any) -> None:
+    """Raises MeshletError for a value that these options of batch cannot have."""
+    if not (scheduler is None or isinstance(scheduler, str) or hasattr(scheduler, "submit")):
+        raise MeshletError(
+            f"scheduler is {scheduler!r}",
+            "use an address such as tcp://192.0.2.1:8786, or a distributed.Client",
+            options=("scheduler",),
+        )
+    count = isinstance(workers, numbers.Integral) and not isinstance(workers, bool)
+    if workers is not None and not (count and workers >= 1):
+        raise MeshletError(f"workers is {workers!r}", "use 1 or more", options=("workers",))
 
 
 def _report(
@@ -190,13 +183,12 @@ class _Run:
     def __init__(
         self,
         client: Client,
-        folder: Folder,
-        models: Mapping[str, Mapping[str, Any]],
+        models: Mapping[str, Model],
         advance: Advance | None,
         finished: int,
         total: int,
     ) -> None:
-        self.workers, self.folder, self.models = Workers(client, again=RUN_AGAIN), folder, models
+        self.workers, self.models = Workers(client, again=RUN_AGAIN), models
         self.advance, self.finished, self.total = advance, finished, total
         self.records: dict[str, Record] = {}
         self.flight: dict[Future, tuple[Job, int]] = {}
@@ -223,7 +215,7 @@ class _Run:
                 elif isinstance(error, KilledWorker):
                     died.append(job)
                 else:
-                    self.note(job.failed(f"{type(error).__name__}: {error}"))
+                    self.note(job.failed(_reason(error)))
         return died
 
     def note(self, record: Record) -> None:
@@ -235,13 +227,21 @@ class _Run:
         """Submits jobs while workers are free and have the memory; one in any case."""
         threads, memory = self.workers.free()
         while queue and len(self.flight) <= 2 * threads:
-            need = estimate(self.folder, queue[0].name, self.models[queue[0].name])
+            job = queue[0]
+            need = estimate(job.source, self.models[job.name].size, job.options)
             used = sum(taken for _, taken in self.flight.values())
             if self.flight and memory and used + need > memory:
                 return
-            job = queue.popleft()
+            queue.popleft()
             future = self.workers.submit(_work, job, memory=need, retries=RETRIES)
             self.flight[future] = job, need
+
+
+def _reason(error: BaseException | None) -> str:
+    """Of a task that raised what it does not expect."""
+    if isinstance(error, OSError) and error.strerror:
+        return f"{error.filename or ''}: {error.strerror}; check the path and its permissions"
+    return f"{type(error).__name__}: {error}"
 
 
 def _work(job: Job) -> Record:

@@ -10,25 +10,44 @@ import os
 import posixpath
 import tempfile
 import time
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from gltf_ext.batches.storage import STATE, Folder
+from gltf_ext.batches.storage import STATE, UNSURE, Folder, fallback_name, folder_of
 from gltf_ext.batches.thumbnail import thumbnail
 from gltf_ext.checks.verify import verify
 from gltf_ext.commands.compress import compress
 from gltf_ext.errors import MeshletError
+from gltf_ext.files import refuse_overwriting
 from gltf_ext.gltf.importers import referenced_files
 
 Record = dict[str, Any]
 VERSION = importlib.metadata.version("gltf-meshlet")
 DONE, UNCHANGED, FAILED = "done", "unchanged", "failed"
+# What a record has, besides what Job.is_current compares.
+RECORDED = {
+    "inputs": dict,
+    "input_digest": str,
+    "outputs": dict,
+    "output_digest": str,
+    "input_bytes": int,
+    "output_bytes": int,
+    "triangles": int,
+    "ratio": float | int | None,
+    "max_error_percent": float | int | None,
+    "warnings": list,
+    "thumbnail": str,
+    "seconds": float | int,
+}
+LONGEST_RECORD = 250  # bytes of a name; file systems take 255
 
 
 @dataclass(frozen=True)
 class Job:
-    """source, destination: URLs of folders; name, output: in them; options: of compress."""
+    """source: the model's path or URL; name: among all models; destination: URL of a folder;
+    output: in it; options: of compress."""
 
     source: str
     name: str
@@ -39,18 +58,46 @@ class Job:
 
     @property
     def record_name(self) -> str:
-        return f"{STATE}/{self.output}.json"
+        name = f"{STATE}/{self.output}.json"
+        if len(os.fsencode(posixpath.basename(name))) <= LONGEST_RECORD:
+            return name
+        return f"{STATE}/{hashlib.sha256(os.fsencode(self.output)).hexdigest()}.json"
 
-    def is_current(self, record: Record | None) -> bool:
+    @property
+    def outputs(self) -> list[str]:
+        """Names of all files that it may write, but its record."""
+        return [self.output] + [fallback_name(self.output)] * bool(self.options.get("fallback"))
+
+    def is_current(self, record: Any) -> bool:
         """Whether a record was made from a file of this name with these options and version."""
-        return record is not None and all(
-            record.get(key) == value
-            for key, value in (
-                ("name", self.name),
-                ("output", self.output),
-                ("options", self.options),
-                ("version", self.version),
+        wanted = {
+            "name": self.name,
+            "output": self.output,
+            "options": self.options,
+            "version": self.version,
+        }
+        return (
+            isinstance(record, dict)
+            and all(record.get(key) == value for key, value in wanted.items())
+            and all(
+                key in record and isinstance(record[key], kind) for key, kind in RECORDED.items()
             )
+            and all(isinstance(output, dict) for output in record["outputs"].values())
+        )
+
+    def is_unchanged(
+        self,
+        record: Record,
+        stamp: Callable[[str], str | None],
+        output_stamp: Callable[[str], str | None],
+    ) -> bool:
+        """Whether no file that was read or written has another stamp since. stamp: of a file that
+        the model names, by its path from the model's folder; output_stamp: of an output."""
+        outputs = {name: output.get("stamp") for name, output in record["outputs"].items()}
+        return all(
+            value == now(name) and not str(value).endswith(UNSURE)
+            for stamps, now in ((record["inputs"], stamp), (outputs, output_stamp))
+            for name, value in stamps.items()
         )
 
     def failed(self, error: str, seconds: float = 0.0) -> Record:
@@ -58,7 +105,7 @@ class Job:
             "name": self.name,
             "output": self.output,
             "status": FAILED,
-            "error": error,
+            "error": MeshletError(error).message,
             "seconds": seconds,
         }
 
@@ -73,7 +120,7 @@ def run(job: Job, scratch: str | None = None) -> Record:
     try:
         if job.version != VERSION:
             raise MeshletError(f"the worker has gltf-meshlet {VERSION}", "update it")
-        with tempfile.TemporaryDirectory(dir=scratch, prefix="gltf-meshlet-") as folder:
+        with _temporary_folder(scratch) as folder:
             return _run(job, Path(folder), start)
     except MeshletError as error:
         return job.failed(error.message, time.perf_counter() - start)
@@ -81,97 +128,191 @@ def run(job: Job, scratch: str | None = None) -> Record:
         return job.failed("there is not enough memory; split the model")
 
 
+def _temporary_folder(scratch: str | None) -> tempfile.TemporaryDirectory[str]:
+    """Windows deletes no file that is mapped into memory or that a virus scanner reads: then it
+    goes with the worker's folder, and the model is done all the same."""
+    return tempfile.TemporaryDirectory(
+        dir=scratch, prefix="gltf-meshlet-", ignore_cleanup_errors=True
+    )
+
+
 def _run(job: Job, folder: Path, start: float) -> Record:
-    source, destination = Folder(job.source), Folder(job.destination)
-    stamp = source.stamp(job.name)
-    model, others = _on_this_machine(source, job.name, folder)
-    digest = _digest([model, *others])
+    destination = Folder(job.destination)
+    inputs = _Inputs(job, folder)
     record = read_record(destination, job)
-    if (
-        record is not None
-        and job.is_current(record)
-        and record["input_digest"] == digest
-        and destination.stamp(job.output) == record["output_stamp"]
-    ):
-        record["input_stamp"] = stamp
-        destination.write(job.record_name, json.dumps(record).encode())
-        return {**record, "status": UNCHANGED}
+    if record is not None and record["input_digest"] == inputs.digest:
+        outputs = _found_outputs(destination, record)
+        if outputs is not None:
+            record = {**record, "inputs": inputs.stamps, "outputs": outputs}
+            destination.write(job.record_name, json.dumps(record).encode())
+            return {**record, "status": UNCHANGED}
     output = folder / posixpath.basename(job.output)
-    report = compress(model, output, **{"threads": 1, **job.options})
+    report = compress(inputs.model, output, **{"threads": 1, **job.options})
     if report["output"] != str(output):
         raise MeshletError("the result does not fit a .glb", "compress it by itself")
-    checked = verify(model, output)
-    if source.stamp(job.name) != stamp:
+    limits = {"work_dir": str(folder), **job.options}
+    limits = {name: limits.get(name) for name in ("max_memory", "work_dir")}
+    checked = verify(inputs.model, output, **limits)
+    if inputs.now() != inputs.stamps:
         raise MeshletError("changed while it was read", "run again")
     if not checked["ok"]:
         raise MeshletError("; ".join(["is not the same after decoding", *checked["problems"]]))
-    for name in report["fallback_files"]:
-        fallback = posixpath.join(posixpath.dirname(job.output), name)
-        destination.write(fallback, (folder / name).read_bytes())
-    destination.write(job.output, output.read_bytes())
+    picture = _picture(output)  # before anything is written: it may kill the worker
+    if destination.is_local:
+        refuse_overwriting(inputs.paths, map(destination.at, job.outputs))
+    outputs = {}
+    for name in reversed(job.outputs):  # the model last: with it, the result is complete
+        written = folder / posixpath.basename(name)
+        if written.exists():
+            destination.write(name, written)
+            outputs[name] = {"stamp": destination.stamp(name), "digest": _digest([written])}
     record = {
         "name": job.name,
         "output": job.output,
         "status": DONE,
         "options": job.options,
         "version": job.version,
-        "input_digest": digest,
-        "input_stamp": stamp,
-        "output_digest": _digest([output]),
-        "output_stamp": destination.stamp(job.output),
-        "input_bytes": sum(path.stat().st_size for path in [model, *others]),
+        "input_digest": inputs.digest,
+        "inputs": inputs.stamps,
+        "output_digest": outputs[job.output]["digest"],
+        "outputs": outputs,
+        "input_bytes": sum(path.stat().st_size for path in inputs.paths),
         "output_bytes": report["output_bytes"] + report["fallback_bytes"],
         "triangles": report["totals"]["triangles"],
         "ratio": report["totals"]["ratio"],
         "max_error_percent": checked["max_error_percent"].get("POSITION"),
         "warnings": report["warnings"],
         "seconds": time.perf_counter() - start,
-        "thumbnail": base64.b64encode(thumbnail(output)).decode(),
+        "thumbnail": base64.b64encode(picture).decode(),
     }
     destination.write(job.record_name, json.dumps(record).encode())
     return record
 
 
+def _picture(output: Path) -> bytes:
+    """The thumbnail of an output; empty if there can be none: that is no reason to fail."""
+    try:
+        return thumbnail(output)
+    except (MeshletError, MemoryError):
+        return b""
+
+
 def read_record(destination: Folder, job: Job) -> Record | None:
     """The record of the output, if there is one that can be read."""
     try:
-        record = json.loads(destination.fs.cat_file(destination.at(job.record_name)))
-    except (FileNotFoundError, ValueError):
+        record = json.loads(destination.read(job.record_name))
+    except (FileNotFoundError, ValueError, RecursionError):
         return None
-    return record if isinstance(record, dict) else None
+    return record if job.is_current(record) else None
 
 
-def _on_this_machine(source: Folder, name: str, folder: Path) -> tuple[Path, list[Path]]:
-    """The model, and the files it refers to that exist; a copy unless they lie on a disk here."""
-    if source.is_local:
-        model = Path(source.at(name))
-        return model, [path for path in referenced_files(model) if path.is_file()]
-    copies = folder / "input"
-    copies.mkdir()
-    model = copies / posixpath.basename(name)
-    source.fs.get_file(source.at(name), str(model))
-    others: list[Path] = []
-    for _ in range(2):  # an .obj names libraries, and these name images
-        for path in referenced_files(model):
-            relative = os.path.relpath(path, copies)
-            if path in others or relative.startswith("..") or path == model:
-                continue  # a file must not have others written outside its folder
-            path.parent.mkdir(parents=True, exist_ok=True)
-            remote = posixpath.join(posixpath.dirname(source.at(name)), relative)
-            try:
-                source.fs.get_file(remote, str(path))
-            except FileNotFoundError:
-                continue
-            others.append(path)
-    return model, others
+def _found_outputs(destination: Folder, record: Record) -> dict[str, Any] | None:
+    """The outputs of a record with their stamps of now, if all still hold the same bytes."""
+    found = {}
+    for name, output in record["outputs"].items():
+        stamp = destination.stamp(name)
+        if stamp is None:
+            return None
+        if stamp != output.get("stamp") or stamp.endswith(UNSURE):
+            with destination.fs.open(destination.at(name), "rb") as file:
+                if _digest_of(file) != output.get("digest"):
+                    return None
+        found[name] = {**output, "stamp": stamp}
+    return found
+
+
+class _Inputs:
+    """The model of a job and the files that it names, on this machine: copies, unless they lie on
+    a disk here.
+
+    Attributes:
+        model; paths: of the model and all others that there are.
+        stamps: path from the model's folder -> stamp, None for a file that is not there.
+        digest: SHA-256 of the lengths and bytes of all.
+    """
+
+    def __init__(self, job: Job, folder: Path) -> None:
+        self._source, self._name = folder_of(job.source)
+        self._names = {self._name: None}
+        self.stamps = self.now()
+        if self.stamps[self._name] is None:
+            raise MeshletError("is not there, or no file", "check the path")
+        self.model = Path(self._source.at(self._name))
+        if self._source.is_local:
+            self.paths = [self.model, *self._local()]
+        else:
+            copies = folder / "input"
+            copies.mkdir()
+            self.model = copies / self._name
+            self._source.fs.get_file(self._source.at(self._name), str(self.model))
+            self.paths = [self.model, *self._copied(copies)]
+        self.digest = _digest(self.paths)
+
+    def now(self) -> dict[str, str | None]:
+        """The stamps of this moment."""
+        return {name: self._source.stamp(name) for name in self._names}
+
+    def _local(self) -> list[Path]:
+        others = dict.fromkeys(referenced_files(self.model))
+        self._add({_relative(path, self.model.parent): path for path in others})
+        return [path for path in others if path.is_file()]
+
+    def _add(self, names: Iterable[str]) -> None:
+        """Notes files, and their stamps before they are read."""
+        for name in names:
+            if name not in self._names:
+                self._names[name] = None
+                self.stamps[name] = self._source.stamp(name)
+
+    def _copied(self, copies: Path) -> list[Path]:
+        others: list[Path] = []
+        for _ in range(2):  # an .obj names libraries, and these name images
+            for path in referenced_files(self.model):
+                name = posixpath.normpath(_relative(path, copies))
+                if name in self._names or not _is_in(copies, copies / name):
+                    continue  # a file must not have others written outside its folder
+                self._add([name])
+                path = copies / name
+                path.parent.mkdir(parents=True, exist_ok=True)
+                try:
+                    self._source.fs.get_file(self._source.at(name), str(path))
+                except FileNotFoundError:
+                    continue
+                others.append(path)
+        return others
+
+
+def _relative(path: Path, folder: Path) -> str:
+    """A path from a folder, with forward slashes; the path itself if a model names an absolute one.
+
+    It may hold "..", which no text can resolve where there are links.
+    """
+    try:
+        return path.relative_to(folder).as_posix()
+    except ValueError:
+        return str(path)
+
+
+def _is_in(folder: Path, path: Path) -> bool:
+    return Path(os.path.abspath(path)).is_relative_to(os.path.abspath(folder))
 
 
 def _digest(paths: list[Path]) -> str:
-    """SHA-256 of the files' lengths and bytes."""
+    """SHA-256 of one file; of several, of their lengths and bytes."""
+    if len(paths) == 1:
+        with open(paths[0], "rb") as file:
+            return _digest_of(file)
     digest = hashlib.sha256()
     for path in paths:
         digest.update(path.stat().st_size.to_bytes(8, "little"))
         with open(path, "rb") as file:
             while block := file.read(1 << 20):
                 digest.update(block)
+    return digest.hexdigest()
+
+
+def _digest_of(file: Any) -> str:
+    digest = hashlib.sha256()
+    while block := file.read(1 << 20):
+        digest.update(block)
     return digest.hexdigest()

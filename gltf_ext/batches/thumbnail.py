@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Iterator
+from itertools import starmap
 from pathlib import Path
 
 import numpy as np
 
-from gltf_ext.compression.extension import read_triangles
-from gltf_ext.gltf.document import TRIANGLE_MODES, item
+from gltf_ext.compression.extension import is_compressed, read_compressed, read_triangles
+from gltf_ext.gltf.document import TRIANGLE_MODES, Document, item
 from gltf_ext.gltf.importers import open_model
 from gltf_ext.gltf.nodes import placed
 
 PIXELS = 96
 SAMPLES = 12 * PIXELS * PIXELS  # on all surfaces: more than one for nearly every pixel
-MOST_TRIANGLES = 100_000  # of a primitive; of a larger one, some are left out
+# Of a scene. Of more, some are left out, so that neither a large model nor one with many instances
+# takes much memory. Of each primitive at least LEAST_TRIANGLES are there.
+MOST_TRIANGLES, MOST_PRIMITIVES, LEAST_TRIANGLES = 200_000, 2000, 100
 # Rows: right, up and towards the viewer, who looks down from the front and the right.
 VIEW = np.array([[0.82, 0.0, -0.57], [-0.24, 0.91, -0.34], [0.52, 0.41, 0.75]])
 LIGHT = np.array([0.3, 0.5, 0.81])
@@ -25,24 +29,47 @@ def thumbnail(path: Path) -> bytes:
     from PIL import Image
 
     document = open_model(path)
+    instances = list(_instances(document))
+    instances = instances[:: 1 + len(instances) // MOST_PRIMITIVES]
+    most = max(LEAST_TRIANGLES, MOST_TRIANGLES // max(len(instances), 1))
+    places = dict.fromkeys(place for place, _ in instances)
+    sampled = {place: _triangles(document, *place, most) for place in places}
     corners = [np.empty((0, 3, 3))]
-    for node, matrix in placed(document):
-        primitives = (
-            [] if node.mesh is None else item(document.meshes, node.mesh, "mesh").primitives
-        )
-        for index, source in enumerate(primitives):
-            if source.mode not in TRIANGLE_MODES:
-                continue
-            primitive, _ = read_triangles(document, node.mesh, index)
-            triangles = primitive.indices[:: 1 + len(primitive.indices) // MOST_TRIANGLES]
-            positions = primitive.attributes["POSITION"][triangles]
-            corners.append(positions @ matrix[:3, :3].T + matrix[:3, 3])
+    for place, matrix in instances:
+        corners.append(sampled[place] @ matrix[:3, :3].T + matrix[:3, 3])
     shades = _draw(np.concatenate(corners) @ VIEW.T)
     png = io.BytesIO()
     Image.fromarray(np.stack([shades, np.where(shades, 255, 0)], axis=-1).astype(np.uint8)).save(
         png, "PNG"
     )
     return png.getvalue()
+
+
+def _instances(document: Document) -> Iterator[tuple[tuple[int, int], np.ndarray]]:
+    """((mesh, primitive), matrix to world space) of each triangle primitive of each node."""
+    for node, matrix in placed(document):
+        if node.mesh is None:
+            continue
+        for index, primitive in enumerate(item(document.meshes, node.mesh, "mesh").primitives):
+            if primitive.mode in TRIANGLE_MODES:
+                yield (node.mesh, index), matrix
+
+
+def _triangles(document: Document, mesh: int, primitive: int, most: int) -> np.ndarray:
+    """[t, 3, 3]: corners of about so many triangles of a primitive, or of all. Decodes some blobs
+    of a large one at a time."""
+    if not is_compressed(document.meshes[mesh].primitives[primitive]):
+        whole, _ = read_triangles(document, mesh, primitive)
+        step = 1 + len(whole.indices) // most
+        corners: np.ndarray = whole.attributes["POSITION"][whole.indices[::step]]
+        return corners
+    compressed = read_compressed(document, mesh, primitive)
+    step, first, found = 1 + compressed.triangle_count // most, 0, []
+    for part in starmap(compressed.as_primitive, compressed.parts()):
+        positions = part.attributes["POSITION"]
+        found.append(positions[part.indices[::step] - np.uint32(first)])
+        first += len(positions)
+    return np.concatenate(found)
 
 
 def _draw(corners: np.ndarray) -> np.ndarray:

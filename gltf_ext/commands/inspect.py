@@ -14,6 +14,7 @@ from gltf_ext.compression.streams import OCT, semantic
 from gltf_ext.errors import blaming
 from gltf_ext.gltf.document import Document, item
 from gltf_ext.gltf.importers import open_model
+from gltf_ext.portable import file_name
 
 INDEX_BYTES_PER_TRIANGLE = 12
 CATEGORY_OF = {"POSITION": "positions", "NORMAL": "normals", "TEXCOORD": "texcoords"}
@@ -123,7 +124,7 @@ def _fallback_files(document: Document, all_compressed: list[Compressed]) -> dic
         item(document.bufferViews, view, "bufferView").buffer for view in views if view is not None
     }
     return {
-        os.fsdecode(unquote_to_bytes(buffer.uri)): buffer.byteLength
+        file_name(unquote_to_bytes(buffer.uri)): buffer.byteLength
         for index, buffer in enumerate(document.buffers)
         if index in buffers and buffer.uri and not buffer.uri.startswith("data:")
     }

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from gltf_ext.compression.extension import malformed_from, require_compressed
+from gltf_ext.compression.options import Options
 from gltf_ext.errors import blaming
 from gltf_ext.files import check_output, write_model
 from gltf_ext.gltf.container import model_files
@@ -28,6 +29,7 @@ def transcode(
     or written.
     """
     output = Path(output)
+    Options.of({"threads": threads})
     check_output(output, input)
     with blaming(input):
         document = open_model(input)

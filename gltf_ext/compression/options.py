@@ -1,18 +1,19 @@
 """The options of `compress`, declared once.
 
-The command line's arguments, the docstring of `compress` and the table in docs/cli.md come from
-here: tools/option_docs.py writes the table, and a test compares it. Imports nothing heavy, so that
-`compress --help` is quick.
+The command line's arguments, the signature and the docstring of `compress` and the table in
+docs/cli.md come from here: tools/option_docs.py writes the docstring and the table, and a test
+compares them. Imports nothing heavy, so that `compress --help` is quick.
 """
 
 from __future__ import annotations
 
 import dataclasses
 import numbers
+import os
 import re
 import textwrap
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 from gltf_ext.errors import MeshletError
 
@@ -20,7 +21,8 @@ MIN_POSITION_BITS, DEFAULT_POSITION_BITS = 4, 12
 # A page of fewer bytes holds less than about ten meshlets, and mostly borders.
 MIN_PAGE_BYTES, MAX_PAGE_BYTES = 4096, 1 << 28
 LARGEST_NUMBER = 1e9
-EFFORTS = ("fast", "normal", "high")
+LARGEST_LAMBDA = 1000  # of the encoder
+MEMORY_TEXT = "a number such as 2G or 800M"
 DEFAULT_LOD_PAGE_BYTES = 32768
 # By default, primitives of more triangles become pages. One with fewer decodes in at most 8 ms in a
 # browser (bench/results/web.json). Pages of 128 KiB cost igea and dragon 0.8 and 0.7 % of their
@@ -39,7 +41,11 @@ class Option:
         help: one phrase, without limits and default.
         type: int, float, str or bool; a bool is a switch.
         limits: smallest and largest value, both allowed; None: any number above zero.
-        choices: for a str.
+        most: largest number without limits.
+        choices: for a str, from the field's Literal.
+        optional: None is the default, and may be given.
+        wanted: what a str without choices has to be.
+        also: types of values beside str.
         default: as shown; the value may be None if the encoder has the default.
         shown: what stands for the value in help texts; by default from the type.
         name: the keyword argument; set when the option is listed.
@@ -49,7 +55,11 @@ class Option:
     help: str
     type: type = int
     limits: tuple[float, float] | None = None
+    most: float = LARGEST_NUMBER
     choices: tuple[str, ...] = ()
+    optional: bool = False
+    wanted: str = ""
+    also: tuple[Any, ...] = ()
     default: str = ""
     shown: str = ""
     name: str = ""
@@ -80,30 +90,40 @@ class Option:
             return ""
         return " to ".join(str(n) if isinstance(n, int) else f"{n:g}" for n in self.limits)
 
+    @property
+    def accepted(self) -> str:
+        """The values that the option may have, in words."""
+        if self.type is bool:
+            return "True or False"
+        if self.type is str:
+            return " or ".join(self.choices) or self.wanted
+        return self.limits_text or f"a number above 0 and up to {self.most:g}"
+
     def check(self, value: Any) -> None:
         """Raises MeshletError for a value that the option cannot have."""
-        remedy = ""
-        if self.choices:
-            if value not in self.choices:
-                remedy = f"use {' or '.join(self.choices)}"
-        elif self.limits:
-            low, high = self.limits
-            if not self._is_number(value) or not low <= value <= high:
-                remedy = f"use {self.limits_text}"
-        elif self.type in (int, float) and not (
-            self._is_number(value) and 0 < value <= LARGEST_NUMBER
-        ):
-            remedy = f"use a number above 0 and up to {LARGEST_NUMBER:g}"
-        if remedy:
-            raise MeshletError(f"{self.name} is {value!r}", remedy, options=(self.name,))
+        if not (self.optional if value is None else self._accepts(value)):
+            raise MeshletError(
+                f"{self.name} is {value!r}", f"use {self.accepted}", options=(self.name,)
+            )
 
-    def _is_number(self, value: Any) -> bool:
-        return isinstance(value, numbers.Integral if self.type is int else numbers.Real)
+    def _accepts(self, value: Any) -> bool:
+        if self.type is bool or isinstance(value, bool):
+            return self.type is bool and isinstance(value, bool)
+        if self.type is str:
+            fits = isinstance(value, (str, *self.also))
+            return fits and (not self.choices or value in self.choices)
+        is_number = isinstance(value, numbers.Integral if self.type is int else numbers.Real)
+        if self.limits:
+            low, high = self.limits
+            return is_number and bool(low <= value <= high)
+        return is_number and bool(0 < value <= self.most)
 
 
 def _declared(value: Any, flag: str, help: str, **more: Any) -> Any:
     """A field with its Option; `value` is the default, of the option's type unless it is None."""
-    if value is not None:
+    if value is None:
+        more["optional"] = True
+    else:
         more.setdefault("type", type(value))
         more.setdefault("default", "" if value is False else str(value))
     return dataclasses.field(default=value, metadata={"option": Option(flag, help, **more)})
@@ -117,9 +137,9 @@ def bytes_of(text: str) -> int:
     return int(found[1]) << 10 * " KMG".index(found[2] or " ")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Options:
-    """Options of `compress`. Raises MeshletError for a value out of its limits."""
+    """Options of `compress`. Raises MeshletError for a value that an option cannot have."""
 
     position_bits: int | None = _declared(
         None,
@@ -142,11 +162,10 @@ class Options:
         "position step in model units, instead of bits: 0.001 is 1 mm if units are metres",
         type=float,
     )
-    grid: str = _declared(
+    grid: Literal["mesh", "scene"] = _declared(
         "mesh",
         "--grid",
         "one position grid per mesh, or one for the whole scene",
-        choices=("mesh", "scene"),
     )
     max_triangles: int = _declared(
         64, "--max-triangles", "most triangles in a meshlet", limits=(16, 64)
@@ -154,16 +173,17 @@ class Options:
     lambda_: float | None = _declared(
         None,
         "--lambda",
-        "above 1; small values give planar meshlets, large ones compact meshlets",
+        f"above 0 and up to {LARGEST_LAMBDA}; small values give planar meshlets, large ones "
+        "compact meshlets",
         type=float,
+        most=LARGEST_LAMBDA,
         default="1.4",
     )
-    effort: str = _declared(
+    effort: Literal["fast", "normal", "high"] = _declared(
         "normal",
         "--effort",
         "how long to look for a smaller file; against normal, fast takes about 0.6 of the time for "
         "2 % more bytes, and high 1.7 times for 0.2 % fewer",
-        choices=EFFORTS,
     )
     page_bytes: int | None = _declared(
         None,
@@ -218,6 +238,8 @@ class Options:
         "(K, M and G are powers of 1024)",
         type=str,
         shown="BYTES",
+        wanted=MEMORY_TEXT,
+        also=(int,),
     )
     work_dir: str | None = _declared(
         None,
@@ -225,6 +247,8 @@ class Options:
         "folder for the work files of --max-memory; by default that of the output",
         type=str,
         shown="FOLDER",
+        wanted="the path of a folder",
+        also=(os.PathLike,),
     )
     scheduler: str | None = _declared(
         None,
@@ -233,6 +257,7 @@ class Options:
         "stay below it too, each",
         type=str,
         shown="ADDRESS",
+        wanted="an address such as tcp://192.0.2.1:8786",
     )
     progress: bool = _declared(False, "", "draw a progress bar on a terminal")
 
@@ -245,12 +270,10 @@ class Options:
             )
         if self.position_bits is None:
             object.__setattr__(self, "position_bits", DEFAULT_POSITION_BITS)
-        if self.effort == "max":
+        if str(self.effort) == "max":
             raise MeshletError("effort max was removed", "use high", options=("effort",))
         for option in OPTIONS:
-            value = getattr(self, option.name)
-            if value is not None:
-                option.check(value)
+            option.check(getattr(self, option.name))
         for name in ("fallback", "transport"):
             if self.memory and getattr(self, name):
                 raise MeshletError(
@@ -294,7 +317,7 @@ class Options:
         except ValueError:
             raise MeshletError(
                 f"max_memory is {self.max_memory!r}",
-                "use a number such as 2G or 800M",
+                f"use {MEMORY_TEXT}",
                 options=("max_memory",),
             ) from None
 
@@ -315,15 +338,21 @@ class Options:
         return {"max_triangles": self.max_triangles, "effort": self.effort, **shape}
 
 
+def _choices(name: str) -> tuple[str, ...]:
+    """The values of an option whose type is a Literal; empty for others."""
+    hint = get_type_hints(Options)[name]
+    return get_args(hint) if get_origin(hint) is Literal else ()
+
+
 OPTIONS: tuple[Option, ...] = tuple(
-    dataclasses.replace(field.metadata["option"], name=field.name)
+    dataclasses.replace(field.metadata["option"], name=field.name, choices=_choices(field.name))
     for field in dataclasses.fields(Options)
 )
 FLAGS = {option.name: option.flag for option in OPTIONS if option.flag}
 
 
 def described() -> str:
-    """The options by their Python names, as the docstring of `compress` has them."""
+    """The lines for the docstring of `compress`: each option by its Python name."""
     blocks = []
     for option in OPTIONS:
         choices = '" or "'.join(option.choices)
@@ -336,4 +365,4 @@ def described() -> str:
                 subsequent_indent=" " * 12,
             )
         )
-    return "\n".join(blocks)
+    return "\n".join(blocks) + "\n"

@@ -144,6 +144,20 @@ def set_bounds(accessor: pygltflib.Accessor, low: np.ndarray, high: np.ndarray) 
     accessor.min, accessor.max = ([v.item() for v in bound] for bound in (low, high))
 
 
+def stated_bounds(accessor: pygltflib.Accessor) -> list[np.ndarray | None]:
+    """min and max, float64[components] each; None for one that is not stated.
+
+    Numbers of a FLOAT accessor are rounded to 32 bits (glTF 2.0, 3.6.2.5): JSON may hold the
+    shortest text that gives the same float.
+    """
+    rounded = np.float32 if accessor.componentType == pygltflib.FLOAT else np.float64
+    with np.errstate(over="ignore"):  # beyond the range of a float: infinite
+        return [
+            None if bound is None else np.array(bound, rounded).astype(np.float64)
+            for bound in (accessor.min, accessor.max)
+        ]
+
+
 def widen_bounds(accessor: pygltflib.Accessor, values: np.ndarray) -> None:
     """Extends min and max by those of more values."""
     rows = [np.array(b, values.dtype) for b in (accessor.min, accessor.max) if b]

@@ -6,6 +6,7 @@ import base64
 import binascii
 import mmap
 import os
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ import pygltflib
 
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.json_objects import from_json, minified, to_json
+from gltf_ext.portable import file_name, is_relative
 
 DAMAGED = "the file is damaged; get it again"
 TRIANGLE_MODES = (pygltflib.TRIANGLES, pygltflib.TRIANGLE_STRIP, pygltflib.TRIANGLE_FAN)
@@ -46,6 +48,7 @@ class Document:
             document's.
         base: the folder that relative uris refer to.
         import_warnings: one line for each thing lost when another format was read.
+        import_files: the other files that were read then, such as materials and textures.
         was_packed: the file had packed views (transport.py).
     """
 
@@ -58,6 +61,7 @@ class Document:
             raise MeshletError("is not glTF 2.0", "convert it to glTF 2.0 first")
         self.base = base
         self.import_warnings: tuple[str, ...] = ()
+        self.import_files: tuple[Path, ...] = ()
         self.was_packed = False
         self._binary = binary
         self._buffers_read: dict[int, memoryview] = {}
@@ -128,7 +132,7 @@ class Document:
     def _buffer_of(self, uri: str) -> bytes | memoryview:
         if uri.startswith("data:"):
             return _data_uri_bytes(uri)
-        if "://" in uri or unquote(uri).startswith("/"):
+        if "://" in uri or not is_relative(unquote(uri)):
             raise MeshletError(
                 f"refers to {uri}, which is not a relative path", "put the file beside the .gltf"
             )
@@ -144,16 +148,19 @@ class Document:
 
     def path_of(self, uri: str) -> Path:
         """The file behind a relative uri. Raises ValueError when there can be none."""
-        return self.base / os.fsdecode(unquote_to_bytes(uri))
+        name = file_name(unquote_to_bytes(uri))
+        if not is_relative(name):
+            raise ValueError
+        return self.base / name
 
     def files(self) -> list[Path]:
-        """The files that buffers and images refer to."""
-        uris = [holder.uri for holder in (*self.buffers, *self.images)]
-        return [
-            self.path_of(uri)
-            for uri in uris
-            if uri and not uri.startswith("data:") and uri.isprintable()
-        ]
+        """The files that buffers and images refer to, and those that an import has read."""
+        found = list(self.import_files)
+        for holder in (*self.buffers, *self.images):
+            if holder.uri and not holder.uri.startswith("data:"):
+                with suppress(ValueError):  # no path at all, so nothing reads it
+                    found.append(self.path_of(holder.uri))
+        return found
 
     # --- extensions ---
 

@@ -50,7 +50,7 @@ def _import_mesh(path: Path, suffix: str) -> Document:
     if not os.path.getsize(path):
         raise MeshletError(EMPTY, EXPORT_AGAIN)
     try:
-        meshes, warnings = READERS[suffix](path)
+        meshes, warnings, files = READERS[suffix](path)
     except MeshletError:
         raise
     except ValueError as error:  # of _codec.scan_lines
@@ -58,5 +58,6 @@ def _import_mesh(path: Path, suffix: str) -> Document:
     if not any(len(mesh.triangles) for mesh in meshes):
         raise MeshletError("holds no triangles", "there is nothing to compress")
     document = to_document(meshes)
-    document.base, document.import_warnings = path.parent, warnings
+    document.base, document.import_warnings = path.parent, tuple(warnings)
+    document.import_files = tuple(filter(Path.is_file, files))
     return document

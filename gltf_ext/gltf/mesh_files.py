@@ -6,6 +6,7 @@ import codecs
 import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, BinaryIO
 
 import numpy as np
@@ -45,6 +46,10 @@ class Mesh:
     triangles: np.ndarray
     attributes: dict[str, np.ndarray]
     material: Material | None = None
+
+
+# Meshes, warnings, and the other files that were looked for, such as materials and textures.
+Imported = tuple[list[Mesh], list[str], list[Path]]
 
 
 def block_bytes(file: BinaryIO) -> int:

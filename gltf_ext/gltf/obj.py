@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 from collections import defaultdict
 from collections.abc import Iterator
 from pathlib import Path
@@ -17,6 +16,7 @@ from gltf_ext.gltf.container import EXPORT_AGAIN
 from gltf_ext.gltf.images import read_texture
 from gltf_ext.gltf.mesh_files import (
     Collected,
+    Imported,
     Material,
     Mesh,
     check_numbers,
@@ -29,6 +29,7 @@ from gltf_ext.gltf.mesh_files import (
     to_texcoords,
     words_after,
 )
+from gltf_ext.portable import file_name
 
 VERTEX, TEXCOORD, NORMAL = range(3)
 KINDS = ("v", "vt", "vn")
@@ -130,8 +131,8 @@ def _triangles(
     return result, counts
 
 
-def read(path: Path) -> tuple[list[Mesh], tuple[str, ...]]:
-    """A mesh for each material that has triangles, and warnings. Raises MeshletError, OSError."""
+def read(path: Path) -> Imported:
+    """A mesh for each material that has triangles. Raises MeshletError, OSError."""
     rows: dict[str, Collected] = defaultdict(Collected)
     faces: dict[bytes, list[list[np.ndarray]]] = defaultdict(list)
     libraries: list[bytes] = []
@@ -146,7 +147,7 @@ def read(path: Path) -> tuple[list[Mesh], tuple[str, ...]]:
     table = {attribute: collected.rows() for attribute, collected in rows.items()}
     if len(table.get("COLOR_0", ())) < len(table.get("POSITION", ())):
         table.pop("COLOR_0", None)  # some vertices have none
-    materials, warnings = materials_of(path.parent, libraries)
+    materials, warnings, files = materials_of(path.parent, libraries)
     whole = objects[0] if objects else b""
     several = len(faces) > 1
     meshes = []
@@ -156,7 +157,7 @@ def read(path: Path) -> tuple[list[Mesh], tuple[str, ...]]:
         triangles, values_of, more = _vertices(faces.pop(material), table)
         meshes.append(Mesh(name, triangles, values_of, materials.get(material)))
         warnings += [f"{name}: {line}" for line in more]
-    return meshes, tuple(warnings)
+    return meshes, warnings, files
 
 
 def attributes(block: Block) -> dict[str, np.ndarray]:
@@ -201,13 +202,13 @@ def referenced_files(path: Path) -> list[Path]:
     """The libraries that a file names, and the images that those of them name that exist."""
     with open(path, "rb") as file:
         names = [name for text in text_blocks(file) for name in _libraries_of(text)]
-    libraries = [path.parent / os.fsdecode(name) for name in dict.fromkeys(names)]
+    libraries = [path.parent / file_name(name) for name in dict.fromkeys(names)]
     images = [
-        path.parent / os.fsdecode(b" ".join(lines[b"map_kd"]))
+        path.parent / texture
         for library in libraries
         if library.is_file()
         for _, lines in _libraries_materials(library.read_bytes())
-        if b"map_kd" in lines
+        if (texture := _texture_of(lines))
     ]
     return [*libraries, *dict.fromkeys(images)]
 
@@ -217,19 +218,26 @@ def _libraries_of(text: bytes) -> list[bytes]:
     return words_after(text, offsets)
 
 
-def materials_of(folder: Path, libraries: list[bytes]) -> tuple[dict[bytes, Material], list[str]]:
-    """The materials of all libraries by name, and warnings for files that are not there."""
+def materials_of(
+    folder: Path, libraries: list[bytes]
+) -> tuple[dict[bytes, Material], list[str], list[Path]]:
+    """The materials of all libraries by name, warnings for files that are not there, and the files
+    that were looked for."""
     materials: dict[bytes, Material] = {}
     warnings: list[str] = []
+    files: list[Path] = []
     for library in dict.fromkeys(libraries):
-        path = folder / os.fsdecode(library)
+        path = folder / file_name(library)
+        files.append(path)
         if not path.is_file():
             warnings.append(f"{path.name} is not there, so its material is left out")
             continue
         for name, lines in _libraries_materials(path.read_bytes()):
             materials[name], more = _material(folder, name, lines)
             warnings += more
-    return materials, warnings
+            if texture := _texture_of(lines):
+                files.append(folder / texture)
+    return materials, warnings, files
 
 
 Lines = dict[bytes, list[bytes]]  # keyword in lower case -> the words after it
@@ -250,6 +258,11 @@ def _libraries_materials(text: bytes) -> Iterator[tuple[bytes, Lines]]:
         yield name, lines
 
 
+def _texture_of(lines: Lines) -> str:
+    """The file of a material's texture, empty for none."""
+    return file_name(b" ".join(lines.get(b"map_kd", [])))
+
+
 def _material(folder: Path, name: bytes, lines: Lines) -> tuple[Material, tuple[str, ...]]:
     """A glTF material of base colour (Kd, map_Kd) and shininess (Ns), and warnings."""
     shininess = (_numbers(lines.get(b"ns", [])) or [1.0])[0]
@@ -261,9 +274,10 @@ def _material(folder: Path, name: bytes, lines: Lines) -> tuple[Material, tuple[
     if len(color) == 3:
         pbr["baseColorFactor"] = [*(min(max(c, 0.0), 1.0) for c in color), 1.0]
     properties = {"name": name.decode(errors="replace"), "pbrMetallicRoughness": pbr}
-    if b"map_kd" not in lines:
+    texture = _texture_of(lines)
+    if not texture:
         return Material(properties), ()
-    image, warnings = read_texture(folder, os.fsdecode(b" ".join(lines[b"map_kd"])))
+    image, warnings = read_texture(folder, texture)
     return Material(properties, image), warnings
 
 

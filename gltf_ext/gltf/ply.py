@@ -17,6 +17,7 @@ from gltf_ext.gltf.images import read_texture
 from gltf_ext.gltf.mesh_files import (
     CUT_OFF,
     Collected,
+    Imported,
     Material,
     Mesh,
     block_bytes,
@@ -133,8 +134,8 @@ def blocks(file: BinaryIO, header: Header) -> Iterator[tuple[Element, Columns]]:
                 yield element, columns
 
 
-def read(path: Path) -> tuple[list[Mesh], tuple[str, ...]]:
-    """The mesh, if it has triangles, and warnings. Raises MeshletError, OSError."""
+def read(path: Path) -> Imported:
+    """The mesh, if it has triangles. Raises MeshletError, OSError."""
     vertices: dict[str, Collected] = defaultdict(Collected)
     faces: dict[str, Collected] = defaultdict(Collected)
     with open(path, "rb") as file:
@@ -151,10 +152,10 @@ def read(path: Path) -> tuple[list[Mesh], tuple[str, ...]]:
             for name, values in parts.items():
                 collected[name].add(values)
     if "POSITION" not in vertices or "triangles" not in faces:
-        return [], ()
+        return [], [], []
     mesh = _mesh(path, *({n: c.rows() for n, c in d.items()} for d in (vertices, faces)))
-    mesh.material, warnings = material_of(path.parent, header.texture)
-    return [mesh], warnings
+    mesh.material, warnings, files = material_of(path.parent, header.texture)
+    return [mesh], warnings, files
 
 
 def vertex_attributes(element: Element, columns: Columns) -> dict[str, np.ndarray]:
@@ -226,12 +227,12 @@ def _mesh(path: Path, vertices: dict[str, np.ndarray], faces: dict[str, np.ndarr
     return Mesh(path.name, new_triangles, attributes)
 
 
-def material_of(folder: Path, texture: str) -> tuple[Material | None, tuple[str, ...]]:
-    """The material of a texture's file, if there is one, and warnings."""
+def material_of(folder: Path, texture: str) -> tuple[Material | None, list[str], list[Path]]:
+    """The material of a texture's file, if there is one, warnings, and the file."""
     if not texture:
-        return None, ()
+        return None, [], []
     image, warnings = read_texture(folder, texture)
-    return (Material({}, image) if image else None), warnings
+    return (Material({}, image) if image else None), list(warnings), [folder / texture]
 
 
 # --- text ---

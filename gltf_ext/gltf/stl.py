@@ -15,6 +15,7 @@ from gltf_ext.gltf.container import EXPORT_AGAIN
 from gltf_ext.gltf.mesh_files import (
     CUT_OFF,
     Collected,
+    Imported,
     Mesh,
     read_rows,
     text_blocks,
@@ -54,8 +55,8 @@ def blocks(path: Path) -> Iterator[Block]:
             yield from _text(text_blocks(file))
 
 
-def read(path: Path) -> tuple[list[Mesh], tuple[str, ...]]:
-    """A mesh for each solid that has triangles, and no warnings. Raises MeshletError, OSError."""
+def read(path: Path) -> Imported:
+    """A mesh for each solid that has triangles. Raises MeshletError, OSError."""
     meshes = []
     for (_, name), group in itertools.groupby(blocks(path), lambda block: block[:2]):
         collected = Collected()
@@ -65,7 +66,7 @@ def read(path: Path) -> tuple[list[Mesh], tuple[str, ...]]:
         if len(positions):
             triangles = np.arange(len(positions), dtype=np.uint32).reshape(-1, 3)
             meshes.append(Mesh(name or path.name, triangles, {"POSITION": positions}))
-    return meshes, ()
+    return meshes, [], []
 
 
 def _text(texts: Iterator[bytes]) -> Iterator[Block]:

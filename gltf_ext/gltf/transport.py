@@ -11,6 +11,20 @@ from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.document import DAMAGED, Document, NewBytes, item, new_bytes
 
 TRANSPORT = "EXT_meshlet_transport"
+VERSION = 1  # the first byte of a packed view; that of a blob is the letter E
+
+
+def is_packed(view: bytes) -> bool:
+    """True if a view is packed, for readers that do not see the view's extensions."""
+    return view[:1] == bytes([VERSION])
+
+
+def unpack(view: bytes) -> bytes:
+    """The resident bytes of a packed view, which are still to be validated. Raises ValueError."""
+    resident = _codec.unpack(view)
+    if [length for _, length in _codec.split(resident)] != _page_lengths(view):
+        raise ValueError("the pages of the packed view are not its blobs")
+    return resident
 
 
 def unpack_views(document: Document) -> bool:
@@ -27,9 +41,7 @@ def unpack_views(document: Document) -> bool:
             size = _codec.unpacked_bytes(data)
             if not isinstance(extension, dict) or extension.get("byteLength") != size:
                 raise ValueError(f"its {TRANSPORT} object does not say that it has {size} bytes")
-            resident = _codec.unpack(data)
-            if [length for _, length in _codec.split(resident)] != _page_lengths(data):
-                raise ValueError("the pages of the packed view are not its blobs")
+            resident = unpack(data)
         except ValueError as error:
             raise MeshletError(f"bufferView {index}: {error}", DAMAGED) from None
         view.new_bytes = NewBytes(memoryview(resident), False)

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
+import numbers
 from dataclasses import dataclass
+from typing import Any
 
 from gltf_ext.compression.extension import Compressed
 from gltf_ext.compression.primitives import Primitive
 from gltf_ext.errors import MeshletError
+from gltf_ext.gltf.accessors import stated_bounds
 from gltf_ext.gltf.document import Document
 from gltf_ext.lod.cuts import cut_at_error, cut_at_level
 from gltf_ext.lod.reading import read_lod
@@ -34,7 +37,7 @@ class Detail:
             raise MeshletError(
                 "level and error both choose the detail", "give one", options=("level", "error")
             )
-        if level is not None and (not isinstance(level, int) or level < 0):
+        if level is not None and (not _is_count(level)):
             raise MeshletError(f"level is {level!r}", "use 0 or more", options=("level",))
         if error is None:
             return cls(level)
@@ -64,6 +67,11 @@ class Detail:
         return primitive.mesh(cut_at_error(primitive.tables, error))
 
 
+def _is_count(value: Any) -> bool:
+    is_integer = isinstance(value, numbers.Integral) and not isinstance(value, bool)
+    return is_integer and bool(value >= 0)
+
+
 def missing_levels(document: Document) -> list[str]:
     """A warning for a user who asks for less detail, if the document has all triangles only."""
     if EXTENSION in document.extensionsUsed:
@@ -75,9 +83,9 @@ def _longest_side(document: Document, compressed: Compressed) -> float:
     """Of the bounding box that the POSITION accessor states."""
     primitive = document.meshes[compressed.mesh].primitives[compressed.primitive]
     accessor = document.accessors[primitive.attributes["POSITION"]]
-    low, high = accessor.min, accessor.max
-    if not low or not high or len(low) != 3 or len(high) != 3:
+    low, high = stated_bounds(accessor)
+    if low is None or high is None or len(low) != 3 or len(high) != 3:
         raise MeshletError(
             f"{compressed.where}: POSITION has no bounds", "compress the original again"
         )
-    return float(max(b - a for a, b in zip(low, high)))
+    return float((high - low).max())

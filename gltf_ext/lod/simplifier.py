@@ -25,7 +25,6 @@ from gltf_ext import _codec
 from gltf_ext.errors import MeshletError
 
 VERSION = "0.2.30a0"
-MAX_ATTRIBUTES = 32  # floats per vertex
 # meshopt_SimplifySparse: triangles use few of the vertices. meshopt_SimplifyErrorAbsolute.
 SPARSE, ERROR_ABSOLUTE = 2, 4
 LARGEST_ERROR = 1e30
@@ -85,7 +84,8 @@ def simplify(
     """Collapses edges onto existing vertices until at most `target` triangles are left.
 
     triangles: uint32[T, 3]; positions: float32[V, 3]; attributes: float32[V, A] with weights
-    float32[A], which count in the choice of edges; locked: uint8[V], 1 for vertices that stay;
+    float32[A], which count in the choice of edges, A at most 32 (meshoptimizer checks nothing);
+    locked: uint8[V], 1 for vertices that stay;
     error_limit: the largest error that a collapse may have, in the units of positions.
 
     Returns uint32[N, 3], and the largest error of a collapse.

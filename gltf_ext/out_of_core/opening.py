@@ -59,7 +59,7 @@ def open_large(path: Path, options: Options) -> tuple[Document, Larges]:
         )
     stamp = stamp_of(path)
     try:
-        meshes, warnings = {".obj": _obj, ".ply": _ply, ".stl": _stl}[suffix](path, folder)
+        meshes, warnings, files = {".obj": _obj, ".ply": _ply, ".stl": _stl}[suffix](path, folder)
     except MeshletError:
         raise
     except ValueError as error:  # of _codec.scan_lines
@@ -71,6 +71,7 @@ def open_large(path: Path, options: Options) -> tuple[Document, Larges]:
         raise MeshletError("holds no triangles", "there is nothing to compress")
     document = to_document([mesh.sketch() for mesh in meshes])
     document.base, document.import_warnings = path.parent, tuple(warnings)
+    document.import_files = tuple(filter(Path.is_file, files))
     large = {(m, 0): mesh.primitive(m, options) for m, mesh in enumerate(meshes)}
     return document, _checked(large, path, options)
 
@@ -149,7 +150,7 @@ class _Spooled:
         return Source(mesh, 0, attributes, list(self.indices), *reading(options))
 
 
-Result = tuple[list[_Spooled], list[str]]  # meshes, warnings
+Result = tuple[list[_Spooled], list[str], list[Path]]  # as Imported
 
 
 def _stl(path: Path, folder: str) -> Result:
@@ -159,7 +160,7 @@ def _stl(path: Path, folder: str) -> Result:
             attributes = {"POSITION": WorkArray(folder)}
             meshes[number] = _Spooled(name or path.name, attributes, [(("POSITION",), None)])
         meshes[number].attributes["POSITION"].add(corners.reshape(-1, 3))
-    return list(meshes.values()), []
+    return list(meshes.values()), [], []
 
 
 def _ply(path: Path, folder: str) -> Result:
@@ -179,12 +180,12 @@ def _ply(path: Path, folder: str) -> Result:
                 for name, values in found.items():
                     corners[name].add(values)
     if "POSITION" not in vertices:
-        return [], []
+        return [], [], []
     own = {name: array for name, array in corners.items() if name not in vertices}
     indices: list[tuple[tuple[str, ...], WorkArray | None]] = [(tuple(vertices), triangles)]
     indices += [((name,), None) for name in own]
-    material, warnings = ply.material_of(path.parent, header.texture)
-    return [_Spooled(path.name, {**vertices, **own}, indices, material)], list(warnings)
+    material, warnings, files = ply.material_of(path.parent, header.texture)
+    return [_Spooled(path.name, {**vertices, **own}, indices, material)], warnings, files
 
 
 @dataclass
@@ -214,7 +215,7 @@ def _obj(path: Path, folder: str) -> Result:
                     found.lacks.add(kind)
         libraries += block.libraries
         objects += block.objects
-    materials, warnings = obj.materials_of(path.parent, libraries)
+    materials, warnings, files = obj.materials_of(path.parent, libraries)
     meshes = []
     for material, found in faces.items():
         label = material if len(faces) > 1 and material else (objects or [b""])[0]
@@ -223,7 +224,7 @@ def _obj(path: Path, folder: str) -> Result:
         attributes = {n: rows[n] for names, _ in groups for n in names}
         meshes.append(_Spooled(name, attributes, groups, materials.get(material)))
         warnings += [f"{name}: {line}" for line in more]
-    return meshes, warnings
+    return meshes, warnings, files
 
 
 def _groups(

@@ -53,7 +53,8 @@ class FileArray:
         size = dtype.itemsize * components
         length = self.stride * (last - first - 1) + size
         with open(self.path, "rb") as file:
-            data = os.pread(file.fileno(), length, self.offset + self.stride * first)
+            file.seek(self.offset + self.stride * first)
+            data = file.read(length)
         check_unchanged(self.path, self.stamp if len(data) == length else None)
         strides = (self.stride, dtype.itemsize)
         values: np.ndarray = np.ndarray((last - first, components), dtype, data, 0, strides)

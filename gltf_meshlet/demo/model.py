@@ -336,7 +336,7 @@ def write_glb(primitives: list[Primitive], path: str | Path) -> None:
         mesh.primitives.append(
             pygltflib.Primitive(attributes=names, indices=indices, material=material)
         )
-    write_files(model_files(document, Path(path)))
+    write_files(model_files(document, Path(path)), read=())
 
 
 def _material(primitive: Primitive) -> dict[str, Any]:

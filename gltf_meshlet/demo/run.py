@@ -65,6 +65,7 @@ def _save_pictures(
     studio.save_side_by_side(
         comparison,
         {text: studio.picture(path, *RENDERED) for text, path in captions.items()},
+        [original, compressed],
     )
-    studio.save(meshlets, studio.meshlets_picture(compressed, *MESHLETS_RENDERED))
+    studio.save(meshlets, studio.meshlets_picture(compressed, *MESHLETS_RENDERED), [compressed])
     return [comparison, meshlets]

@@ -7,6 +7,7 @@ Needs the "mitsuba" extra and the plugin; importing this raises ImportError with
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -129,15 +130,15 @@ def _lights() -> np.ndarray:
     return radiance_map
 
 
-def save(path: Path, pixels: np.ndarray) -> None:
-    """Writes a PNG."""
+def save(path: Path, pixels: np.ndarray, models: Iterable[Path]) -> None:
+    """Writes a PNG. models: that it shows. Raises MeshletError, OSError."""
     content = BytesIO()
     Image.fromarray(pixels).save(content, "png", optimize=True)
-    write_files({path: [content.getvalue()]})
+    write_files({path: [content.getvalue()]}, models)
 
 
-def save_side_by_side(path: Path, captioned: dict[str, np.ndarray]) -> None:
-    """Writes a PNG of pictures of one size, each above its caption."""
+def save_side_by_side(path: Path, captioned: dict[str, np.ndarray], models: Iterable[Path]) -> None:
+    """Writes a PNG of pictures of one size, each above its caption; otherwise as `save`."""
     height, width = next(iter(captioned.values())).shape[:2]
     sheet = Image.new("RGB", (width * len(captioned), height + CAPTION_HEIGHT), "white")
     draw, font = ImageDraw.Draw(sheet), ImageFont.load_default(CAPTION_SIZE)
@@ -145,4 +146,4 @@ def save_side_by_side(path: Path, captioned: dict[str, np.ndarray]) -> None:
         sheet.paste(Image.fromarray(pixels), (i * width, 0))
         middle = (i * width + width // 2, height + CAPTION_HEIGHT // 2)
         draw.text(middle, caption, "black", font, anchor="mm")
-    save(path, np.asarray(sheet))
+    save(path, np.asarray(sheet), models)

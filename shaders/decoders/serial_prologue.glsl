@@ -71,6 +71,7 @@ uvec2 mask_scatter(uvec2 bits, uvec2 m) {
 uint bit_length(uint x) { return uint(findMSB(x) + 1); }
 uint choose(bool condition, uint a, uint b) { return condition ? a : b; }
 uvec2 choose(bool condition, uvec2 a, uvec2 b) { return condition ? a : b; }
+bool ends_after(uint p, uint n, uint end) { return p > end || n > end - p; }
 uint divide(uint x, uint n) { return x / n; }
 
 uint load_memory(uint i) { return BLOB_WORD(min(i, blob_word_total - 1u)); }

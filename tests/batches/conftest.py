@@ -39,6 +39,19 @@ def start(environment, tmp_path):
         process.communicate()
 
 
+@pytest.fixture(scope="module")
+def client():
+    """Of a scheduler and a worker in this process."""
+    distributed = pytest.importorskip("distributed")
+    with (
+        distributed.LocalCluster(
+            n_workers=1, threads_per_worker=2, processes=False, dashboard_address=None
+        ) as cluster,
+        distributed.Client(cluster) as client,
+    ):
+        yield client
+
+
 @pytest.fixture
 def cluster(start):
     """cluster(port, workers): address and processes of a scheduler and workers on TCP ports."""

@@ -19,25 +19,21 @@ import gltf_ext
 from gltf_ext import scheduler
 from gltf_ext.batches import run as batch_run
 from gltf_ext.batches import task
+from gltf_ext.batches.finding import find_models, output_names
 from gltf_ext.batches.memory import BASE, estimate
 from gltf_ext.batches.page import page
-from gltf_ext.batches.storage import STATE, Folder, find_models, output_names
+from gltf_ext.batches.storage import OUTPUTS as OUTPUT_LIST
+from gltf_ext.batches.storage import STATE, Folder, Outputs
 from gltf_ext.batches.task import Job
 from gltf_ext.batches.task import run as run_task
 from gltf_meshlet import cli
 from tests.helpers.cluster import eventually, finished, free_port, is_open
 from tests.helpers.environment import MODELS, ROOT
-from tests.helpers.gltf_builder import Builder, grid_mesh
+from tests.helpers.gltf_builder import write_grid
 
 distributed = pytest.importorskip("distributed")
 COMMAND = [sys.executable, "-m", "gltf_meshlet", "batch"]
 LONG = 1800  # for a hundred models
-
-
-def write_model(path, size=9):
-    builder = Builder()
-    builder.mesh({"POSITION": grid_mesh(size, size)[0]}, grid_mesh(size, size)[1])
-    builder.write(path)
 
 
 @pytest.fixture
@@ -46,8 +42,8 @@ def source(tmp_path):
     folder = tmp_path / "source"
     (folder / "deep").mkdir(parents=True)
     for i in range(8):
-        write_model(folder / f"{i}.glb", 5 + i)
-    write_model(folder / "deep" / "same.glb")
+        write_grid(folder / f"{i}.glb", 5 + i)
+    write_grid(folder / "deep" / "same.glb")
     (folder / "deep" / "same.obj").write_text(
         "mtllib m.mtl\nusemtl m\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\n"
     )
@@ -66,7 +62,8 @@ def digests(folder):
     files = {p.relative_to(folder).as_posix(): p for p in folder.rglob("*") if p.is_file()}
     found = {n: p for n, p in files.items() if not n.startswith(STATE) and n.endswith(".glb")}
     kept = {f"{STATE}/{name}.json" for name in found}
-    assert set(files) - set(found) - {"batch.json", "batch.html"} == kept, "records and no more"
+    others = {"batch.json", "batch.html", OUTPUT_LIST}
+    assert set(files) - set(found) - others == kept, "records and no more"
     return {n: hashlib.sha256(p.read_bytes()).hexdigest() for n, p in found.items()}
 
 
@@ -74,7 +71,9 @@ def digests(folder):
 def undisturbed(source, tmp_path):
     """The outputs that each model gives on its own."""
     wanted = {}
-    for name, output in output_names(list(find_models(str(source), Folder("/none"))[1])).items():
+    nowhere = Folder(str(tmp_path / "nowhere"))
+    models = find_models(str(source), nowhere, Outputs(nowhere)).models
+    for name, output in output_names([model.name for model in models]).items():
         if not name.startswith("damaged"):
             path = tmp_path / "single.glb"
             gltf_ext.compress(source / name, path)
@@ -107,17 +106,6 @@ def environment(tmp_path):
 # --- in one process ---
 
 
-@pytest.fixture(scope="module")
-def client():
-    with (
-        distributed.LocalCluster(
-            n_workers=1, threads_per_worker=2, processes=False, dashboard_address=None
-        ) as cluster,
-        distributed.Client(cluster) as client,
-    ):
-        yield client
-
-
 def test_all_files_and_nothing_twice(source, tmp_path, client, undisturbed):
     report = gltf_ext.batch(str(source), str(tmp_path / "out"), scheduler=client)
     assert digests(tmp_path / "out") == undisturbed
@@ -140,10 +128,10 @@ def test_what_changed_is_done_again(source, tmp_path, client, monkeypatch):
         return {file["name"] for file in report["files"] if file["status"] == "done"}
 
     assert len(names()) == 10
-    write_model(source / "1.glb", 20)
+    write_grid(source / "1.glb", 20)
     (tmp_path / "out" / "2.glb").unlink()
     os.utime(source / "3.glb", (1, 1))  # touched, but the same bytes
-    write_model(source / "new.glb")
+    write_grid(source / "new.glb")
     assert names() == {"1.glb", "2.glb", "new.glb"}
     assert names() == set()
     (tmp_path / "out" / STATE / "4.glb.json").write_text("{")
@@ -209,12 +197,12 @@ def test_globs_lists_and_the_destination_inside(source, tmp_path, client):
 def test_a_file_that_changes_while_it_is_read(source, tmp_path, monkeypatch):
     def changing(input, output, **options):
         report = gltf_ext.compress(input, output, **options)
-        write_model(source / "1.glb", 30)
+        write_grid(source / "1.glb", 30)
         return report
 
     monkeypatch.setattr(task, "compress", changing)
     out = str(tmp_path / "out")
-    record = run_task(Job(str(source), "1.glb", out, "1.glb", {}, task.VERSION))
+    record = run_task(Job(f"{source}/1.glb", "1.glb", out, "1.glb", {}, task.VERSION))
     assert record["status"] == "failed" and "changed while it was read" in record["error"]
     assert not (tmp_path / "out").exists()
 
@@ -222,7 +210,7 @@ def test_a_file_that_changes_while_it_is_read(source, tmp_path, monkeypatch):
 def test_a_result_that_does_not_fit_a_glb(source, tmp_path, monkeypatch):
     monkeypatch.setattr("gltf_ext.gltf.container.MAX_BINARY_BYTES", 10)
     out = str(tmp_path / "out")
-    record = run_task(Job(str(source), "1.glb", out, "1.glb", {}, task.VERSION))
+    record = run_task(Job(f"{source}/1.glb", "1.glb", out, "1.glb", {}, task.VERSION))
     assert record["status"] == "failed" and "does not fit a .glb" in record["error"]
     assert not (tmp_path / "out").exists()
 
@@ -235,13 +223,17 @@ def test_a_result_that_does_not_fit_a_glb(source, tmp_path, monkeypatch):
         ("source", "out", {"position_bits": 99}, "position_bits"),
         ("source", "nope://out", {}, "Protocol not known"),
         ("source", "out", {"scheduler": "tcp://127.0.0.1:9"}, "no scheduler answers"),
+        ("source", "out", {"workers": -1}, "workers is -1; use 1 or more"),
+        ("source", "out", {"workers": 0}, "workers is 0; use 1 or more"),
+        ("gone", "out", {}, "is not there"),
+        ("source/**a.glb", "out", {}, "pattern"),
     ],
 )
 def test_refused_in_one_line(tmp_path, monkeypatch, source, destination, options, message):
     monkeypatch.setattr(scheduler, "CONNECT", 0.5)
     monkeypatch.chdir(tmp_path)
     (tmp_path / "source").mkdir()
-    write_model(tmp_path / "source" / "a.glb")
+    write_grid(tmp_path / "source" / "a.glb")
     (tmp_path / "nothing").mkdir()
     with pytest.raises(gltf_ext.MeshletError, match=r"^[^\n]*$") as caught:
         gltf_ext.batch(source, destination, **options)
@@ -249,18 +241,28 @@ def test_refused_in_one_line(tmp_path, monkeypatch, source, destination, options
 
 
 def test_memory_is_estimated_from_the_header(tmp_path):
-    folder = Folder(str(tmp_path))
-
     def triangles(name):
-        info = folder.fs.info(folder.at(name))
-        return (estimate(folder, name, info) - BASE - 2 * info["size"]) / 425
+        size = (tmp_path / name).stat().st_size
+        return (estimate(f"{tmp_path}/{name}", size, {}) - BASE - 2 * size) / 425
 
-    write_model(tmp_path / "a.glb", 21)
+    write_grid(tmp_path / "a.glb", 21)
     gltf_ext.compress(tmp_path / "a.glb", tmp_path / "b.glb")
     (tmp_path / "c.obj").write_text("v 0 0 0\n" * 30)
     (tmp_path / "d.glb").write_bytes(b"glTF")
     assert triangles("a.glb") == triangles("b.glb") == 800
     assert 0 < triangles("c.obj") < 10 and triangles("d.glb") == 0
+    (tmp_path / "e.gltf").write_text('{"accessors":[{"count":1e999}]}')
+    (tmp_path / "f.gltf").write_text("[" * 100_000)
+    assert triangles("e.gltf") == 1 and 0 < triangles("f.gltf") < 5000
+    assert estimate(f"{tmp_path}/gone.glb", 0, {}) == BASE
+
+
+def test_memory_has_the_limit_of_max_memory(tmp_path):
+    write_grid(tmp_path / "a.glb", 900)
+    size = (tmp_path / "a.glb").stat().st_size
+    assert estimate(f"{tmp_path}/a.glb", size, {}) > 600 << 20
+    assert estimate(f"{tmp_path}/a.glb", size, {"max_memory": "200M"}) == BASE + (200 << 20)
+    assert estimate(f"{tmp_path}/a.glb", size, {"max_memory": "9G"}) > 600 << 20
 
 
 def test_the_page_escapes_names_and_shows_failures_first(source, tmp_path, client):
@@ -277,7 +279,7 @@ def test_the_page_escapes_names_and_shows_failures_first(source, tmp_path, clien
 def test_a_killer_is_reported_once_and_stops_no_other(
     source, tmp_path, environment, start, undisturbed
 ):
-    write_model(source / "killer.glb")
+    write_grid(source / "killer.glb")
     with socket.socket() as taken:
         if not is_open(8787):  # Dask's port: that it is taken is nothing to report
             taken.bind(("127.0.0.1", 8787))
@@ -302,11 +304,11 @@ def test_workers_and_clients_that_are_killed(
     eventually(lambda: len(environment.log()) >= 2)
     os.kill(int(environment.log()[0][0]), signal.SIGKILL)
     records = tmp_path / "out" / STATE
-    eventually(lambda: len(list(records.rglob("*.json"))) >= 4)
+    eventually(lambda: len(list(records.rglob("*.glb.json"))) >= 4)
     client.kill()
     client.wait()
     time.sleep(1)  # tasks that run are not stopped
-    done = {p.name.removesuffix(".json") for p in records.rglob("*.json")}
+    done = {p.name.removesuffix(".json") for p in records.rglob("*.glb.json")}
     before = len(environment.log())
     finished(start(*command), 2)
     assert digests(tmp_path / "out") == undisturbed
@@ -386,7 +388,8 @@ class Disturbed:
 
     def records(self):
         self.folder.fs.invalidate_cache()
-        return {path for path in self.folder.fs.find(self.folder.at(STATE)) if ".json" in path}
+        found = self.folder.fs.find(self.folder.at(STATE))
+        return {path for path in found if ".glb.json" in path}
 
     def wait(self, count, client):
         eventually(lambda: len(self.records()) >= count, LONG, client, every=0.5)

@@ -13,6 +13,7 @@ from gltf_ext.gltf.importers import open_model
 from spec import blob_writer
 from spec.blob_writer import AFFINE, COPY, GEO, GRID, INTEGER, OCT, Stream
 from tests.helpers.environment import ROOT
+from tests.helpers.long_blobs import MAX_BYTES, stretched
 from tests.helpers.vulkan_scenes import require_vulkan
 
 VECTORS = ROOT / "spec" / "vectors"
@@ -102,6 +103,14 @@ def test_conformance_vectors(decoder):
     for path in VALID:
         blob = path.read_bytes()
         assert_same(decoder.decode(blob), blob)
+
+
+@pytest.mark.parametrize("decoder", ["serial", "traversal"], indirect=True)  # the others are alike
+def test_longest_blob(decoder):
+    """Its positions of bits nearly need 33 bits."""
+    small = (VECTORS / "valid_worked_example.bin").read_bytes()
+    blob = bytes(stretched(small, MAX_BYTES).bytes)
+    assert_same(decoder.decode(blob), blob)
 
 
 def test_malformed_vectors(decoder):

@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 import gltf_ext
+from gltf_ext.gltf.importers import open_model
 from tests.helpers import interface_program
 from tests.helpers.environment import ROOT, missing
-from tests.helpers.gltf_builder import NORMALIZED, Builder, everything
+from tests.helpers.gltf_builder import NORMALIZED, Builder, everything, grid_mesh
 from tests.helpers.native import folder_of
 from tools.native_build import build_folder, find_cmake
 
@@ -75,6 +76,16 @@ def test_pkg_config(static, prefix, tmp_path):
     assert "triangles, " in run(program, SMALL)
 
 
+def write_packed(packed: Path, unpacked: Path) -> None:
+    """A file that is packed for download, and the same without."""
+    positions, triangles = grid_mesh(40, 40)
+    builder = Builder()
+    builder.mesh({"POSITION": positions}, triangles)
+    gltf_ext.compress(builder.write(packed), unpacked)
+    gltf_ext.transcode(unpacked, packed)
+    assert open_model(packed).was_packed
+
+
 def test_example_loads_a_model(prefix, tmp_path):
     """examples/cpp_loader: a C++11 program with tinygltf, beside gltf_ext."""
     headers = (Path("/usr/include", name) for name in ("tiny_gltf.h", "nlohmann/json.hpp"))
@@ -93,6 +104,8 @@ def test_example_loads_a_model(prefix, tmp_path):
     program = tmp_path / "load"
     run("g++", "-std=c++11", source, *found, f"-Wl,-rpath,{folder.parent}", "-o", program)
     printed = run(program, tmp_path / "out.glb")
+    write_packed(tmp_path / "packed.glb", tmp_path / "unpacked.glb")
+    assert run(program, tmp_path / "packed.glb") == run(program, tmp_path / "unpacked.glb")
     (primitive,) = gltf_ext.load(tmp_path / "out.glb")
     assert printed.startswith(f"{len(primitive.indices)} triangles\n")
     positions = primitive.attributes["POSITION"]
@@ -102,10 +115,11 @@ def test_example_loads_a_model(prefix, tmp_path):
     numbers = [tuple(map(float, word.split(".."))) for word in line.split(": ")[1].split()]
     assert np.array_equal(np.float32(numbers), np.float32(list(bounds)))
     assert all(f"  {name}, " in printed for name in primitive.attributes)
-    (tmp_path / "cut.glb").write_bytes((tmp_path / "out.glb").read_bytes()[:-100])
-    refused = subprocess.run([program, tmp_path / "cut.glb"], capture_output=True, text=True)
-    assert refused.returncode == 2
-    assert len(refused.stderr.splitlines()) == 1
+    for name in ("out.glb", "packed.glb"):
+        (tmp_path / "cut.glb").write_bytes((tmp_path / name).read_bytes()[:-100])
+        refused = subprocess.run([program, tmp_path / "cut.glb"], capture_output=True, text=True)
+        assert refused.returncode == 2
+        assert len(refused.stderr.splitlines()) == 1
 
 
 def test_header_is_plain_c(prefix):

@@ -10,9 +10,11 @@ import types
 
 import numpy as np
 import pytest
+from PIL import Image
 
 import gltf_ext
-from gltf_meshlet import render_command
+from gltf_ext import portable
+from gltf_meshlet import cli, render_command
 from gltf_meshlet.cli import main
 from tests.helpers.gltf_builder import Builder, glb_json, grid_mesh
 
@@ -196,6 +198,48 @@ def test_the_fallback_does_not_overwrite_the_inputs_buffer(compressed, original,
     )
     assert "is the input too" in error_line(capsys, tmp_path / "new.fallback.bin")
     assert (tmp_path / "new.fallback.bin").read_bytes() == data
+
+
+TRIANGLE_OBJ = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl m\nf 1/1 2/1 3/1\n"
+
+
+def textured(folder, library="m.mtl", texture="t.png"):
+    """An .obj with its materials and a texture."""
+    Image.new("RGB", (2, 2)).save(folder / "pixels.png")
+    os.replace(folder / "pixels.png", folder / texture)
+    (folder / library).write_text(f"newmtl m\nmap_Kd {texture}\n")
+    (folder / "in.obj").write_text(f"mtllib {library}\n{TRIANGLE_OBJ}")
+    return folder / "in.obj"
+
+
+@pytest.mark.parametrize("names", [("out.glb", "t.png"), ("m.mtl", "out.glb")])
+@pytest.mark.parametrize("limit", [[], ["--max-memory", "1G"]])
+def test_what_an_obj_reads_is_not_overwritten(tmp_path, capsys, names, limit):
+    model = textured(tmp_path, *names)
+    before = (tmp_path / "out.glb").read_bytes()
+    assert main(["compress", str(model), str(tmp_path / "out.glb"), *limit]) == 2
+    assert "is the input too" in error_line(capsys, tmp_path / "out.glb")
+    assert (tmp_path / "out.glb").read_bytes() == before
+
+
+def test_a_long_name(original, tmp_path, capsys):
+    output = tmp_path / f"{'n' * 251}.glb"
+    assert main(["compress", str(original), str(output)]) == 0
+    assert gltf_ext.inspect(output)["totals"]["triangles"] == 722
+    assert sorted(tmp_path.iterdir()) == sorted([original, output])
+
+
+def test_names_do_not_control_the_terminal(original, tmp_path, capsys):
+    name = str(tmp_path / "\x1b[2J.glb")
+    assert main(["inspect", name]) == 2
+    assert "\x1b" not in capsys.readouterr().err
+    os.link(original, name)
+    assert main(["compress", name, str(tmp_path / "\x1b[3J.glb")]) == 0
+    assert main(["transcode", str(tmp_path / "\x1b[3J.glb"), str(tmp_path / "p.glb")]) == 0
+    assert main(["validate", str(tmp_path / "p.glb")]) == 0
+    assert main(["inspect", str(tmp_path / "\x1b[3J.glb")]) == 0
+    shown = capsys.readouterr()
+    assert "\x1b" not in shown.out + shown.err and "\\x1b[3J.glb" in shown.out
 
 
 def test_missing_folder(original, tmp_path, capsys):
@@ -497,6 +541,21 @@ def test_render_passes_its_options_on(compressed, tmp_path, rendered):
     assert (third.path, third.ring) == (None, 100)
 
 
+@pytest.mark.parametrize("link", [None, os.symlink, os.link])
+def test_render_does_not_overwrite_what_the_scene_reads(original, tmp_path, rendered, capsys, link):
+    picture = tmp_path / ("link.png" if link else "t.png")
+    model = textured(tmp_path)
+    if link:
+        link(tmp_path / "t.png", picture)
+    before = picture.read_bytes()
+    assert main(["render", str(model), "-o", str(picture)]) == 2
+    assert "is the input too" in error_line(capsys, picture)
+    assert rendered == [] and picture.read_bytes() == before
+    assert main(["render", str(model), "-o", str(tmp_path / "out.png")]) == 0
+    ((options, _),) = rendered
+    assert set(options.read) == {str(model), tmp_path / "m.mtl", tmp_path / "t.png"}
+
+
 def test_render_compresses_what_is_not(original, tmp_path, rendered, capsys):
     assert main(["render", str(original), "-o", str(tmp_path / "out.png")]) == 0
     ((options, report),) = rendered
@@ -582,3 +641,29 @@ def test_render_without_the_extra(compressed, tmp_path, capsys, monkeypatch, bac
     )
     (line,) = capsys.readouterr().err.splitlines()
     assert f"pip install 'gltf-meshlet[{backend}]'" in line
+
+
+# --- Windows ---
+
+
+@pytest.mark.parametrize(
+    "error, remedy",
+    [
+        (PermissionError(errno.EACCES, "in use", "out.glb"), "close other programs that use it"),
+        (FileNotFoundError(errno.ENOENT, "no", "x" * 240), "enable long paths in Windows"),
+        (FileNotFoundError(errno.ENOENT, "no", "x.glb"), "check the path"),
+    ],
+)
+def test_remedies_on_windows(monkeypatch, capsys, error, remedy):
+    for module in (cli, portable):
+        monkeypatch.setattr(module, "IS_WINDOWS", True)
+    assert cli._fail_for(error) == cli.FAILED
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.endswith(remedy) or f"{remedy}, or" in line
+
+
+def test_a_closed_pipe_on_windows(monkeypatch, capsys):
+    monkeypatch.setattr(cli, "IS_WINDOWS", True)
+    monkeypatch.setattr(cli, "_discard_output", lambda: None)
+    assert cli._fail_for(OSError(errno.EINVAL, "Invalid argument")) == cli.FAILED
+    assert capsys.readouterr().err == ""

@@ -223,6 +223,30 @@ def test_validate_checks_the_bounds(case):
     ]
 
 
+def test_validate_reads_bounds_as_floats(case):
+    """Other writers shorten the text of a float; glTF 2.0, 3.6.2.5."""
+
+    def shorten(p, m, e):
+        position = p["accessors"][m["attributes"]["POSITION"]]
+        for name in ("min", "max"):
+            short = [float(str(np.float32(value))) for value in position[name]]
+            assert short != position[name]
+            position[name] = short
+
+    assert gltf_ext.validate(changed_json(case[0], shorten)) == []
+
+
+@pytest.mark.parametrize("value", [1e300, None])
+def test_validate_reports_impossible_bounds(case, value):
+    def change(p, m, e):
+        position = p["accessors"][m["attributes"]["POSITION"]]
+        position["min"] = [value] * 3 if value else []
+
+    assert gltf_ext.validate(changed_json(case[0], change)) == [
+        "mesh 0 primitive 0: min of its POSITION accessor is not that of the decoded data"
+    ]
+
+
 def test_validate_checks_the_fallback(case, tmp_path):
     gltf_ext.compress(case[0] / "in.glb", tmp_path / "out.glb", fallback=True)
     assert gltf_ext.validate(tmp_path / "out.glb") == []

@@ -1,9 +1,14 @@
 """Writing output files: all or none."""
 
+import errno
 import os
+from collections import Counter
+from pathlib import PureWindowsPath
 
 import pytest
 
+from gltf_ext import portable
+from gltf_ext.errors import MeshletError
 from gltf_ext.files import write_files
 
 
@@ -19,7 +24,7 @@ def test_a_rename_that_fails_leaves_everything_as_it_was(tmp_path, failing):
     paths[failing].mkdir()
     before = contents_of(tmp_path)
     with pytest.raises(OSError) as caught:
-        write_files({path: [b"new"] for path in paths})
+        write_files({path: [b"new"] for path in paths}, read=())
     assert caught.value.filename == str(paths[failing])
     assert contents_of(tmp_path) == before
 
@@ -27,6 +32,120 @@ def test_a_rename_that_fails_leaves_everything_as_it_was(tmp_path, failing):
 def test_files_are_replaced(tmp_path):
     paths = [tmp_path / f"{i}.bin" for i in range(3)]
     paths[1].write_bytes(b"former")
-    write_files({path: [b"n", memoryview(b"ew")] for path in paths})
+    write_files({path: [b"n", memoryview(b"ew")] for path in paths}, read=())
     assert contents_of(tmp_path) == dict.fromkeys(("0.bin", "1.bin", "2.bin"), b"new")
     assert len(os.listdir(tmp_path)) == 3
+
+
+@pytest.mark.parametrize("link", [None, os.symlink, os.link])
+def test_no_file_that_was_read_is_overwritten(tmp_path, link):
+    read = tmp_path / "read.bin"
+    read.write_bytes(b"original")
+    (tmp_path / "folder").mkdir()
+    path = tmp_path / "folder" / ".." / "read.bin"
+    if link:
+        path = tmp_path / "link.bin"
+        link(read, path)
+    with pytest.raises(MeshletError, match="is the input too"):
+        write_files({tmp_path / "new.bin": [b"new"], path: [b"new"]}, [tmp_path / "none", read])
+    assert read.read_bytes() == b"original" and not (tmp_path / "new.bin").exists()
+    assert not list(tmp_path.glob(".*"))
+
+
+@pytest.mark.parametrize("links", [True, False])
+def test_a_former_file_is_there_until_the_new_one_is(tmp_path, monkeypatch, links):
+    """And is there again when the new one cannot be renamed; also without hard links."""
+    paths = [tmp_path / "side.bin", tmp_path / "model.glb"]
+    for path in paths:
+        path.write_bytes(b"former")
+    replace, seen = os.replace, []
+
+    def failing(source, target):
+        seen.append(paths[0].exists())
+        if target == paths[0] and len(seen) == (1 if links else 2):
+            raise PermissionError(13, "Permission denied", str(source))
+        replace(source, target)
+
+    def no_links(*_):
+        raise PermissionError(1, "Operation not permitted")
+
+    monkeypatch.setattr(os, "replace", failing)
+    if not links:
+        monkeypatch.setattr(os, "link", no_links)
+    with pytest.raises(PermissionError):
+        write_files({path: [b"new"] for path in paths}, read=())
+    assert seen[0] and contents_of(tmp_path) == {path.name: b"former" for path in paths}
+    write_files({path: [b"new"] for path in paths}, read=())
+    assert contents_of(tmp_path) == {path.name: b"new" for path in paths}
+    assert not links or all(seen)
+
+
+# --- files that other programs hold open, on Windows ---
+
+
+@pytest.fixture
+def windows(monkeypatch):
+    """As Windows does: renaming and deleting fail so many times, for a file that is in use."""
+    monkeypatch.setattr(portable, "IS_WINDOWS", True)
+    monkeypatch.setattr(portable, "PATIENCE", 0.3)
+    real, left = os.replace, Counter()
+
+    def renaming(source, target):
+        if left[str(target)] > 0:
+            left[str(target)] -= 1
+            raise PermissionError(errno.EACCES, "is in use", str(source), None, str(target))
+        real(source, target)
+
+    monkeypatch.setattr(os, "replace", renaming)
+    return left
+
+
+def test_a_file_that_is_in_use_for_a_moment_is_replaced(tmp_path, windows):
+    path = tmp_path / "out.glb"
+    path.write_bytes(b"former")
+    windows[str(path)] = 3
+    write_files({path: [b"new"]}, read=())
+    assert contents_of(tmp_path) == {"out.glb": b"new"}
+
+
+@pytest.mark.parametrize("used", range(3))
+def test_a_file_that_stays_in_use_leaves_all_as_before(tmp_path, windows, used):
+    paths = [tmp_path / f"{i}.bin" for i in range(3)]
+    for path in paths:
+        path.write_bytes(b"former")
+    windows[str(paths[used])] = 1000
+    # A former file returns: its program has closed it by then.
+    with pytest.raises(PermissionError) as caught:
+        write_files({path: [b"new"] for path in paths[: used + 1]}, read=())
+    assert caught.value.filename == str(paths[used])
+    windows.clear()
+    assert {path.name for path in tmp_path.iterdir()} == {"0.bin", "1.bin", "2.bin"}
+    assert set(contents_of(tmp_path).values()) == {b"former"}
+
+
+def test_other_systems_do_not_wait(tmp_path, windows, monkeypatch):
+    monkeypatch.setattr(portable, "IS_WINDOWS", False)
+    path = tmp_path / "out.glb"
+    windows[str(path)] = 1
+    with pytest.raises(PermissionError):
+        write_files({path: [b"new"]}, read=())
+    assert contents_of(tmp_path) == {}
+
+
+# --- names and paths ---
+
+
+def test_names_of_bytes_that_are_no_text():
+    assert portable.file_name("Möbel.mtl".encode()) == "Möbel.mtl"
+    assert portable.file_name(b"M\xf6bel.mtl") == "M\udcf6bel.mtl"
+
+
+@pytest.mark.parametrize("name", ["x.bin", "a/x.bin", "../x.bin", "a\\x.bin", "a b:c.bin"])
+def test_relative_paths(name):
+    assert portable.is_relative(name) and portable.is_relative(name, PureWindowsPath)
+
+
+@pytest.mark.parametrize("name", ["C:x.bin", "C:/x.bin", "c:\\x.bin", "\\x", "\\\\host\\share\\x"])
+def test_paths_of_windows_with_a_drive_or_a_host(name):
+    assert portable.is_relative(name) and not portable.is_relative(name, PureWindowsPath)
+    assert not portable.is_relative("/x.bin") and not portable.is_relative("/x", PureWindowsPath)

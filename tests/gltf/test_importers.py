@@ -9,7 +9,9 @@ import trimesh
 
 import gltf_ext
 import gltf_ext.trimesh_handler
-from tests.helpers.gltf_builder import Builder, everything, grid_mesh
+from gltf_ext.compression.extension import EXTENSION
+from gltf_ext.gltf.importers import open_model
+from tests.helpers.gltf_builder import Builder, everything, glb_bytes, glb_parts, grid_mesh
 
 
 @pytest.fixture(scope="module")
@@ -115,10 +117,20 @@ def compressed(tmp_path_factory):
     return folder / "out.glb"
 
 
-def test_trimesh_loads_the_decoded_values(compressed):
-    scene = trimesh.load_scene(compressed)
+@pytest.fixture(scope="module")
+def packed(compressed):
+    path = compressed.with_name("packed.glb")
+    gltf_ext.transcode(compressed, path)
+    assert open_model(path).was_packed
+    return path
+
+
+@pytest.mark.parametrize("form", ["compressed", "packed"])
+def test_trimesh_loads_the_decoded_values(form, request):
+    path = request.getfixturevalue(form)
+    scene = trimesh.load_scene(path)
     assert len(scene.graph.nodes_geometry) == 3
-    for mesh, primitive in zip(scene.geometry.values(), gltf_ext.load(compressed), strict=True):
+    for mesh, primitive in zip(scene.geometry.values(), gltf_ext.load(path), strict=True):
         np.testing.assert_array_equal(mesh.faces, primitive.indices)
         np.testing.assert_allclose(mesh.vertices, primitive.attributes["POSITION"])
         assert np.ptp(mesh.vertices, axis=0).min() > 0
@@ -127,6 +139,73 @@ def test_trimesh_loads_the_decoded_values(compressed):
                 np.testing.assert_array_equal(
                     np.reshape(mesh.vertex_attributes[name], values.shape), values
                 )
+
+
+def test_trimesh_loads_a_packed_file_with_levels(tmp_path):
+    pytest.importorskip("meshoptimizer")
+    builder = Builder()
+    positions, triangles = grid_mesh(60, 60)
+    builder.mesh({"POSITION": positions}, triangles)
+    path = tmp_path / "out.glb"
+    gltf_ext.compress(builder.write(tmp_path / "in.glb"), path, lod=True, transport=True)
+    assert open_model(path).was_packed
+    (mesh,) = trimesh.load_scene(path).geometry.values()
+    (primitive,) = gltf_ext.load(path)
+    np.testing.assert_array_equal(mesh.faces, primitive.indices)
+    np.testing.assert_allclose(mesh.vertices, primitive.attributes["POSITION"])
+
+
+def damage_bytes(properties, binary):
+    begin = properties["bufferViews"][0].get("byteOffset", 0)
+    binary[begin + 5 : begin + 40] = b"\xff" * 35
+
+
+def cut_off(properties, binary):
+    properties["bufferViews"][0]["byteLength"] -= 4
+
+
+def forget_a_stream(properties, binary):
+    primitive = properties["meshes"][0]["primitives"][0]
+    del primitive["extensions"][EXTENSION]["attributes"]["NORMAL"]
+
+
+def forget_the_view(properties, binary):
+    del properties["meshes"][0]["primitives"][0]["extensions"][EXTENSION]["bufferView"]
+
+
+def count_more_vertices(properties, binary):
+    primitive = properties["meshes"][0]["primitives"][0]
+    for accessor in primitive["attributes"].values():
+        properties["accessors"][accessor]["count"] += 1
+
+
+def count_more_indices(properties, binary):
+    primitive = properties["meshes"][0]["primitives"][0]
+    properties["accessors"][primitive["indices"]]["count"] += 3
+
+
+@pytest.mark.parametrize("form", ["compressed", "packed"])
+@pytest.mark.parametrize(
+    "damage",
+    [
+        damage_bytes,
+        cut_off,
+        forget_a_stream,
+        forget_the_view,
+        count_more_vertices,
+        count_more_indices,
+    ],
+)
+def test_trimesh_loads_no_zeros(form, damage, request, tmp_path):
+    """trimesh swallows the exceptions of handlers."""
+    properties, binary = glb_parts(request.getfixturevalue(form))
+    damage(properties, binary)
+    path = tmp_path / "damaged.glb"
+    path.write_bytes(glb_bytes(properties, bytes(binary)))
+    with pytest.raises(gltf_ext.MeshletError, match=r"cannot be decoded: .+; the file is damaged"):
+        trimesh.load_scene(path)
+    left = trimesh.load_scene(path, ignore_broken=True).geometry.values()
+    assert len(left) == 1 and all(mesh.area > 1 for mesh in left)
 
 
 @pytest.mark.parametrize(

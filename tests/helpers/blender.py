@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from tests.helpers import processes
 from tests.helpers.environment import ROOT, missing
 from tools import blender_python
 
@@ -57,8 +58,8 @@ def running(extension: Path, folder: Path) -> Iterator[Blender]:
     with (
         log.open("w") as output,
         os.fdopen(reading) as answers,
-        subprocess.Popen(
-            [need_bpy(), driver, extension, str(writing)],
+        processes.running(
+            [need_bpy(), driver, extension, writing],
             stdin=subprocess.PIPE,
             stdout=output,
             stderr=output,
@@ -69,5 +70,3 @@ def running(extension: Path, folder: Path) -> Iterator[Blender]:
     ):
         os.close(writing)
         yield Blender(process, answers, log)
-        assert process.stdin is not None
-        process.stdin.close()

@@ -121,9 +121,15 @@ def glb_bytes(properties: dict, binary: bytes) -> bytes:
     return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
 
 
-def glb_json(path: Path) -> dict:
+def glb_parts(path: Path) -> tuple[dict, bytearray]:
+    """The JSON and the binary chunk of a .glb."""
     data = path.read_bytes()
-    return json.loads(data[20 : 20 + struct.unpack_from("<I", data, 12)[0]])
+    end = 20 + struct.unpack_from("<I", data, 12)[0]
+    return json.loads(data[20:end]), bytearray(data[end + 8 :])
+
+
+def glb_json(path: Path) -> dict:
+    return glb_parts(path)[0]
 
 
 def grid_mesh(columns: int, rows: int) -> tuple[np.ndarray, np.ndarray]:
@@ -215,4 +221,12 @@ def write_everything(path: Path, **size: int) -> Path:
     attributes, triangles, targets = everything(**size)
     builder.mesh(attributes, triangles, targets, NORMALIZED)
     builder.mesh({"POSITION": attributes["POSITION"]}, triangles)
+    return builder.write(path)
+
+
+def write_grid(path: Path, size: int = 9) -> Path:
+    """Writes a .glb with a grid of size x size vertices."""
+    positions, triangles = grid_mesh(size, size)
+    builder = Builder()
+    builder.mesh({"POSITION": positions}, triangles)
     return builder.write(path)

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from gltf_ext.out_of_core import encoding, sources
+from tests.helpers.processes import running
 
 SIZE = 128  # quads along a side of the sheet
 
@@ -44,7 +45,7 @@ def sheet(size=SIZE):
 def peak_of(*arguments):
     """Runs a command; returns the most bytes that its group of processes held."""
     command = [sys.executable, "-m", "gltf_meshlet", *map(str, arguments)]
-    with subprocess.Popen(command, stdout=subprocess.DEVNULL, start_new_session=True) as process:
+    with running(command, stdout=subprocess.DEVNULL, start_new_session=True) as process:
         peak = 0
         while process.poll() is None:
             peak = max(peak, resident(process.pid))

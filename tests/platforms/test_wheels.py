@@ -10,7 +10,7 @@ import pytest
 import gltf_ext
 from gltf_meshlet.demo import model
 from tests.helpers.environment import ROOT, missing, need_package
-from tests.helpers.platforms import RUNS, need_platform, run, wheel_of
+from tests.helpers.platforms import fill, run, wheel_of
 from tools.blender_python import find_python
 from tools.build_wheels import PLATFORMS
 from tools.other_pythons import PYTHONS
@@ -144,17 +144,6 @@ def test_pythons_of_this_machine(minor, reference, tmp_path):
 @pytest.mark.parametrize("name", PYTHONS)
 def test_other_pythons(name, reference, tmp_path, monkeypatch):
     """Each with a folder that pip filled here."""
-    python = PYTHONS[name]
-    if not python.folder.exists():
-        missing(f"{python.folder} does not exist; run make .venv/platforms")
-    tag = next(tag for tag in reversed(python.tags) if tag in PLATFORMS)
-    if tag in RUNS:
-        need_platform(tag)
-    site = python.folder / "site"
-    pip = [sys.executable, "-m", "pip", "--disable-pip-version-check", "install", "-q"]
-    allowed = [f"--platform={tag}" for tag in python.tags]
-    target = ["--upgrade", "--target", site, "--only-binary=:all:"]
-    only = [*allowed, "--implementation=cp", f"--python-version={python.version}"]
-    run([*pip, *target, *only, wheel_of(tag), *python.pins], tmp_path)
+    site = fill(PYTHONS[name], tmp_path)
     monkeypatch.setitem(os.environ, "PYTHONPATH", str(site))
-    check(python.command, tmp_path, reference)
+    check(PYTHONS[name].command, tmp_path, reference)

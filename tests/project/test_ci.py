@@ -78,10 +78,12 @@ def test_ci_fails_if_tests_fail_or_none_runs(make, status, output, tmp_path):
     fake = tmp_path / "bin" / "make"
     fake.parent.mkdir()
     fake.write_text(
-        f'#!/bin/sh\ncase "$*-$CI" in test-true | test-web-true) ;; *) exit 3 ;; esac\n{make}\n'
+        '#!/bin/sh\ncase "$*-$CI-$GLTF_MESHLET_SYSTEM_PACKAGES" in\n'
+        f"test-true-yes | test-web-true-yes) ;; *) exit 3 ;; esac\n{make}\n"
     )
     fake.chmod(0o755)
     environment = {**os.environ, "PATH": f"{fake.parent}{os.pathsep}{os.environ['PATH']}"}
+    environment.pop("GLTF_MESHLET_SYSTEM_PACKAGES", None)
     result = subprocess.run(
         [tmp_path / ".ci" / "run"], capture_output=True, text=True, env=environment
     )

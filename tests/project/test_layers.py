@@ -29,7 +29,7 @@ OURS = {*ALLOWED, "tests"}
 MODULE_NAME = re.compile(rf"({'|'.join(ALLOWED)})(\.\w+)+")  # given to import_module
 # The layers of gltf_ext, from below: each imports only itself and those before it.
 LAYERS = (
-    {"errors", "files", "progress", "ranges", "scheduler", "work_files", "_codec"},
+    {"errors", "files", "portable", "progress", "ranges", "scheduler", "work_files", "_codec"},
     {"gltf"},
     {"compression"},
     {"lod"},

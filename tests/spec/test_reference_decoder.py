@@ -5,7 +5,7 @@ import random
 import numpy as np
 import pytest
 
-from spec import reference_decoder
+from spec import reference_decoder, reference_transport
 from spec.blob_writer import (
     COPY,
     DAMPED,
@@ -34,6 +34,8 @@ from spec.reference_decoder import (
     decode_serial,
     decode_view,
 )
+from tests.helpers import long_blobs
+from tests.helpers.environment import VECTORS
 
 
 def textbook_edgebreaker(symbols: str):
@@ -286,6 +288,21 @@ def test_random_blobs_share_values_exactly():
                             assert ours == theirs
                             shared += len(ours) - 2
     assert shared > 100
+
+
+def test_blobs_near_the_limit_of_their_length():
+    small = (VECTORS / "valid_worked_example.bin").read_bytes()
+    longest = long_blobs.stretched(small, long_blobs.MAX_BYTES)
+    decoded, expected = (decode_view(b) for b in (longest.bytes, small))
+    np.testing.assert_array_equal(decoded.triangles, expected.triangles)
+    for a, b in zip(decoded.values, expected.values, strict=True):
+        np.testing.assert_array_equal(a, b)
+    longer = long_blobs.stretched(small, long_blobs.MAX_BYTES + 4)
+    with pytest.raises(ValueError, match="longer than 469762048 bytes"):
+        decode_view(longer.bytes)
+    for page in (long_blobs.MAX_BYTES + 4, 0), (80, long_blobs.MAX_BYTES + 4):
+        with pytest.raises(ValueError, match="a page has an impossible length"):
+            reference_transport.page_table(long_blobs.packed_page(*page).bytes)
 
 
 def test_truncations_are_refused():

@@ -209,6 +209,17 @@ def test_files_that_break_no_rule():
         reference_gltf.check_file((FOLDER / f"{name}.glb").read_bytes())
 
 
+def test_bounds_are_read_as_floats():
+    """A writer may shorten the text of a float; glTF 2.0, 3.6.2.5."""
+    document, buffer = make_vectors.parts_of((FOLDER / "gltf_attributes.glb").read_bytes())
+    number = make_vectors.primitive_of(document)["attributes"]["POSITION"]
+    accessor = document["accessors"][number]
+    short = {n: [float(str(np.float32(v))) for v in accessor[n]] for n in ("min", "max")}
+    assert short["min"] != accessor["min"]
+    accessor.update(short)
+    reference_gltf.check_file(make_vectors.pack_glb(document, buffer))
+
+
 def test_every_rule_of_the_extension_object_has_a_malformed_file():
     """The reference validator refuses some file with each of its sentences."""
     source = inspect.getsource(reference_gltf)

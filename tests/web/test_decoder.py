@@ -17,6 +17,7 @@ from gltf_ext.compression.extension import require_compressed
 from gltf_ext.gltf.importers import open_model
 from tests.helpers import environment
 from tests.helpers.environment import ROOT, VECTORS
+from tests.helpers.long_blobs import MAX_BYTES
 
 WEB = ROOT / "web"
 DIGEST = Path(__file__).with_name("digest.mjs")
@@ -155,6 +156,26 @@ def test_mutated_vectors_are_refused_alike(count, tmp_path):
     assert sum(result["validate"] is not None for result in found) > count / 4
     for number, (view, result) in enumerate(zip(views, found)):
         assert result == expected(view), number
+
+
+def test_blobs_near_the_limit_of_their_length():
+    """Nor are longer pages of packed views accepted."""
+    need_decoder()
+    small = VECTORS / "valid_worked_example.bin"
+    sizes = MAX_BYTES, MAX_BYTES + 4, (1 << 29) - 4
+    script = Path(__file__).with_name("long_blobs.mjs")
+    done = subprocess.run(
+        ["node", str(script), str(WEB), str(small), *map(str, sizes)],
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout)
+    indices = _codec.decode(small.read_bytes())[0].ravel().tolist()
+    too_long = "the blob is longer than 448 MiB"
+    assert found["blobs"] == [indices, too_long, too_long]
+    impossible = ["page 0 has an impossible length"] * 3
+    assert found["pages"] == [[1] * 3, impossible, impossible]
 
 
 def test_module_is_small_and_imports_only_the_refusal():

@@ -22,7 +22,7 @@ import gltf_ext
 from gltf_meshlet.cli import main
 from gltf_meshlet.view_models import prepare
 from gltf_meshlet.view_server import ViewServer
-from tests.helpers import browsers, environment
+from tests.helpers import browsers, environment, processes
 from tests.helpers.environment import NODE_MODULES, VECTORS
 from tests.helpers.gltf_builder import Builder, glb_json, grid_mesh
 
@@ -42,9 +42,8 @@ def browser() -> Iterator[subprocess.Popen[str]]:
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
     # A page takes 8 s of processor time with Chromium's own SwiftShader, 3 s with lavapipe.
     faster = browsers.lavapipe_environment() if browsers.LAVAPIPE.is_file() else None
-    with subprocess.Popen(command, text=True, env=faster, **pipes) as process:
+    with processes.running(command, text=True, env=faster, **pipes) as process:
         yield process
-        process.stdin.close()
 
 
 @pytest.fixture

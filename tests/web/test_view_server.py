@@ -11,6 +11,7 @@ import subprocess
 import sys
 import threading
 import time
+from types import SimpleNamespace
 from urllib.parse import quote
 
 import pytest
@@ -19,11 +20,12 @@ import gltf_ext
 from gltf_ext.compression.extension import has_compressed
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.importers import open_model
-from gltf_meshlet import view_server
+from gltf_meshlet import view_command, view_server
 from gltf_meshlet.cli import main
 from gltf_meshlet.view_models import prepare, prepare_upload
 from gltf_meshlet.view_server import ViewServer
 from tests.helpers.gltf_builder import Builder, glb_json, grid_mesh
+from tests.helpers.processes import running
 
 LIMIT = 1_000_000  # bytes of an upload
 
@@ -429,7 +431,7 @@ def test_command_prints_the_address_and_deletes_its_folder(original, tmp_path, n
     command = [sys.executable, "-m", "gltf_meshlet", "view", str(original), "--no-browser"]
     environment = {**os.environ, "TMPDIR": str(tmp_path / "tmp")}
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    with subprocess.Popen(command, env=environment, **pipes) as process:
+    with running(command, env=environment, **pipes) as process:
         line = process.stdout.readline()
         assert re.search(r": http://127\.0\.0\.1:\d+/[\w-]{20,}/ \(Ctrl-C stops\)\n$", line)
         assert len(list((tmp_path / "tmp").iterdir())) == 1
@@ -437,6 +439,35 @@ def test_command_prints_the_address_and_deletes_its_folder(original, tmp_path, n
         _, errors = process.communicate(timeout=120)
     assert process.returncode == (0 if number == signal.SIGINT else 128 + number)
     assert errors == "" and list((tmp_path / "tmp").iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    "system, variables, expected",
+    [
+        ("win32", {}, True),
+        ("darwin", {}, True),
+        ("linux", {}, False),
+        ("linux", {"DISPLAY": ":0"}, True),
+        ("linux", {"WAYLAND_DISPLAY": "wayland-0"}, True),
+        ("linux", {"BROWSER": "firefox"}, True),
+    ],
+)
+def test_where_a_browser_is(monkeypatch, system, variables, expected):
+    monkeypatch.setattr(view_command.sys, "platform", system)
+    monkeypatch.setattr(view_command.os, "environ", variables)
+    assert view_command._has_display() == expected
+
+
+def test_windows_lacks_a_signal_and_has_another(monkeypatch):
+    """SIGBREAK ends the command there: Ctrl-Break, and a terminal that is closed."""
+    caught = {}
+    names = {"SIGTERM": 15, "SIGBREAK": 21, "signal": caught.__setitem__}
+    monkeypatch.setattr(view_command, "signal", SimpleNamespace(**names))
+    view_command._exit_on_signals()
+    assert sorted(caught) == [15, 21]
+    with pytest.raises(SystemExit) as ended:
+        caught[21](21, None)
+    assert ended.value.code == 128 + 21
 
 
 @pytest.mark.parametrize("display", [{"BROWSER": "echo opened %s"}, {}])
@@ -447,9 +478,8 @@ def test_browser_is_opened_where_there_is_one(original, display):
         if name not in ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")
     }
     command = [sys.executable, "-u", "-m", "gltf_meshlet", "view", str(original)]
-    with subprocess.Popen(
-        command, env={**environment, **display}, stdout=subprocess.PIPE, text=True
-    ) as process:
+    environment |= display
+    with running(command, env=environment, stdout=subprocess.PIPE, text=True) as process:
         address = process.stdout.readline().split()[1]
         if display:
             assert process.stdout.readline() == f"opened {address}\n"

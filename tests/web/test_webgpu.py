@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gltf_ext import _codec, compress
+from gltf_ext import _codec, compress, transcode
 from gltf_ext.compression.extension import require_compressed
 from gltf_ext.gltf.importers import open_model
 from tests.helpers import environment
@@ -188,10 +188,13 @@ def test_vectors_in_browser(browser, method, tmp_path):
 def test_same_picture_as_on_the_cpu(browser, method, name, model, tmp_path):
     """three's WebGPURenderer draws what the GPU decoded as it draws what WebAssembly decoded."""
     compress(model(name), tmp_path / "model.glb")
-    files = ("model.glb&decode=cpu", f"model.glb&method={method}")
+    transcode(tmp_path / "model.glb", tmp_path / "packed.glb")
+    cpu = "model.glb&decode=cpu"
+    gpu = [f"{form}.glb&method={method}" for form in ("model", "packed")]
     page = "examples/three_webgpu/three-webgpu.html"
-    assert pictures(browser, page, tmp_path, *files) == [{"backend": "WebGPU"}] * 2
-    assert share_that_differs(tmp_path, *files) < 0.001
+    assert pictures(browser, page, tmp_path, cpu, *gpu) == [{"backend": "WebGPU"}] * 3
+    for file in gpu:
+        assert share_that_differs(tmp_path, cpu, file) < 0.001
 
 
 def test_wgsl_is_current():

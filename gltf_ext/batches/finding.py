@@ -1,0 +1,348 @@
+"""Finds the models of a batch, and the names of their outputs."""
+
+from __future__ import annotations
+
+import codecs
+import os
+import posixpath
+import re
+import stat
+from collections import defaultdict
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from itertools import takewhile
+from pathlib import Path
+from typing import Any
+
+from gltf_ext.batches.storage import (
+    STATE,
+    Folder,
+    Outputs,
+    as_folder,
+    real_path,
+    stamp_of,
+    stamp_of_file,
+)
+from gltf_ext.errors import MeshletError
+from gltf_ext.files import identity
+from gltf_ext.gltf.importers import SUFFIXES
+
+GLOB = re.compile(r"[*?\[]")
+NO_MODEL = f"is no model; use {' '.join(SUFFIXES)}"
+MAC_METADATA = "._"  # starts the names of files that macOS writes beside others
+
+
+@dataclass
+class Model:
+    """A model to compress.
+
+    Attributes:
+        url: its path on a disk, or URL; name: below the folder that holds all models.
+        size: in bytes; stamp: as Folder.stamp gives it.
+        problem: why it cannot be read; empty if it can.
+    """
+
+    url: str
+    name: str = ""
+    size: int = 0
+    stamp: str | None = None
+    problem: str = ""
+
+
+@dataclass
+class Found:
+    """All that a source names.
+
+    Attributes:
+        models: in the order of their names.
+        left_out: path -> reason, of what may hold models but is not looked at.
+        skipped: names of models in the destination that batches wrote there.
+    """
+
+    models: list[Model] = field(default_factory=list)
+    left_out: dict[str, str] = field(default_factory=dict)
+    skipped: list[str] = field(default_factory=list)
+
+
+def find_models(source: str | Sequence[str], goal: Folder, outputs: Outputs) -> Found:
+    """Finds the models of a batch. goal: its destination; outputs: what is in it.
+
+    source: a folder, searched with all folders below it; a glob; a file; a .txt with a path or URL
+    in each line; or a list of those. What is wrong with a single model is its problem. Raises
+    MeshletError, OSError.
+    """
+    found = Found()
+    if isinstance(source, str) and source.lower().endswith(".txt"):
+        source = _lines(source)
+        paths = _listed(source, found)
+    elif isinstance(source, str):
+        paths = _searched(source, found)
+    else:
+        paths = _listed(source, found)
+    below = _Below(goal)
+    in_destination = 0
+    for path, model in sorted(paths.items()):
+        name = below.name_of(model.url)
+        if name is None:
+            found.models.append(model)
+            continue
+        in_destination += 1
+        if name in outputs.names:
+            found.skipped.append(name)
+        else:
+            found.left_out[path] = "lies in the destination; name another one, or move the model"
+    if found.models:
+        return found
+    if in_destination:
+        raise MeshletError("holds the models too", "name another folder", goal.url)
+    for path, reason in found.left_out.items():
+        raise MeshletError("holds no models that can be read", f"{path} {reason}", str(source))
+    raise MeshletError("holds no models", f"use {' '.join(SUFFIXES)}", str(source))
+
+
+def _lines(path: str) -> list[str]:
+    """Of a .txt. Names on a disk may be any bytes."""
+    listing = Folder(path)
+    data: bytes = listing.fs.cat_file(listing.path)
+    lines = data.removeprefix(codecs.BOM_UTF8).decode(errors="surrogateescape").split("\n")
+    return [line.strip() for line in lines if line.strip()]
+
+
+# --- a list ---
+
+
+def _listed(entries: Sequence[str], found: Found) -> dict[str, Model]:
+    """Path or URL -> model, of each entry. Names are from the last folder that holds all."""
+    models: dict[str, Model] = {}
+    places: dict[str, tuple[str, ...]] = {}
+    for entry in entries:
+        path = posixpath.basename(entry.replace(os.sep, "/"))
+        if not path.lower().endswith(SUFFIXES):
+            is_folder = "://" not in entry and os.path.isdir(entry)
+            found.left_out[entry] = "is a folder; name it by itself" if is_folder else NO_MODEL
+            continue
+        model, place = _entry(entry)
+        models[model.url], places[model.url] = model, place
+    above = [place[:-1] for place in places.values()]
+    shared = takewhile(lambda parts: len(set(parts)) == 1, zip(*above))
+    common = len(list(shared))
+    for url, place in places.items():
+        models[url].name = "/".join(place[common:])
+    return models
+
+
+def _entry(entry: str) -> tuple[Model, tuple[str, ...]]:
+    """(a model of a list, the parts of its path)."""
+    if "://" not in entry or entry.startswith(("file://", "local://")):
+        local = Folder("/").fs._strip_protocol(entry)
+        path = posixpath.join(real_path(os.path.dirname(local)), os.path.basename(local))
+        return _local(path), tuple(filter(None, path.replace(":", "").split("/")))
+    parts = tuple(filter(None, entry.partition("://")[2].split("/")))
+    try:
+        folder = Folder(entry)
+        info = folder.fs.info(folder.path)
+        if info.get("type") == "directory":
+            return Model(folder.url, problem="is a folder; name it by itself"), parts
+        return Model(folder.url, "", int(info.get("size") or 0), stamp_of(info)), parts
+    except FileNotFoundError:
+        return Model(entry, problem="is not there; check the address"), parts
+    except Exception as error:  # of a network, of any package
+        reason = MeshletError(f"{type(error).__name__}: {error}").message
+        return Model(entry, problem=f"cannot be read: {reason}"), parts
+
+
+def _local(path: str, name: str = "") -> Model:
+    """A model on a disk, where it may be missing or something else."""
+    try:
+        found = os.stat(path)
+    except OSError as error:
+        link = os.path.islink(path) and isinstance(error, FileNotFoundError)
+        problem = "is a link to nothing" if link else f"cannot be read: {error.strerror}"
+        return Model(path, name, problem=f"{problem}; check the path")
+    except ValueError:  # a zero byte
+        return Model(path, name, problem="is no path; check it")
+    if stat.S_ISDIR(found.st_mode):
+        return Model(path, name, problem="is a folder; name a file")
+    if not stat.S_ISREG(found.st_mode):
+        return Model(path, name, problem="is a pipe or a device; name a file")
+    return Model(path, name, found.st_size, stamp_of_file(path))
+
+
+# --- a folder or a glob ---
+
+
+def _searched(source: str, found: Found) -> dict[str, Model]:
+    """Path or URL -> model, of all in a folder, of a glob or of a file; names are from the folder,
+    of a glob from the last folder without a pattern."""
+    folder = Folder(source)
+    root, _, last = folder.path.rpartition("/")
+    if folder.is_local:
+        if os.path.isdir(folder.url):
+            return _of_walk(folder.path, "", found)
+        if os.path.lexists(folder.path):
+            return _listed([source], found)
+        if GLOB.search(folder.path):
+            return _of_walk(*_split_pattern(folder.path), found)
+        raise MeshletError("is not there", "check the path", source)
+    try:
+        if last.lower().endswith(SUFFIXES) and not GLOB.search(folder.path):
+            return _listed([source], found)
+        if GLOB.search(folder.path) and not folder.fs.exists(folder.path):
+            root, _ = _split_pattern(folder.path)
+            infos = folder.fs.glob(folder.path, detail=True)
+        else:
+            root, infos = folder.path, folder.fs.find(folder.path, detail=True)
+    except OSError:
+        raise
+    except Exception as error:  # of a network, of any package
+        raise MeshletError(f"cannot be read: {type(error).__name__}: {error}", "", source) from None
+    return {path: _remote(folder, path, root, infos[path]) for path in filter(_is_model, infos)}
+
+
+def _remote(folder: Folder, path: str, root: str, info: dict[str, Any]) -> Model:
+    url: str = folder.fs.unstrip_protocol(path)
+    return Model(url, path[len(root) + 1 :], int(info.get("size") or 0), stamp_of(info))
+
+
+def _is_model(path: str) -> bool:
+    name = posixpath.basename(path).lower()
+    return name.endswith(SUFFIXES) and not name.startswith(MAC_METADATA)
+
+
+def _split_pattern(path: str) -> tuple[str, str]:
+    """(the folder before the first pattern, the rest)."""
+    pattern = GLOB.search(path)
+    assert pattern
+    at = path.rfind("/", 0, pattern.start())
+    return path[:at], path[at + 1 :]
+
+
+def _of_walk(root: str, pattern: str, found: Found) -> dict[str, Model]:
+    """Path -> model, of all in a folder on a disk that match. pattern: of fsspec; empty for all."""
+    matches: Callable[[str], Any] = bool
+    depth = None
+    if pattern:
+        from fsspec.utils import glob_translate
+
+        try:
+            matches = re.compile(glob_translate(pattern)).match
+        except ValueError as error:
+            raise MeshletError(str(error), "change the pattern", pattern) from None
+        depth = None if "**" in pattern else pattern.count("/")
+    root = real_path(as_folder(root)).rstrip("/")
+    models = {}
+    for path, is_folder in _walk(root, depth, found):
+        name = path[len(root) + 1 :]
+        if _is_model(name) and matches(name) and not (is_folder and not pattern):
+            models[path] = _local(path, name)
+    return models
+
+
+def _walk(root: str, depth: int | None, found: Found) -> Iterator[tuple[str, bool]]:
+    """(path, whether it is a folder) of all in a folder and below it, `depth` folders deep."""
+    left = [(root, 0)]
+    while left:
+        folder, level = left.pop()
+        try:
+            with os.scandir(as_folder(folder)) as entries:
+                inside = sorted(entries, key=lambda entry: entry.name)
+        except OSError as error:
+            found.left_out[folder] = f"cannot be read: {error.strerror}"
+            continue
+        for entry in inside:
+            path = f"{folder}/{entry.name}"
+            if not _is_folder(entry):
+                yield path, False
+                continue
+            yield path, True
+            if level == depth or entry.name == STATE:
+                continue
+            if entry.is_symlink() or _is_junction(entry):
+                found.left_out[path] = "is a link to a folder; name the folder by itself"
+            else:
+                left.append((path, level + 1))
+
+
+def _is_folder(entry: os.DirEntry[str]) -> bool:
+    try:
+        return entry.is_dir()
+    except OSError:
+        return False
+
+
+def _is_junction(entry: os.DirEntry[str]) -> bool:
+    """Whether it is Windows' other kind of link to a folder."""
+    try:
+        tag = getattr(entry.stat(follow_symlinks=False), "st_reparse_tag", 0)
+    except OSError:
+        return False
+    return bool(tag == getattr(stat, "IO_REPARSE_TAG_MOUNT_POINT", -1))
+
+
+class _Below:
+    """Tells what lies in a folder: on a disk by the folder's identity, not its path."""
+
+    def __init__(self, folder: Folder) -> None:
+        self._folder = folder
+        self._identity = identity(folder.url) if folder.is_local else None
+        self._names: dict[str, str | None] = {}  # of folders
+
+    def name_of(self, url: str) -> str | None:
+        """The name that a model has in the folder; None if it is not in it."""
+        if not self._folder.is_local:
+            start = f"{self._folder.url}/"
+            return url[len(start) :] if url.startswith(start) else None
+        if "://" in url or self._identity is None:
+            return None
+        above = self._of_folder(os.path.dirname(url))
+        return None if above is None else posixpath.join(above, posixpath.basename(url))
+
+    def _of_folder(self, path: str) -> str | None:
+        if path not in self._names:
+            above = os.path.dirname(path)
+            name: str | None = None
+            if identity(path) == self._identity:
+                name = ""
+            elif above != path:
+                outer = self._of_folder(above)
+                name = None if outer is None else posixpath.join(outer, posixpath.basename(path))
+            self._names[path] = name
+        return self._names[path]
+
+
+# --- outputs ---
+
+
+def output_names(names: Sequence[str], ignore_case: bool = False) -> dict[str, str]:
+    """Name of a model -> of its output: with the suffix .glb, added where two would be the same, or
+    one a folder of the other. No two outputs are the same.
+
+    ignore_case: for a destination that takes "a" and "A" for the same name.
+    """
+    added = dict.fromkeys(names, 0)
+    while True:
+        outputs = {name: _output_name(name, number) for name, number in added.items()}
+        keys = {name: o.lower() if ignore_case else o for name, o in outputs.items()}
+        users: dict[str, list[str]] = defaultdict(list)
+        for name, key in keys.items():
+            users[key].append(name)
+        folders = {above.as_posix() for key in users for above in Path(key).parents}
+        clashing = [n for key, n in users.items() if len(n) > 1 or key in folders]
+        if not clashing:
+            return outputs
+        for group in clashing:
+            for place, name in enumerate(group, start=1):  # numbers differ, so that this ends
+                added[name] += place if added[name] else 1
+
+
+def _output_name(name: str, number: int) -> str:
+    if number == 0:
+        return posixpath.splitext(name)[0] + ".glb"
+    return f"{name}.glb" if number == 1 else f"{name}.{number}.glb"
+
+
+def is_safe(name: str) -> bool:
+    """Whether a name of a model, from a storage or a list, stays in the destination."""
+    parts = name.split("/")
+    reserved = "\\:" if os.sep == "\\" else ""
+    return not ({"", ".", ".."} & {*parts} or STATE in parts or any(c in name for c in reserved))

@@ -1,0 +1,119 @@
+"""What a batch has to do, and what it must not: decided before any work."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from gltf_ext.batches import task
+from gltf_ext.batches.finding import Model, find_models, is_safe, output_names
+from gltf_ext.batches.storage import STATE, Folder, Outputs, folder_of
+from gltf_ext.batches.task import UNCHANGED, Job, Record
+from gltf_ext.errors import MeshletError
+from gltf_ext.files import identity
+
+REPORT, PAGE = "batch.json", "batch.html"
+NOT_OURS = "exists, and no batch wrote it; move it, or name another destination"
+
+
+class Plan:
+    """What a run has to do.
+
+    Attributes:
+        models: by name; jobs: one for each.
+        records: by name, of jobs that need no work: unchanged ones, and those that cannot be done.
+        outputs: what batches wrote into the destination before.
+        remarks: of the report, on what has no job.
+    """
+
+    def __init__(self, source: str | Sequence[str], goal: Folder, options: dict[str, Any]) -> None:
+        """Raises MeshletError, OSError. Writes into the destination what the run may write."""
+        self.outputs = Outputs(goal)
+        found = find_models(source, goal, self.outputs)
+        self._goal = goal
+        self.models = {model.name: model for model in found.models}
+        if not goal.exists(STATE):
+            for name in (REPORT, PAGE):
+                if goal.exists(name):
+                    raise MeshletError(NOT_OURS, path=goal.at(name))
+        if goal.is_local:
+            os.makedirs(goal.at(STATE), exist_ok=True)
+        goal.remove_partials()
+        self._key = str.lower if goal.ignores_case() else str
+        names = output_names(list(self.models), self._key is str.lower)
+        self.jobs = [
+            Job(self.models[name].url, name, goal.url, output, options, task.VERSION)
+            for name, output in names.items()
+        ]
+        self.records = self._refused()
+        allowed = [job for job in self.jobs if job.name not in self.records]
+        planned = {name for job in allowed for name in job.outputs}
+        self.outputs.save(planned)  # before any is written: the process may be killed
+        self.records |= self._finished(allowed)
+        self.remarks = {
+            "left_out": [{"path": p, "reason": r} for p, r in sorted(found.left_out.items())],
+            "skipped": sorted(found.skipped),
+            "leftover": sorted(self.outputs.names - {n for job in self.jobs for n in job.outputs}),
+        }
+
+    def _refused(self) -> dict[str, Record]:
+        """Records of the jobs that cannot be done."""
+        models = {self._place(model.url): model for model in self.models.values()}
+        known = {self._key(name) for name in self.outputs.names}
+        problems = ((job, self._problem(job, models, known)) for job in self.jobs)
+        return {job.name: job.failed(problem) for job, problem in problems if problem}
+
+    def _place(self, url: str) -> Any:
+        """Equal for two paths of a file, as far as the storage tells."""
+        return (identity(url) if "://" not in url else None) or url
+
+    def _problem(self, job: Job, models: Mapping[Any, Model], known: set[str]) -> str:
+        """Why a job must not be done; empty if it can be.
+
+        models: by their places; known: keys of outputs of former batches.
+        """
+        if self.models[job.name].problem:
+            return self.models[job.name].problem
+        if not is_safe(job.name):
+            return "its name leads out of the destination, or into its records; rename it"
+        for name in job.outputs:
+            path = self._goal.at(name)
+            url = path if self._goal.is_local else self._goal.fs.unstrip_protocol(path)
+            if (model := models.get(self._place(url))) is not None:
+                return f"its output {name} is the model {model.name}; name another destination"
+            if self._goal.is_local and os.path.isdir(path):
+                return f"its output {name} is a folder; move it, or name another destination"
+            if self._key(name) not in known and self.outputs.exists(name):
+                return f"its output {name} {NOT_OURS}"
+        return ""
+
+    def _finished(self, jobs: list[Job]) -> dict[str, Record]:
+        """Records of the files that need no work: nothing that was read or written changed."""
+        goal = self._goal
+        texts = goal.read_all([j.record_name for j in jobs if self.outputs.exists(j.record_name)])
+        folders: dict[str, Folder] = {}
+        finished = {}
+        for job in jobs:
+            with contextlib.suppress(KeyError, ValueError, RecursionError):
+                record = json.loads(texts[job.record_name])
+                above, _, model = job.source.rpartition("/")
+                if above not in folders:
+                    folders[above] = folder_of(job.source)[0]
+                known = {model: self.models[job.name].stamp}
+                stamp = _Stamps(folders[above], known)
+                if job.is_current(record) and job.is_unchanged(record, stamp, self.outputs.stamp):
+                    finished[job.name] = {**record, "status": UNCHANGED}
+        return finished
+
+
+class _Stamps:
+    """Stamps of files in a folder, some of which are known."""
+
+    def __init__(self, folder: Folder, known: Mapping[str, str | None]) -> None:
+        self._folder, self._known = folder, known
+
+    def __call__(self, name: str) -> str | None:
+        return self._known[name] if name in self._known else self._folder.stamp(name)

@@ -1,0 +1,55 @@
+"""What Windows does otherwise than Linux and macOS: files that are in use, names of files."""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path, PurePath
+
+IS_WINDOWS = os.name == "nt"
+# Virus scanners and indexers open every new file for a moment, and Windows then refuses to rename
+# or to delete it.
+PATIENCE, PAUSE = 2.0, 0.05  # seconds
+# Of a path, unless long paths are enabled in Windows: 259, and unfinished files have longer names.
+MOST_CHARACTERS = 239
+
+
+def replace(source: str | os.PathLike[str], target: str | os.PathLike[str]) -> None:
+    """As os.replace, but on Windows waits for programs that hold a file open. Raises OSError."""
+    _patiently(lambda: os.replace(source, target))
+
+
+def remove(path: Path) -> None:
+    """Deletes a file if it is there, likewise. Raises OSError."""
+    _patiently(lambda: path.unlink(missing_ok=True))
+
+
+def file_name(name: bytes) -> str:
+    """A file's name out of a model. As os.fsdecode, which refuses some bytes on Windows only."""
+    return name.decode(sys.getfilesystemencoding(), "surrogateescape")
+
+
+def is_relative(name: str, kind: type[PurePath] = PurePath) -> bool:
+    """Whether a path stays with the folder that it is put after.
+
+    On Windows, C:name and \\\\host\\x do not; the second one would tell the host who the user is.
+    """
+    return not kind(name).anchor
+
+
+def is_too_long(path: str) -> bool:
+    """Whether Windows may refuse a path, in words that do not say why, because of its length."""
+    return IS_WINDOWS and len(os.path.abspath(path)) > MOST_CHARACTERS
+
+
+def _patiently(action: Callable[[], None]) -> None:
+    deadline = time.monotonic() + PATIENCE
+    while True:
+        try:
+            return action()
+        except PermissionError:
+            if not IS_WINDOWS or time.monotonic() > deadline:
+                raise
+            time.sleep(PAUSE)

@@ -1,0 +1,394 @@
+"""Figures in the sentences of the documents are those of the committed results.
+
+A sentence with figures of a measurement is a claim: its text with the figures left out, and where
+these come from. What is left of a page without its claims and generated blocks names no graphics
+card and no milliseconds, unless it is listed with the reason.
+"""
+
+import re
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from bench.common import read_result
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+PAGES = (
+    "README.md",
+    "docs/vulkan.md",
+    "docs/vulkan-raytracing.md",
+    "docs/mitsuba.md",
+    "docs/lod.md",
+    "docs/lod_results.md",
+    "docs/results.md",
+)
+MEASURED = re.compile(r"\bH[12]00\b|\bRTX\b|(?<![\w.])\d[\d.,]* ms\b")
+GPU_RESULTS = ("vulkan_decode", "vulkan_lod", "vulkan_raster", "vulkan_raytracing")
+PIXELS = {"1920 x 1080": "rows", "3840 x 2160": "views"}
+POOL = 128_000_000
+GENERATED = ("layers", "ground")  # squares that fill the picture
+
+
+def card(name: str) -> str:
+    """H200, of the result's "NVIDIA H200"."""
+    return re.search(r"\bH\d+\b", read_result(name)["device"]["name"])[0]
+
+
+def cards() -> tuple[str, str]:
+    """(that of most measurements, that of ray tracing)."""
+    others = {card(name) for name in GPU_RESULTS if name != "vulkan_raytracing"}
+    assert len(others) == 1
+    return others.pop(), card("vulkan_raytracing")
+
+
+def flight(instances: int, unique: int, pool: int = POOL) -> dict[str, Any]:
+    """The flight over so many instances of a model of so many million triangles."""
+    (row,) = (
+        row
+        for row in read_result("vulkan_lod")["rows"]
+        if (row["instances"], round(row["unique_triangles"] / 1e6)) == (instances, unique)
+        and row["pool"] == pool
+        and row["occlusion"]
+    )
+    return row["frames"]
+
+
+def flights() -> list[dict[str, Any]]:
+    rows = read_result("vulkan_lod")["rows"]
+    return [row for row in rows if row["pool"] == POOL and row["occlusion"]]
+
+
+def drawing(model: str, path: str, culling: bool) -> float:
+    """Median milliseconds at 1920 x 1080."""
+    (row,) = (
+        row
+        for row in read_result("vulkan_raster")["rows"]
+        if (row["model"], row["path"], row["culling"]) == (model, path, culling)
+    )
+    return row["milliseconds"]["median"]
+
+
+def against_vertex(size: str, path: str, culling: bool) -> list[float]:
+    """The least and the largest ratio of medians to path vertex."""
+    times: dict[str, dict[str, float]] = {"vertex": {}, path: {}}
+    for row in read_result("vulkan_raster")[PIXELS[size]]:
+        if row.get("view", size) == size and row["culling"] == culling and row["path"] in times:
+            times[row["path"]][row["model"]] = row["milliseconds"]["median"]
+    assert times[path].keys() == times["vertex"].keys() and times[path]
+    ratios = [time / times["vertex"][model] for model, time in times[path].items()]
+    return [min(ratios), max(ratios)]
+
+
+def pools() -> list[float]:
+    """Path visibility-pool: the least and largest time at rest, dragon's unlit, those of turning,
+    lit."""
+    rows = [row for row in read_result("vulkan_raster")["rows"] if row["path"] == "visibility-pool"]
+    rest = ends(row["milliseconds"]["median"] for row in rows)
+    turning = ends(row["turning"]["median"] for row in rows if row["culling"])
+    return [*rest, drawing("dragon", "visibility-pool", False), *turning]
+
+
+def from_inside() -> list[float]:
+    times = {
+        (row["culling"], row["model"], row["path"]): row["milliseconds"]["median"]
+        for row in read_result("vulkan_raster")["views"]
+        if row["view"] == "from inside"
+    }
+    ratios = {
+        (culling, model): time / times[culling, model, "vertex"]
+        for (culling, model, path), time in times.items()
+        if path == "visibility"
+    }
+    squares = [ratios.pop((False, model)) for model in ("layers", "ground")]
+    culled = [r for (culling, model), r in ratios.items() if culling and model not in GENERATED]
+    sponza = [times[False, "sponza_like", path] for path in ("visibility", "vertex")]
+    others = (r for (culling, model), r in ratios.items() if not culling and model != "sponza_like")
+    return [*ends(culled), *sponza, *ends(others), *squares]
+
+
+def decoding(method: str) -> list[float]:
+    """Median milliseconds of a decoder, for the four models that docs/vulkan.md names."""
+    times = {
+        row["model"]: row["milliseconds"]["median"]
+        for row in read_result("vulkan_decode")["rows"]
+        if row["method"] == method
+    }
+    return [times[model] for model in ("bunny", "igea_plain", "dragon_plain", "dragon_x4_plain")]
+
+
+def traced(model: str, path: str, cache: float | None, bounces: int) -> dict[str, Any]:
+    """The row of a way to trace."""
+    (row,) = (
+        row
+        for row in read_result("vulkan_raytracing")["rows"]
+        if (row["model"], row["path"], row["cache"], row["bounces"])
+        == (model, path, cache, bounces)
+    )
+    return row
+
+
+def tracing(model: str, cache: float | None, bounces: int, path: str = "rt") -> float:
+    """Median milliseconds."""
+    return traced(model, path, cache, bounces)["milliseconds"]["median"]
+
+
+def traced_models() -> list[str]:
+    return sorted({row["model"] for row in read_result("vulkan_raytracing")["rows"]})
+
+
+def growing(row: dict[str, Any]) -> int:
+    """Resident bytes that grow with the model."""
+    return sum(size for name, size in row["resident_bytes"].items() if name != "records")
+
+
+def full_cache() -> list[float]:
+    """Path rt over rt-triangles: memory, time."""
+    memory = [
+        growing(traced(model, "rt", 1.0, 0)) / growing(traced(model, "rt-triangles", None, 0))
+        for model in traced_models()
+    ]
+    times = [
+        tracing(model, 1.0, bounces) / tracing(model, None, bounces, "rt-triangles")
+        for model in traced_models()
+        for bounces in (0, 2)
+    ]
+    return [*ends(memory), *ends(times)]
+
+
+def of_full(cache: float, bounces: int) -> dict[str, float]:
+    """Model -> time over that with everything cached."""
+    return {
+        model: tracing(model, cache, bounces) / tracing(model, 1.0, bounces)
+        for model in traced_models()
+    }
+
+
+def quarter() -> Iterator[float]:
+    yield growing(traced("dragon", "rt", 0.25, 0)) / 1e6
+    for bounces in (0, 2):
+        ratios = of_full(0.25, bounces)
+        largest = ratios.pop("dragon_x4")
+        yield from (*ends(ratios.values()), largest)
+
+
+def beside_the_papers_cache() -> list[float]:
+    return [
+        ratio
+        for bounces in (0, 2)
+        for ratio in ends(
+            tracing(model, 0.25, bounces, "rt-paper") / tracing(model, 0.25, bounces)
+            for model in traced_models()
+        )
+    ]
+
+
+def ends(values: Iterable[float]) -> list[float]:
+    found = list(values)
+    return [min(found), max(found)]
+
+
+def levels() -> Iterator[float | str]:
+    """Of the paragraph on levels in docs/vulkan.md."""
+    yield from (flight(*of)["median"] for of in [(1, 1), (1, 14), (1, 105), (72, 14), (1148, 14)])
+    yield max(row["frames"]["percentile_99"] for row in flights())
+    yield from ends(row["frames"]["triangles"] / 1e6 for row in flights())
+    first, middle, last = (flight(12, unique) for unique in (1, 14, 105))
+    yield from (first["median"], middle["median"], last["median"])
+    yield last["triangles"] / first["triangles"]
+    yield last["clusters"] / first["clusters"]
+    yield from (last["decoded"], first["decoded"])
+    assert {row["frames"]["share_at_error"] for row in flights()} == {1.0}
+    small = flight(72, 14, 32_000_000)
+    yield from (100 * small["share_at_error"], small["worst_allowed"])
+    large = [row["frames"] for row in flights() if row["unique_triangles"] > 10_000_000]
+    yield from ends(frames["read_bytes"] / 1e6 for frames in large)
+    yield from ends(100 * frames["share_complete"] for frames in large)
+    yield from ends(round(1000 * row["first_seconds"], -1) for row in flights())
+
+
+# Page -> claims: (text with a place for each figure, what gives the figures).
+CLAIMS: dict[str, list[tuple[str, Callable[[], Any]]]] = {
+    "README.md": [
+        ("GPU times were measured on NVIDIA's {}, those of ray tracing on an {}.", cards),
+    ],
+    "docs/vulkan.md": [
+        ("On the measured GPU, an NVIDIA {}:", lambda: [card("vulkan_raster")]),
+        (
+            "it takes {:.2f} to {:.3f} times the time of `vertex` at 1920 x 1080 and {:.2f} to "
+            "{:.2f} times at 3840 x 2160 on the twelve models; lit with culling {:.2f} to {:.2f} "
+            "and {:.2f} to {:.2f} times.",
+            lambda: [
+                ratio
+                for culling in (False, True)
+                for size in PIXELS
+                for ratio in against_vertex(size, "visibility", culling)
+            ],
+        ),
+        (
+            "dragon takes {:.2f} ms (`vertex` {:.2f})",
+            lambda: [drawing("dragon", path, False) for path in ("visibility", "vertex")],
+        ),
+        (
+            "The gain is least for sponza_like ({:.3f} against {:.3f} ms)",
+            lambda: [drawing("sponza_like", path, False) for path in ("visibility", "vertex")],
+        ),
+        (
+            "{:.1f} to {:.1f} times the time of `vertex`, unlit.",
+            lambda: against_vertex("1920 x 1080", "stream", False),
+        ),
+        (
+            "lit, 3.5 million triangles take {:.1f} ms, as with `vertex`; `mesh-plain` takes "
+            "{:.1f}.",
+            lambda: [drawing("dragon_x4", path, True) for path in ("stream", "mesh-plain")],
+        ),
+        (
+            "in a pool of 128 MB in all, take {:.2f} ms for 1 million triangles, {:.2f} for 14 "
+            "million, {:.2f} for 105 million, {:.2f} for 72 instances with a billion, and {:.2f} "
+            "for 1,148 with 16 billion (medians; 99 of 100 frames at most {:.1f} ms). The views "
+            "draw {:.1f} to {:.1f} million triangles. Twelve instances of models of 0.9, 14 and "
+            "105 million triangles look alike: 10 million take {:.2f} ms, 167 million {:.2f}, 1.3 "
+            "billion {:.2f}. The last draws {:.1f} times the triangles of the first at the same "
+            "error, in {:.1f} times the clusters, but decodes {:.0f} clusters a frame where the "
+            "first decodes {:.0f}. All frames kept to one pixel; smaller pools allow more error: "
+            "with 32 MB for a billion triangles {:.0f} % of the frames keep to one pixel, the "
+            "worst has {:.1f}. From 14 million triangles on, {:.0f} to {:.0f} MB are read, and "
+            "{:.0f} to {:.0f} % of the frames lack no page; the others show coarser clusters in "
+            "their place. The first picture takes {:.0f} to {:.0f} ms.",
+            levels,
+        ),
+        ("The {} is a compute device", lambda: [card("vulkan_raster")]),
+        (
+            "a camera at rest takes {:.2f} to {:.2f} ms, dragon {:.2f}. A camera that turns a "
+            "degree a frame takes {:.2f} to {:.2f} ms, lit.",
+            pools,
+        ),
+        (
+            "from inside, with culling, `visibility` takes {:.2f} to {:.2f} times the time of "
+            "`vertex`. Without culling it decodes everything, seen or not: sponza_like takes "
+            "{:.2f} ms where `vertex` takes {:.2f}, the others {:.2f} to {:.2f} times the time of "
+            "`vertex`. Seven squares that fill the picture take {:.2f} times, a floor and a "
+            "ceiling {:.2f}.",
+            from_inside,
+        ),
+        (
+            "as in `stream`, takes {:.2f} ms for bunny (1,108 meshlets), {:.2f} for igea (4,381), "
+            "{:.2f} for dragon (14,227) and {:.2f} for 3.5 million triangles (56,884). With "
+            "parallel connectivity, as in `mesh` and ray tracing, it takes {:.2f}, {:.2f}, {:.2f} "
+            "and {:.2f};",
+            lambda: [*decoding("team"), *decoding("parallel")],
+        ),
+        ("The serial decoder takes {:.2f}, {:.2f}, {:.2f} and {:.2f}:", lambda: decoding("serial")),
+        (
+            "(`interior`: {:.2f}, {:.2f}, {:.2f} and {:.2f} ms)",
+            lambda: decoding("interior"),
+        ),
+        (
+            "(`traversal`: {:.2f}, {:.2f}, {:.2f} and {:.2f} ms, 5.5 billion",
+            lambda: decoding("traversal"),
+        ),
+    ],
+    "docs/vulkan-raytracing.md": [
+        (
+            "50 % of sponza_like ({:.2f} ms, 3.22 were allowed) and of dragon ({:.2f} ms, 3.71 "
+            "were allowed)",
+            lambda: [tracing(model, 0.5, 2) for model in ("sponza_like", "dragon")],
+        ),
+        ("{:.2f} ms for a full cache", lambda: [tracing("dragon_x4", 1.0, 0)]),
+        (
+            "a scene takes {:.2f} to {:.2f} of the memory of `rt-triangles` at {:.1f} to {:.1f} "
+            "times its frame time.",
+            full_cache,
+        ),
+        (
+            "(dragon {:.1f} MB, a seventh of `rt-triangles`), first hits take {:.1f} to {:.1f} "
+            "times as long (dragon_x4 {:.1f}), two bounces {:.1f} to {:.1f} times (dragon_x4 "
+            "{:.1f}).",
+            quarter,
+        ),
+        (
+            "25 % is {:.0f} to {:.0f} times faster in first hits, {:.0f} to {:.0f} times with "
+            "bounces.",
+            beside_the_papers_cache,
+        ),
+        (
+            "First hits with 50 % take {:.1f} to {:.1f} times a full cache.",
+            lambda: ends(of_full(0.5, 0).values()),
+        ),
+    ],
+}
+# Figures that no committed result has, with their source.
+OTHERS = {
+    "docs/vulkan.md": [
+        # Published by their authors.
+        "colossus 1.0 publishes 1.51 ms for 15.9 billion triangles (RX 9070 XT), Bevy 3.5 ms for "
+        "115 billion (RTX 4070, all in memory)",
+        # Seen once, with other sizes of the ring.
+        "take 2.0 ms with 8,192 slots",
+        "bistro_like takes 1.46 ms in two",
+        "the same model takes 3.7 ms and 9.7 MB",
+        # Seen once, with shaders that are not measured by themselves.
+        "an empty picture takes 0.4 ms and decoding a batch at least 0.1 to 0.25 ms",
+        "3.7 ms for 3.5 million triangles as a compute shader and 110 ms as a mesh shader",
+    ],
+    "docs/vulkan-raytracing.md": [
+        # The bound that the rows are compared with.
+        'is not "missed" if it takes at most a full cache and 0.3 ms for each pass',
+        "even with a full cache and 0.3 ms for each pass",
+        # Computed from the number of meshlets and a rate.
+        "a first hit costs 0.57 ms for it",
+        "a decoding, 0.25 ms each, beside",
+    ],
+}
+
+
+def prose(page: str) -> str:
+    """The page without what scripts write, on one line."""
+    text = (ROOT / page).read_text()
+    if re.search(r"^(Measured|Written) by", text, re.M) and "<!-- begin" not in text:
+        return ""
+    text = re.sub(r"<!-- begin.*?<!-- end[^>]*>", "", text, flags=re.S)
+    return " ".join(text.split())
+
+
+def wrong_claims(page: str, text: str) -> list[str]:
+    """The claims with today's figures that the text does not have."""
+    claims = [template.format(*figures()) for template, figures in CLAIMS.get(page, [])]
+    return [claim for claim in claims if claim not in text]
+
+
+def unclaimed(page: str, text: str) -> list[str]:
+    """Figures of the text that are in no claim, with the words around them."""
+    for template, figures in CLAIMS.get(page, []):
+        text = text.replace(template.format(*figures()), "")
+    for known in OTHERS.get(page, []):
+        assert known in text
+        text = text.replace(known, "")
+    return [text[max(m.start() - 60, 0) : m.end() + 40] for m in MEASURED.finditer(text)]
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_claims_are_those_of_the_results(page):
+    assert wrong_claims(page, prose(page)) == []
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_all_measured_figures_are_claims(page):
+    assert unclaimed(page, prose(page)) == []
+
+
+@pytest.mark.parametrize(
+    ("page", "right", "wrong"),
+    [
+        ("README.md", "of ray tracing on an H100", "of levels on an H100"),
+        ("docs/vulkan.md", "the measured GPU, an NVIDIA H200", "the measured GPU, an NVIDIA H100"),
+        ("docs/vulkan.md", "0.42 for 72 instances", "0.49 for 72 instances"),
+        ("docs/vulkan.md", "dragon takes 0.40 ms", "dragon takes 0.39 ms"),
+    ],
+)
+def test_a_wrong_card_or_median_is_noticed(page, right, wrong):
+    text = prose(page)
+    assert right in text
+    changed = text.replace(right, wrong)
+    assert wrong_claims(page, changed) and unclaimed(page, changed)
