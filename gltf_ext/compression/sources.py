@@ -193,7 +193,8 @@ class Source:
         is_all = high - low == self.attributes[names[0]].count
 
         def mark(first: int, last: int) -> None:
-            rows = self.corners(names, numbers, first, last).reshape(-1)
+            corners = self.corners(names, numbers, first, last)
+            rows = corners.reshape(-1).astype(np.intp)  # half the time of uint32 as an index
             is_used[rows if is_all else rows[(rows >= low) & (rows < high)] - low] = True
 
         for _ in self.in_order(mark, blocks(self.triangle_count)):
