@@ -190,7 +190,8 @@ class RecordFormat:
         corners = np.ascontiguousarray(corners.reshape(-1, 3), np.uint32)
         a, b, c = corners.T
         is_degenerate = (a == b) | (b == c) | (c == a)
-        different = remaining = occurring(corners, count)
+        is_whole = triangles.corners is not None  # else all records are at corners
+        different = remaining = occurring(corners, count) if is_whole else np.arange(count)
         if is_degenerate.any():
             corners = corners[~is_degenerate]
             remaining = occurring(corners, count)

@@ -213,7 +213,8 @@ class _Table:
             low = 3 * first
             vertices = self._source.vertices(self._names, low, 3 * last)
             records = self._form.quantised(vertices)
-        rows = self._source.corners(self._names, self._numbers, first, last).astype(np.int64) - low
+        rows = self._source.corners(self._names, self._numbers, first, last).astype(np.int64)
+        rows -= low
         if self._is_all:
             all_corners: np.ndarray = records[rows]
             return all_corners
