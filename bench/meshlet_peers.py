@@ -25,9 +25,9 @@ import gltf_ext
 from bench import peers
 from bench.common import ROOT
 from bench.models import blobs_of
-from bench.peers import PeerMissing, checkout_version, position_grids, write_primitives
+from bench.peers import PeerMissing, checkout_version, plan_of, position_grids, write_primitives
 from gltf_ext.compression.primitives import Primitive
-from gltf_ext.compression.streams import Bits, plan_primitive
+from gltf_ext.compression.streams import Bits
 from tools.native_build import build_folder
 
 PROGRAMS = ROOT / "bench" / "peer_programs"
@@ -68,9 +68,10 @@ def integers_of(primitives: list[Primitive], bits: Bits = DEFAULT_BITS) -> list[
     grids = position_grids(primitives, bits)
     result = []
     for primitive in primitives:
-        plan = plan_primitive(primitive.attributes, [], grids[primitive.mesh], bits, "")
+        plan = plan_of(primitive, grids[primitive.mesh], bits)
         bits_of_elements = [s.bits for s in plan.streams for _ in range(s.elements)]
-        values = np.concatenate(plan.values, axis=1).astype(np.uint32)
+        quantised = plan.quantise(primitive.attributes)
+        values = np.concatenate([quantised[s] for s in range(len(plan.streams))], axis=1)
         result.append(Integers(primitive.indices, values, tuple(bits_of_elements)))
     return result
 

@@ -31,7 +31,7 @@ import numpy as np
 
 from bench.peers import DEFAULT_BITS, Part
 from gltf_ext import _codec
-from gltf_ext.compression.primitives import position_ids
+from gltf_ext.compression.records import weld_rows
 from gltf_ext.compression.streams import GRID, INTEGER, Bits
 
 SYMBOLS = "CRELS"
@@ -187,7 +187,7 @@ def quantised(part: Part, bits: Bits) -> tuple[list[_codec.Stream], list[np.ndar
 def mesh_of(part: Part, bits: Bits, fill: float) -> Mesh:
     """A part cut into meshlets as in the paper; fill: 0 for its default, see _codec.encode."""
     streams, values = quantised(part, bits)
-    mesh = part.triangles, position_ids(part.positions), part.positions
+    mesh = part.triangles, weld_rows(part.positions)[0], part.positions
     blob, _ = _codec.encode(*mesh, streams, values, fill=fill, effort="high")
     triangles, arrays = _codec.decode(blob)
     packed, width = np.zeros(len(arrays[0]), np.uint64), 0

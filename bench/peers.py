@@ -37,13 +37,16 @@ import numpy as np
 import pygltflib
 
 from bench.common import ROOT, git_output
-from gltf_ext.compression.primitives import Primitive, read_primitive, triangle_primitives, weld
-from gltf_ext.compression.streams import Bits, Grid, plan_primitive, position_grid
+from gltf_ext.compression.primitives import Primitive, triangle_primitives
+from gltf_ext.compression.records import weld_rows
+from gltf_ext.compression.sources import read_primitive
+from gltf_ext.compression.streams import Bits, Grid, Plan, plan_streams, position_grid
 from gltf_ext.files import write_files
 from gltf_ext.gltf.accessors import add_accessor, bounds, set_bounds
 from gltf_ext.gltf.container import model_files
 from gltf_ext.gltf.document import Document
 from gltf_ext.gltf.importers import open_model
+from gltf_ext.ranges import first_of_each
 
 NODE_MODULES = Path(
     os.environ.get("GLTF_MESHLET_NODE_MODULES") or ROOT / "build" / "node" / "node_modules"
@@ -123,10 +126,25 @@ def read_primitives(path: Path, attributes: dict[str, int] = ATTRIBUTES) -> list
             for name, v in source.attributes.items()
             if attributes.get(name) == v.shape[1] and v.dtype.kind == "f"
         }
-        welded, _ = weld(Primitive(mesh, index, source.indices, kept))
+        welded = _welded(Primitive(mesh, index, source.indices, kept))
         if len(welded.indices):
             primitives.append(welded)
     return primitives
+
+
+def _welded(primitive: Primitive) -> Primitive:
+    """Joins vertices that are equal in all attributes; drops triangles with two equal ones, and
+    unused vertices."""
+    arrays = [np.ascontiguousarray(v).view(np.uint8) for v in primitive.attributes.values()]
+    numbers, count = weld_rows(np.concatenate(arrays, axis=1))
+    triangles = numbers[primitive.indices]
+    a, b, c = triangles.T
+    triangles = triangles[(a != b) & (b != c) & (c != a)]
+    used, corners = np.unique(triangles, return_inverse=True)
+    rows = first_of_each(numbers, count)[used]
+    attributes = {name: values[rows] for name, values in primitive.attributes.items()}
+    triangles = corners.reshape(-1, 3).astype(np.uint32)
+    return Primitive(primitive.mesh, primitive.primitive, triangles, attributes)
 
 
 def read_parts(path: Path, bits: Bits = DEFAULT_BITS) -> list[Part]:
@@ -154,13 +172,19 @@ def position_grids(primitives: list[Primitive], bits: Bits) -> dict[int, Grid]:
     }
 
 
+def plan_of(primitive: Primitive, grid: Grid, bits: Bits) -> Plan:
+    """The streams of a primitive's attributes."""
+    ends = {name: np.stack(bounds(values)) for name, values in primitive.attributes.items()}
+    return plan_streams(ends, grid, bits, "")
+
+
 def _part(primitive: Primitive, grid, bits: Bits) -> Part:
-    plan = plan_primitive(primitive.attributes, [], grid, bits, "")
+    plan = plan_of(primitive, grid, bits)
 
     def in_steps(name: str) -> np.ndarray | None:
         if name not in primitive.attributes:
             return None
-        stream = plan.streams[plan.attributes[name]]
+        (stream,) = plan.streams_of(name)
         steps = (primitive.attributes[name].astype(np.float64) - stream.offset) / stream.step
         largest = {"POSITION": 2**bits.position, "TEXCOORD_0": 2**bits.texcoord}[name] - 1
         # Rounding may exceed the grid.

@@ -20,8 +20,6 @@ from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from bench import peers
 from bench.common import (
     best_in_bold,
@@ -35,8 +33,10 @@ from bench.common import (
 from bench.generated import torus
 from bench.models import PAPER_MODELS, real_model
 from gltf_ext import _codec
-from gltf_ext.compression.primitives import Primitive, position_ids, weld
-from gltf_ext.compression.streams import Bits, plan_primitive
+from gltf_ext.compression.primitives import Primitive
+from gltf_ext.compression.records import RecordFormat
+from gltf_ext.compression.sources import Source
+from gltf_ext.compression.streams import Bits
 from gltf_meshlet.demo.model import write_glb
 from tools import native_build
 
@@ -65,14 +65,13 @@ def encode_ours(
 
 def encoder_arguments(primitives: list[Primitive]) -> list[tuple]:
     """The arguments of _codec.encode for each primitive, as compress makes them."""
-    sources = [weld(primitive)[0] for primitive in primitives]
-    grids = peers.position_grids(sources, Bits())
+    sources = [Source.of(primitive) for primitive in primitives]
+    grids = peers.position_grids(primitives, Bits())
     arguments = []
     for source in sources:
-        plan = plan_primitive(source.attributes, [], grids[source.mesh], Bits(), "")
-        positions = np.ascontiguousarray(source.attributes["POSITION"])
-        triangles = np.ascontiguousarray(source.indices)
-        arguments.append((triangles, position_ids(positions), positions, plan.streams, plan.values))
+        source.read_bounds()
+        form = RecordFormat.of(source, grids[source.mesh], Bits())
+        arguments.append(form.mesh_of(form.vertices_of(form.triangles_of(source))))
     return arguments
 
 

@@ -32,7 +32,7 @@ def begins_of(pieces: list[np.ndarray]) -> np.ndarray:
 def occurring(numbers: np.ndarray, count: int) -> np.ndarray:
     """int64: the different numbers, in [0, count), in order. Faster than np.unique."""
     found = np.zeros(count, bool)
-    found[numbers] = True
+    found[numbers.astype(np.intp, copy=False)] = True  # half the time of uint32 as an index
     return np.flatnonzero(found)
 
 

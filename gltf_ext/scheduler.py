@@ -1,5 +1,4 @@
-"""Tasks on threads or on the workers of Dask distributed: files of a batch, chunks of a large
-model."""
+"""Tasks on threads or on the workers of Dask: files of a batch, chunks of a large model."""
 
 from __future__ import annotations
 
@@ -76,8 +75,10 @@ def _check_answer(address: str) -> None:
 def in_order(
     function: Callable[..., Any], tasks: Iterable[tuple[Any, ...]], threads: int
 ) -> Iterator[Any]:
-    """Results in the order of the tasks, which are taken while one of the threads is free and few
-    results wait for an earlier one. Raises what a task raises."""
+    """Results in the order of the tasks. Raises what a task raises.
+
+    Tasks are taken while one of the threads is free and few results wait for an earlier one.
+    """
     from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait  # slow to load
 
     flight: deque[Any] = deque()
@@ -94,10 +95,11 @@ def in_order(
             yield flight.popleft().result()
 
 
-class Here:
+class LocalThreads:
     """Runs functions on threads of this process."""
 
     def __init__(self, threads: int) -> None:
+        """Shares so many threads among tasks."""
         self._threads = threads
 
     def map(
@@ -109,6 +111,8 @@ class Here:
     ) -> Iterator[Any]:
         """As Workers.map, at most `at_once` tasks at a time, which share the threads."""
         lanes = min(at_once, self._threads)
+        if lanes == 1:
+            return (function(self._threads, *task) for task in tasks)
         return in_order(partial(function, -(-self._threads // lanes)), tasks, lanes)
 
 
@@ -226,7 +230,7 @@ class Workers:
         return result
 
 
-Runner = Here | Workers
+Runner = LocalThreads | Workers
 
 
 @contextlib.contextmanager
@@ -236,7 +240,7 @@ def runner(address: str | None, threads: int) -> Iterator[Runner]:
     threads: that each may use; 0 for all processors here, one there. Raises MeshletError.
     """
     if address is None:
-        yield Here(threads or os.cpu_count() or 1)
+        yield LocalThreads(threads or os.cpu_count() or 1)
     else:
         with connected(address) as client:
             yield Workers(client, threads or 1)

@@ -83,18 +83,23 @@ class WorkFile:
 class Spool:
     """Bytes that wait to be written: in memory while they are few, then in a work file."""
 
-    def __init__(self, folder: str) -> None:
-        self._folder, self._parts, self._size = folder, list[bytes](), 0
+    def __init__(self, folder: str | None, most: int = MOST_SPOOLED) -> None:
+        """folder: as for WorkFile; None to keep all in memory. most: bytes in memory."""
+        self._folder, self._most = folder, most
+        self._parts, self._size = list[bytes](), 0
         self._file: WorkFile | None = None
 
-    def append(self, data: np.ndarray) -> None:
-        """Adds an array as it lies in memory. Raises OSError."""
-        self._parts.append(data.tobytes())
-        self._size += len(self._parts[-1])
-        if self._size > MOST_SPOOLED:
+    def append(self, data: Data) -> None:
+        """Adds bytes, or an array as it lies in memory. Raises OSError."""
+        size = len(data) if isinstance(data, bytes) else data.nbytes
+        if self._folder is not None and self._size + size > self._most:
             self._file = self._file or WorkFile(self._folder)
             self._file.append(b"".join(self._parts))
+            self._file.append(data)
             self._parts, self._size = [], 0
+        else:
+            self._parts.append(data if isinstance(data, bytes) else data.tobytes())
+            self._size += size
 
     def contents(self) -> memoryview:
         """All bytes; those of a work file are mapped into memory."""
@@ -103,6 +108,12 @@ class Spool:
             return memoryview(rest)
         self._file.append(rest)
         return self._file.mapped()
+
+    def close(self) -> None:
+        """Gives memory and disk back."""
+        self._parts = []
+        if self._file is not None:
+            self._file.close()
 
 
 class Buckets:
@@ -163,8 +174,10 @@ def _naming(folder: str) -> Iterator[None]:
 
 
 def give_back_memory() -> None:
-    """Returns freed memory to the system, which glibc keeps for each thread: with 16 threads and 14
-    M triangles, 55 MB more than with 2."""
+    """Returns freed memory to the system, which glibc keeps for each thread.
+
+    With 16 threads and 14 M triangles that was 55 MB more than with 2.
+    """
     if sys.platform == "linux":
         trim = getattr(ctypes.CDLL(None), "malloc_trim", None)  # musl has none
         if trim:

@@ -17,7 +17,7 @@ from gltf_ext.compression.extension import (
     malformed_from,
     read_compressed,
 )
-from gltf_ext.compression.primitives import read_primitive
+from gltf_ext.compression.sources import read_primitive
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.document import Document
 from gltf_ext.gltf.nodes import MAX_SIZE

@@ -61,16 +61,11 @@ class Errors:
         self.over_bound = max(self.over_bound, over_bound)
 
 
-def errors_of(
-    name: str, values: np.ndarray, decoded: np.ndarray, matches: np.ndarray, streams: list[Stream]
-) -> Errors:
-    """Errors of one attribute over the source vertices that have a match."""
-    found = matches >= 0
-    source, result = values[found].astype(np.float64), decoded[matches[found]].astype(np.float64)
-    errors = Errors(box=np.array([values.min(axis=0), values.max(axis=0)], np.float64))
-    if not len(source):
-        return errors
-    errors.compared = True
+def errors_of(name: str, values: np.ndarray, decoded: np.ndarray, streams: list[Stream]) -> Errors:
+    """Errors of one attribute of vertices, [n, components] before and after."""
+    source, result = values.astype(np.float64), decoded.astype(np.float64)
+    box = np.array([values.min(axis=0), values.max(axis=0)], np.float64)
+    errors = Errors(box=box, compared=True)
     start = 0
     for stream in streams:
         columns = slice(start, start + stream.width)

@@ -2,82 +2,135 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from gltf_ext import _codec
-from gltf_ext._codec import Stream
-from gltf_ext.compression.extension import Compressed, malformed_from
-from gltf_ext.compression.primitives import Primitive
-from gltf_ext.compression.streams import quantise_like
+from gltf_ext.compression.extension import Compressed, malformed_from, parts_of
+from gltf_ext.compression.records import HASH, RecordFormat, weld_rows
+from gltf_ext.compression.sources import Source, blocks
+from gltf_ext.out_of_core.encoding import gathered
+from gltf_ext.progress import Advance
+from gltf_ext.work_files import Buckets, WorkFile, hashes
+
+# Of a triangle, and where it is: in the source, in the source but a writer may leave it out because
+# two corners are equal, or in the compressed primitive.
+TRIANGLE = np.dtype([("key", "<u8"), ("place", "u1")])
+NEEDED, OPTIONAL, COMPRESSED = range(3)
+READ = 0.5  # of the progress
 
 
-def with_streams(
-    source: Primitive, compressed: Compressed
-) -> list[tuple[str, np.ndarray, list[Stream]]]:
-    """(name, source values, streams) of each attribute, in the order of named_streams."""
-    arrays = dict(source.arrays)
-    return [
-        (name, arrays[name], [compressed.streams[s] for s in indices])
-        for name, indices, _ in compressed.named_streams
-    ]
+class Comparison:
+    """Triangles by 64-bit hashes of the integers of all streams at their corners.
 
-
-def match(source: Primitive, compressed: Compressed) -> tuple[int, int, int, np.ndarray]:
-    """Matches vertices and triangles that are equal after quantisation.
-
-    Returns (missing triangles, extra triangles, triangles that the grid collapses, the decoded
-    vertex of each source vertex or -1).
+    Attributes:
+        triangles: number of the source's, without those that a writer may leave out.
+        missing, extra: number of triangles that only the source has, and only the compressed one.
+        collapsed: of the source's triangles, with two corners on one point of the grid.
     """
-    with malformed_from(compressed.where):
-        triangles, decoded = _codec.decode(compressed.blob)
-    quantised = [
-        columns
-        for name, values, streams in with_streams(source, compressed)
-        for columns in quantise_like(name, values, streams, source.attributes)
-    ]
-    order = [s for _, indices, _ in compressed.named_streams for s in indices]
-    count = source.vertex_count
-    elements = sum(columns.shape[1] for columns in quantised)
-    # Source vertices, then decoded ones: equal rows get one id.
-    rows = np.empty((count + compressed.vertex_count, elements), np.uint32)
-    start = 0
-    for values, stream in zip(quantised, order):
-        end = start + values.shape[1]
-        rows[:count, start:end], rows[count:, start:end] = values, decoded[stream]
-        start = end
-    ids, unique = _codec.weld(rows.view(np.uint8))
-    decoded_vertex = np.full(unique, -1, np.int64)
-    decoded_vertex[ids[count:]] = np.arange(compressed.vertex_count)
-    missing, extra = multiset_difference(
-        rotated(ids[source.indices]), rotated(ids[count + triangles])
-    )
-    collapsed = _degenerate(quantised[0], source.indices) - _degenerate(
-        source.attributes["POSITION"], source.indices
-    )
-    return missing, extra, collapsed, decoded_vertex[ids[:count]]
+
+    def __init__(
+        self, source: Source, form: RecordFormat, compressed: Compressed, folder: str
+    ) -> None:
+        """form: of the source on the grids of the compressed one; folder: for work files."""
+        count = source.triangle_count + compressed.triangle_count
+        self._source, self._form = source, form
+        self._compressed, self._folder = compressed, folder
+        self._buckets = Buckets(TRIANGLE, TRIANGLE.itemsize * count, folder)
+        self.triangles = self.missing = self.extra = self.collapsed = 0
+
+    def run(self, advance: Advance | None) -> None:
+        """Sets the counts. Raises MeshletError, OSError."""
+        progress = advance or (lambda share: None)
+        self._add_source(lambda share: progress(READ * share))
+        self._add_compressed(lambda share: progress(READ + (1 - READ) * share))
+        for rows in self._buckets.parts():
+            missing, extra = difference(rows)
+            self.missing += missing
+            self.extra += extra
+
+    def _add_source(self, progress: Advance) -> None:
+        for keys, cells, positions, share in self._source_corners():
+            progress(share)
+            is_same = _repeats(positions)
+            self.collapsed += int(np.count_nonzero(_repeats(cells) & ~is_same))
+            is_optional = is_same & _repeats(keys)
+            self.triangles += len(keys) - int(np.count_nonzero(is_optional))
+            self._add(keys, np.where(is_optional, OPTIONAL, NEEDED))
+
+    def _source_corners(self) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray, float]]:
+        """(keys of vertices, of points of the grid, of positions: [T, 3] each, share of all)."""
+        source, form = self._source, self._form
+        if source.is_in_memory:
+            triangles = form.triangles_of(source)
+            columns = self._columns(triangles.records)
+            for first, last in blocks(triangles.count):
+                rows = triangles.corners_between(first, last)
+                keys, cells, positions = (column[rows] for column in columns)
+                yield keys, cells, positions, last / triangles.count
+            return
+        soup = WorkFile(self._folder)
+        for first, last, corners, share in gathered(source, form, soup):
+            if share < 1.0:
+                soup.write(corners, 3 * first * form.fine.itemsize)
+            else:
+                yield *self._columns(corners), last / source.triangle_count
+        soup.close()
+
+    def _columns(self, records: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The keys of _source_corners, of records [...]."""
+        streams = [records[str(s)] for s in range(len(self._form.plan.streams))]
+        return _keys(streams), _keys(streams[:1]), records[HASH]
+
+    def _add_compressed(self, progress: Advance) -> None:
+        done = 0
+        for part in parts_of(self._compressed.blob):
+            with malformed_from(self._compressed.where):
+                triangles, values = _codec.decode(part)
+            self._add(_keys(values)[triangles], COMPRESSED)
+            done += len(part)
+            progress(done / len(self._compressed.blob))
+
+    def _add(self, corners: np.ndarray, place: np.ndarray | int) -> None:
+        """corners: uint64[T, 3]."""
+        rows = np.empty(len(corners), TRIANGLE)
+        rows["key"], rows["place"] = hashes(rotated(corners)), place
+        self._buckets.add(rows, rows["key"])
 
 
-def _degenerate(positions: np.ndarray, triangles: np.ndarray) -> int:
-    """Number of triangles with two corners at one position."""
-    a, b, c = _codec.weld(np.ascontiguousarray(positions).view(np.uint8))[0][triangles].T
-    return int(np.count_nonzero((a == b) | (b == c) | (c == a)))
+def difference(rows: np.ndarray) -> tuple[int, int]:
+    """(number of triangles that only the source has, and only the compressed primitive).
+
+    rows: TRIANGLE[N], those of equal keys all.
+    """
+    numbers, count = weld_rows(rows["key"].reshape(-1, 1))
+    needed, optional, compressed = (
+        np.bincount(numbers[rows["place"] == place], minlength=count)
+        for place in (NEEDED, OPTIONAL, COMPRESSED)
+    )
+    missing = np.maximum(needed - compressed, 0)
+    extra = np.maximum(compressed - needed - optional, 0)
+    return int(missing.sum()), int(extra.sum())
 
 
 def rotated(triangles: np.ndarray) -> np.ndarray:
-    """Each triangle rotated to a canonical order: its smallest corner first."""
+    """Each triangle, [T, 3], rotated to a canonical order: its smallest corner first."""
     a, b, c = triangles.T
     turn = np.where((b < a) & (b <= c), 1, np.where((c < a) & (c < b), 2, 0))
     # Two equal smallest corners: (x, x, y), never (x, y, x).
     turn = np.where((a == c) & (a < b), 2, turn)
-    return np.ascontiguousarray(
-        np.stack([np.choose((turn + k) % 3, (a, b, c)) for k in range(3)], axis=1)
-    )
+    return np.stack([np.choose((turn + k) % 3, (a, b, c)) for k in range(3)], axis=1)
 
 
-def multiset_difference(first: np.ndarray, second: np.ndarray) -> tuple[int, int]:
-    """(rows only in first, rows only in second), counted with multiplicity."""
-    ids, unique = _codec.weld(np.concatenate([first, second]).view(np.uint8))
-    surplus = np.bincount(ids[: len(first)], minlength=unique) - np.bincount(
-        ids[len(first) :], minlength=unique
-    )
-    return int(surplus[surplus > 0].sum()), int(-surplus[surplus < 0].sum())
+def _keys(streams: list[np.ndarray]) -> np.ndarray:
+    """uint64[...]: hashes of vertices, of integers [..., elements] of each stream."""
+    rows = np.concatenate(streams, axis=-1)
+    return hashes(rows.reshape(-1, rows.shape[-1])).reshape(rows.shape[:-1])
+
+
+def _repeats(corners: np.ndarray) -> np.ndarray:
+    """bool[T]: whether two of the three values of a triangle are equal."""
+    a, b, c = corners.T
+    result: np.ndarray = (a == b) | (b == c) | (c == a)
+    return result

@@ -12,9 +12,8 @@ from pathlib import Path
 from typing import Any
 
 from gltf_ext.checks.findings import Findings, report_of
-from gltf_ext.checks.large import compare_large
 from gltf_ext.checks.level_errors import level_problems, measure_levels
-from gltf_ext.checks.primitives import compare_primitive, read_welded
+from gltf_ext.checks.primitives import compare, read_original
 from gltf_ext.compression.extension import has_compressed
 from gltf_ext.compression.options import Options
 from gltf_ext.compression.primitives import triangle_primitives
@@ -88,15 +87,12 @@ def _compare_files(
     if not has_compressed(after):
         raise _misplaced(before, str(compressed))
     findings = Findings()
-    for mesh, index in _places_of_both(before, after, findings):
-        if (mesh, index) in large:
-            with progress_bar(Path(compressed).name, options.progress) as advance:
-                compare_large(after, large[mesh, index], findings, str(options.work_dir), advance)
-            continue
-        with blaming(original):
-            source = read_welded(before, mesh, index)
-        with blaming(compressed):
-            compare_primitive(after, source, findings)
+    with progress_bar(Path(compressed).name, options.progress) as advance:
+        for mesh, index in _places_of_both(before, after, findings):
+            with blaming(original):
+                source = large.get((mesh, index)) or read_original(before, mesh, index)
+            with blaming(compressed):
+                compare(after, source, findings, str(options.work_dir), advance)
     with blaming(compressed):
         levels, not_measured = measure_levels(after, large=set(large))
     findings.problems += level_problems(levels)

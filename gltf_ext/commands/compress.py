@@ -16,50 +16,36 @@ import pygltflib
 from gltf_ext import _codec
 from gltf_ext.commands.inspect import inspect_document
 from gltf_ext.commands.transcode import pack_compressed
-from gltf_ext.compression.extension import (
-    EXTENSION,
-    read_compressed,
-    read_triangles,
-)
+from gltf_ext.compression.extension import EXTENSION, read_compressed, source_of
 from gltf_ext.compression.options import MIN_POSITION_BITS, Options
 from gltf_ext.compression.primitives import (
-    Box,
     Dropped,
-    Primitive,
     all_primitives,
-    check_finite,
     describe,
     describe_indices,
-    position_ids,
     store_primitive,
     triangle_primitives,
-    weld,
 )
-from gltf_ext.compression.streams import (
-    Bits,
-    Grid,
-    Plan,
-    dequantise,
-    plan_primitive,
-    position_grid,
-)
+from gltf_ext.compression.records import RecordFormat
+from gltf_ext.compression.sources import Box, Source
+from gltf_ext.compression.streams import Bits, Grid, dequantise, position_grid
 from gltf_ext.errors import MeshletError, blaming
 from gltf_ext.files import check_output, write_model
-from gltf_ext.gltf.accessors import bounds
 from gltf_ext.gltf.buffer_layout import unknown_index_holders
 from gltf_ext.gltf.container import fallback_of, model_files
 from gltf_ext.gltf.document import Document
 from gltf_ext.gltf.draco import DRACO
 from gltf_ext.gltf.images import embed_images
 from gltf_ext.gltf.importers import open_model
-from gltf_ext.lod.document import Levels, add_levels, arrange, forget_levels
+from gltf_ext.lod.document import add_levels, arrange, forget_levels
 from gltf_ext.lod.tables import EXTENSION as LEVELS
+from gltf_ext.out_of_core.encoding import Compression, encode
 from gltf_ext.out_of_core.opening import Larges, open_large
-from gltf_ext.out_of_core.sources import LargePrimitive
 from gltf_ext.progress import Advance, progress_bar, shared_progress
-from gltf_ext.scheduler import Runner, runner
+from gltf_ext.scheduler import LocalThreads, Runner, runner
 
 PIXELS = 1000  # of a primitive's longest side, to judge whether its levels pay
+DEGENERATE = "every triangle is degenerate"
 LOSSY_BEFORE = (EXTENSION, DRACO, "KHR_mesh_quantization")
 # Extensions of a primitive that rely on the order of its triangles or vertices, which changes.
 ORDER_DEPENDENT = (
@@ -84,22 +70,15 @@ class Job:
         dropped: counts of vertices and triangles left out.
         grid: of its positions; None if they are integers.
         reason_kept: why it is not compressed; empty if it is.
-        plan: its streams; view: their blobs.
-        statistics: of the blobs, as _codec.describe gives them, and "generation".
-        levels: all but level 0; None without levels of detail.
-        source_vertices: number of different vertices.
+        result: what it became.
     """
 
-    source: Primitive | LargePrimitive
+    source: Source
     users: list[pygltflib.Primitive]
     dropped: Dropped
     grid: Grid | None = None
     reason_kept: str = ""
-    plan: Plan = field(default_factory=Plan)
-    view: bytes | memoryview = b""
-    statistics: dict[str, Any] = field(default_factory=dict)
-    levels: Levels | None = None
-    source_vertices: int = 0
+    result: Compression = field(default_factory=Compression)
 
     @property
     def place(self) -> dict[str, int]:
@@ -228,7 +207,9 @@ def compress(input: File, output: File, settings: Options) -> Report:
 
 def _statistics_by_view(encoded: list[Job]) -> dict[int, dict[str, Any]]:
     """Buffer view -> statistics of its blobs. Call after `pack`, which renumbers the views."""
-    return {job.users[0].extensions[EXTENSION]["bufferView"]: job.statistics for job in encoded}
+    return {
+        job.users[0].extensions[EXTENSION]["bufferView"]: job.result.statistics for job in encoded
+    }
 
 
 def _encode_all(jobs: list[Job], options: Options, chunks: Runner, title: str) -> list[Job]:
@@ -258,22 +239,19 @@ def _encode_at_once(
     shares = [count / sum(counts) for count in counts]
     progress = shared_progress(advance, shares)
 
-    def encode(i: int) -> None:
-        if isinstance(jobs[i].source, LargePrimitive):
-            _encode_large_job(jobs[i], options, chunks, progress[i])
-            return
+    def encode_job(i: int) -> None:
         count = threads if options.memory else max(1, round(threads * shares[i]))
-        _encode_job(jobs[i], options, count, progress[i])
+        _encode_job(jobs[i], options, chunks, count, progress[i])
 
     if threads == 1 or len(jobs) == 1 or options.memory:
         for i in range(len(jobs)):
-            encode(i)
+            encode_job(i)
         return
     from concurrent.futures import ThreadPoolExecutor  # as slow to load as a small file to encode
 
     with ThreadPoolExecutor(min(threads, len(jobs))) as pool:
         largest_first = sorted(range(len(jobs)), key=lambda i: -counts[i])
-        futures = {i: pool.submit(encode, i) for i in largest_first}
+        futures = {i: pool.submit(encode_job, i) for i in largest_first}
         try:
             for i in range(len(jobs)):
                 futures[i].result()
@@ -304,11 +282,11 @@ def _finish_document(
 
 
 def _lossy_before(document: Document) -> list[str]:
-    found = [name for name in LOSSY_BEFORE if name in document.extensionsUsed]
-    if not found:
+    names = [name for name in LOSSY_BEFORE if name in document.extensionsUsed]
+    if not names:
         return []
     return [
-        f"the input is already quantised ({', '.join(found)}): errors add up; "
+        f"the input is already quantised ({', '.join(names)}): errors add up; "
         "compress the original if there is one"
     ]
 
@@ -320,7 +298,7 @@ Identity = tuple[Any, ...]  # equal for primitives with the same data
 
 def _jobs(document: Document, large: Larges, options: Options) -> list[Job]:
     """One job per distinct primitive (same indices, attributes and targets) and position grid."""
-    sources: dict[Identity, tuple[Primitive | LargePrimitive, Dropped]] = {}
+    sources: dict[Identity, tuple[Source, Dropped]] = {}
     places = []
     for mesh, index, primitive in triangle_primitives(document):
         identity = _identity(primitive)
@@ -347,17 +325,14 @@ def _identity(primitive: pygltflib.Primitive) -> Identity:
     return (primitive.mode, primitive.indices, *compression, *names)
 
 
-def _source(document: Document, mesh: int, index: int) -> tuple[Primitive, Dropped]:
-    source, dropped = read_triangles(document, mesh, index)
-    if len(source.arrays) > _codec.BLOB_MAX_STREAMS:
-        return source, dropped  # It stays uncompressed: welding would only take memory.
-    source, more = weld(source)
-    dropped.add(more)
-    check_finite(source)
+def _source(document: Document, mesh: int, index: int) -> tuple[Source, Dropped]:
+    source, dropped = source_of(document, mesh, index)
+    if len(source.attributes) <= _codec.BLOB_MAX_STREAMS:  # else it stays uncompressed
+        source.read_bounds()
     return source, dropped
 
 
-def _boxes(placed: list[tuple[int | None, Primitive | LargePrimitive]]) -> dict[int | None, Box]:
+def _boxes(placed: list[tuple[int | None, Source]]) -> dict[int | None, Box]:
     """Key -> box of all its primitives that have triangles and float positions."""
     boxes: dict[int | None, Box] = {}
     for key, source in placed:
@@ -414,82 +389,47 @@ def _bits(options: Options) -> Bits:
     )
 
 
-def _encode_job(job: Job, options: Options, threads: int, progress: Advance | None) -> None:
-    """Sets the job's plan, view, statistics and levels, or its reason_kept."""
-    source = job.source
-    assert isinstance(source, Primitive)
-    if not len(source.indices):
-        job.reason_kept = "every triangle is degenerate"
+def _encode_job(
+    job: Job, options: Options, chunks: Runner, threads: int, progress: Advance | None
+) -> None:
+    """Sets the job's result, or its reason_kept. threads: for a primitive in memory."""
+    source, most = job.source, _codec.BLOB_MAX_STREAMS
+    if not source.triangle_count:
+        job.reason_kept = DEGENERATE
         return
-    job.source_vertices = source.vertex_count
-    streams = len(source.arrays)  # one or more for each array
-    if streams <= _codec.BLOB_MAX_STREAMS:
-        job.plan = plan_primitive(
-            source.attributes, source.targets, job.grid, _bits(options), source.where
-        )
-        streams = len(job.plan.streams)
-    if streams > _codec.BLOB_MAX_STREAMS:
-        most = _codec.BLOB_MAX_STREAMS
+    streams = len(source.attributes)  # one or more for each
+    if streams <= most:
+        form = RecordFormat.of(source, job.grid, _bits(options))
+        streams = len(form.plan.streams)
+    if streams > most:
         job.reason_kept = f"it takes {streams} streams, at most {most} are possible"
         return
-    if options.lod:
-        from gltf_ext.lod.writing import encode_with_levels  # slow to load, as meshoptimizer is
-
-        encoded = encode_with_levels(source, job.plan, options, threads, progress)
-        if encoded:
-            job.view, job.statistics, job.levels = encoded
-            return
-    positions = source.attributes["POSITION"]
-    job.view, job.statistics = _codec.encode(
-        np.ascontiguousarray(source.indices),
-        position_ids(positions),
-        np.ascontiguousarray(positions, np.float32),
-        job.plan.streams,
-        job.plan.values,
-        progress=progress,
-        threads=threads,
-        page_bytes=options.page_bytes_of(len(source.indices)),
-        **options.generation,
-    )
-
-
-def _encode_large_job(job: Job, options: Options, chunks: Runner, progress: Advance | None) -> None:
-    from gltf_ext.out_of_core.encoding import encode_large  # rarely needed
-    from gltf_ext.out_of_core.records import RecordFormat
-
-    source = job.source
-    assert isinstance(source, LargePrimitive)
-    form = RecordFormat.of(source, job.grid, _bits(options))
-    encoded = encode_large(source, form, options, chunks, progress)
-    job.plan, job.view, job.statistics = encoded.plan, encoded.view, encoded.statistics
-    job.levels, job.source_vertices = encoded.levels, encoded.source_vertices
-    job.dropped.degenerate_triangles = encoded.dropped
+    own_runner = LocalThreads(threads) if source.is_in_memory else chunks
+    job.result = encode(source, form, options, own_runner, progress)
+    job.dropped.add(job.result.dropped)
+    if not job.result.statistics:
+        job.reason_kept = DEGENERATE
+        if not source.is_in_memory:  # the document may not have it
+            raise MeshletError(f"{source.where}: {DEGENERATE}", "repair the model first")
 
 
 def _replace(document: Document, job: Job, fallback: bool) -> None:
     """Points the job's primitives at the view, with accessors that describe the decoded data."""
-    plan, first = job.plan, job.users[0]
-    vertex_count: int = job.statistics["vertices"]
-    extension: dict[str, Any] = {
-        "bufferView": document.add_view(job.view),
-        "attributes": plan.attributes,
-    }
-    if plan.targets:
-        extension["targets"] = plan.targets
-    if vertex_count != job.source_vertices:
-        extension["sourceVertices"] = job.source_vertices
-    described = [
-        describe(
-            document,
-            names,
-            vertex_count,
-            _decoded_box(plan, streams["POSITION"]) if "POSITION" in streams else None,
-        )
-        for names, streams in zip(
-            [first.attributes, *first.targets], [plan.attributes, *plan.targets]
-        )
-    ]
-    indices = describe_indices(document, job.statistics["triangles"], vertex_count)
+    result, first = job.result, job.users[0]
+    vertex_count: int = result.statistics["vertices"]
+    extension: dict[str, Any] = {"bufferView": document.add_view(result.view)}
+    described, streams = [], []
+    for i, names in enumerate([first.attributes, *first.targets]):
+        before = f"targets[{i - 1}]." if i else ""
+        streams.append({name: result.plan.attributes[before + name].start for name in names})
+        box = _decoded_box(result, streams[i]["POSITION"]) if "POSITION" in names else None
+        described.append(describe(document, names, vertex_count, box))
+    extension["attributes"], *targets = streams
+    if targets:
+        extension["targets"] = targets
+    if vertex_count != result.source_vertices:
+        extension["sourceVertices"] = result.source_vertices
+    indices = describe_indices(document, result.statistics["triangles"], vertex_count)
     for user in job.users:
         user.mode, user.indices = pygltflib.TRIANGLES, indices
         user.attributes, *user.targets = map(dict, described)
@@ -500,9 +440,9 @@ def _replace(document: Document, job: Job, fallback: bool) -> None:
         store_primitive(document, first, decoded, fallback=True)
 
 
-def _decoded_box(plan: Plan, stream: int = 0) -> Box:
-    """The box of a stream as it decodes; by default of POSITION."""
-    low, high = dequantise(np.stack(bounds(plan.values[stream])), plan.streams[stream])
+def _decoded_box(result: Compression, stream: int = 0) -> Box:
+    """The box of a stream of positions as it decodes; by default of POSITION."""
+    low, high = dequantise(result.bounds[stream], result.plan.streams[stream])
     return low, high
 
 
@@ -510,30 +450,32 @@ def _add_all_levels(document: Document, encoded: list[Job]) -> list[dict[str, An
     """Adds the levels of all jobs. Returns a report of each compressed primitive."""
     report = []
     for job in encoded:
-        triangles = [job.statistics["triangles"]]
+        triangles = [job.result.statistics["triangles"]]
         levels = {"triangles": triangles, "stuck_triangles": list(triangles)}
-        if job.levels:
-            add_levels(document, job.users, job.levels)
-            levels = job.levels.report
+        if job.result.levels:
+            add_levels(document, job.users, job.result.levels)
+            levels = job.result.levels.report
         report.append({**job.place, **levels})
-    if any(job.levels for job in encoded):
+    if any(job.result.levels for job in encoded):
         document.use_extension(LEVELS, required=False)
         arrange(document)
     return report
 
 
 def _useless_levels(encoded: list[Job]) -> list[str]:
-    """Warns if a viewer holds more bytes with levels than without, although it shows each primitive
-    with only PIXELS pixels and one pixel of error."""
+    """Warns if a viewer holds more bytes with levels than without.
+
+    It shows each primitive with only PIXELS pixels and one pixel of error.
+    """
     from gltf_ext.lod.cuts import cut_at_error, held_bytes  # commands without levels start faster
 
     plain = held = 0
     for job in encoded:
-        if not job.levels:
+        if not job.result.levels:
             continue
-        tables = job.levels.tables
-        size = float(np.ptp(_decoded_box(job.plan), axis=0).max())
-        plain += len(job.view)
+        tables = job.result.levels.tables
+        size = float(np.ptp(_decoded_box(job.result), axis=0).max())
+        plain += len(job.result.view)
         held += held_bytes(tables, cut_at_error(tables, size / PIXELS))
     if held < plain or not plain:
         return []
@@ -572,7 +514,7 @@ def _settle_extensions(document: Document, encoded: list[Job]) -> list[str]:
 
 def _generation(jobs: list[Job]) -> dict[str, Any]:
     """The histograms summed, and the largest number of iterations."""
-    generations = [job.statistics["generation"] for job in jobs]
+    generations = [job.result.statistics["generation"] for job in jobs]
     return {
         "histogram": [sum(column) for column in zip(*(g["histogram"] for g in generations))],
         "iterations": max(g["iterations"] for g in generations),

@@ -18,8 +18,8 @@ from gltf_ext.compression.primitives import (
     all_primitives,
     named,
     place,
-    read_primitive,
 )
+from gltf_ext.compression.sources import Source, read_primitive, read_source
 from gltf_ext.compression.streams import GRID, OCT, SIGN, streams_of, to_accessor
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.accessors import Format, accessor_format
@@ -89,8 +89,10 @@ class Compressed:
             return self.as_primitive(*_codec.decode_values(self.blob))
 
     def parts(self) -> Iterator[tuple[np.ndarray, list[np.ndarray]]]:
-        """(triangles, values of streams) of some blobs at a time, as `as_primitive` takes them;
-        indices number the vertices of all parts. Raises MeshletError."""
+        """(triangles, values of streams) of some blobs at a time, as `as_primitive` takes them.
+
+        Indices number the vertices of all parts. Raises MeshletError.
+        """
         first = 0
         for part in parts_of(self.blob):
             with malformed_from(self.where):
@@ -113,8 +115,10 @@ class Compressed:
 
 
 def parts_of(blobs: memoryview) -> Iterator[memoryview]:
-    """Blobs that lie back to back in parts of about PART_BYTES, so that they need not fit memory
-    decoded. Mapped memory of the parts before is given back."""
+    """Blobs that lie back to back, in parts of about PART_BYTES: they need not fit memory decoded.
+
+    Mapped memory of the parts before is given back.
+    """
     first = 0
     for start, size in [*_codec.split(blobs), (len(blobs), PART_BYTES)]:
         if start > first and start + size - first > PART_BYTES:
@@ -179,6 +183,13 @@ def read_triangles(document: Document, mesh: int, index: int) -> tuple[Primitive
     if is_compressed(document.meshes[mesh].primitives[index]):
         return read_compressed(document, mesh, index).decode(), Dropped()
     return read_primitive(document, mesh, index)
+
+
+def source_of(document: Document, mesh: int, index: int) -> tuple[Source, Dropped]:
+    """The same as a source in memory. Raises MeshletError."""
+    if is_compressed(document.meshes[mesh].primitives[index]):
+        return Source.of(read_compressed(document, mesh, index).decode()), Dropped()
+    return read_source(document, mesh, index)
 
 
 def read_compressed(document: Document, mesh: int, index: int) -> Compressed:
@@ -281,8 +292,11 @@ def _first_streams(
 
 
 def _check_streams(compressed: Compressed) -> None:
-    """Raises ValueError unless positions are on a grid, each stream has one attribute, and unit
-    vectors and signs have float accessors."""
+    """Checks the streams' kinds and users.
+
+    Raises ValueError unless positions are on a grid, each stream has one attribute, and unit
+    vectors and signs have float accessors.
+    """
     if (compressed.streams[0].kind, compressed.streams[0].elements) != (GRID, 3):
         raise ValueError("the first stream is not a grid of 3 elements")
     used = sorted(s for _, streams, _ in compressed.named_streams for s in streams)

@@ -22,21 +22,19 @@ signed ones and for positions; the options for bits do not apply to it.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+import re
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from gltf_ext._codec import GRID_MAX_BITS, STREAM_MAX_ELEMENTS, Stream
 from gltf_ext.errors import MeshletError
-from gltf_ext.gltf.accessors import bounds
 
 GRID, OCT, INTEGER, FLOAT32, SIGN = range(5)
 # Skin weights whose sum differs from one by less than this are taken to sum to one.
 WEIGHT_SUM_TOLERANCE = 1e-3
 SMALLEST_STEP = float(np.finfo(np.float32).tiny)  # GPUs flush smaller ones to zero
-
-Quantised = tuple[Stream, np.ndarray]  # a stream, and its values uint32[V, elements]
+OF_TARGET = re.compile(r"targets\[\d+\]\.")  # before the name of a morph target's attribute
 
 
 @dataclass(frozen=True)
@@ -65,6 +63,16 @@ class Grid:
 
     offset: tuple[float, float, float]
     step: float
+
+
+def is_of_target(name: str) -> bool:
+    """Whether a name is "targets[i].NAME"."""
+    return OF_TARGET.match(name) is not None
+
+
+def local_name(name: str) -> str:
+    """The name of an attribute without "targets[i].", if it is of a morph target."""
+    return OF_TARGET.sub("", name, count=1) if is_of_target(name) else name
 
 
 def semantic(name: str) -> str:
@@ -125,10 +133,10 @@ def grid_values(values: np.ndarray, stream: Stream) -> np.ndarray:
     return result
 
 
-def _fit_bits(name: str, stream: Stream, values: np.ndarray) -> Quantised:
-    """Quantises the values; the stream gets the bits that they need. Raises MeshletError."""
-    quantised = grid_values(values, stream)
-    ends = values.max(axis=0).astype(np.float64) - stream.offset  # integers are modulo 2^32
+def _fit_bits(name: str, stream: Stream, bounds: np.ndarray) -> Stream:
+    """The stream with the bits that values within bounds need. Raises MeshletError."""
+    quantised = grid_values(bounds, stream)
+    ends = bounds[1].astype(np.float64) - stream.offset  # integers are modulo 2^32
     bits = max(_needed_bits(quantised.max()), _needed_bits(int(ends.max() / stream.step)))
     if bits > GRID_MAX_BITS:
         raise MeshletError(
@@ -136,41 +144,51 @@ def _fit_bits(name: str, stream: Stream, values: np.ndarray) -> Quantised:
             f"at most {GRID_MAX_BITS} are possible",
             "use fewer bits or a larger step",
         )
-    return replace(stream, bits=bits), quantised
+    return replace(stream, bits=bits)
 
 
-def _exact(name: str, values: np.ndarray) -> Quantised:
-    if values.dtype.kind == "u" and name != "POSITION":
-        stream = Stream(INTEGER, values.shape[1], _needed_bits(values.max()))
-        return stream, values.astype(np.uint32)
-    low = tuple(float(v) for v in values.min(axis=0))
-    return _fit_bits(name, Stream(GRID, values.shape[1], 1, 1.0, low), values)
+def _exact(name: str, bounds: np.ndarray) -> Stream:
+    columns = bounds.shape[1]
+    if bounds.dtype.kind == "u" and name != "POSITION":
+        return Stream(INTEGER, columns, _needed_bits(bounds.max()))
+    return _fit_bits(name, Stream(GRID, columns, 1, 1.0, _floats(bounds[0])), bounds)
 
 
-def _own_grid(values: np.ndarray, bits: int) -> Stream:
-    low, high = bounds(values)
-    step = _step(float(np.max(high.astype(np.float64) - low)), bits)
-    return Stream(GRID, values.shape[1], bits, step, tuple(float(v) for v in low))
+def _floats(values: np.ndarray) -> tuple[float, ...]:
+    return tuple(float(v) for v in values)
 
 
-def _unit_grid(values: np.ndarray, bits: int, full_scale: float) -> Stream:
+def _extent(bounds: np.ndarray) -> float:
+    return float(np.max(bounds[1].astype(np.float64) - bounds[0]))
+
+
+def _own_grid(bounds: np.ndarray, bits: int) -> Stream:
+    step = _step(_extent(bounds), bits)
+    return Stream(GRID, bounds.shape[1], bits, step, _floats(bounds[0]))
+
+
+def _unit_grid(bounds: np.ndarray, bits: int, full_scale: float) -> Stream:
     """[0, full_scale] in 2^bits - 1 steps; the values' own grid when they leave it."""
-    if values.min() < 0.0 or values.max() > full_scale:
-        return _own_grid(values, bits)
-    components = values.shape[1]
+    if not _is_within(bounds, full_scale):
+        return _own_grid(bounds, bits)
+    components = bounds.shape[1]
     step = float(np.float32(full_scale / (2**bits - 1)))
     return Stream(GRID, components, bits, step, (0.0,) * components)
 
 
-def _delta_grid(name: str, values: np.ndarray, step: float) -> Stream:
+def _is_within(bounds: np.ndarray, full_scale: float) -> bool:
+    return bool(bounds[0].min() >= 0.0 and bounds[1].max() <= full_scale)
+
+
+def _delta_grid(name: str, bounds: np.ndarray, step: float) -> Stream:
     """A grid on which zero decodes to exactly zero: -offset is a power of two times the step."""
-    lowest, highest = (np.rint(v.astype(np.float64) / step) for v in bounds(values))
+    lowest, highest = np.rint(bounds.astype(np.float64) / step)
     below = [2 ** int(-k - 1).bit_length() if k < 0 else 0 for k in lowest]
     if max(highest + below) >= 2**GRID_MAX_BITS:
         # No room for the power of two: zero decodes to within rounding.
         below = [int(-k) for k in lowest]
     offset = tuple(float(np.float32(-b * step)) for b in below)
-    return Stream(GRID, values.shape[1], 1, step, offset)
+    return _fit_bits(name, Stream(GRID, bounds.shape[1], 1, step, offset), bounds)
 
 
 # --- octahedral normals ---
@@ -257,152 +275,152 @@ def quantised_weights(sets: list[np.ndarray], bits: int) -> list[np.ndarray]:
     return [np.ascontiguousarray(columns) for columns in np.split(integers, splits, axis=1)]
 
 
-# --- planning, quantising and decoding whole primitives ---
+# --- planning and quantising whole primitives ---
 
 
 @dataclass
 class Plan:
-    """The streams of one primitive, ready to encode.
+    """How the attributes of a primitive become streams.
 
     Attributes:
         streams: the stream table.
-        values: uint32[V, elements] of each stream.
-        attributes, targets: name -> index of the first stream, as in the extension's JSON object.
+        attributes: name -> its consecutive streams; of morph targets as "targets[i].NAME".
+        keeps_sums: whether skin weights that sum to one do so when they are rounded.
     """
 
     streams: list[Stream] = field(default_factory=list)
-    values: list[np.ndarray] = field(default_factory=list)
-    attributes: dict[str, int] = field(default_factory=dict)
-    targets: list[dict[str, int]] = field(default_factory=list)
+    attributes: dict[str, range] = field(default_factory=dict)
+    keeps_sums: bool = True
 
-    def add(self, streams: list[Quantised]) -> int:
-        """Appends the streams of an attribute; returns the index of the first."""
-        first = len(self.streams)
-        self.streams += [stream for stream, _ in streams]
-        self.values += [values for _, values in streams]
-        return first
+    def streams_of(self, name: str) -> list[Stream]:
+        """The streams of an attribute."""
+        return [self.streams[s] for s in self.attributes[name]]
+
+    @property
+    def position_streams(self) -> list[int]:
+        """The stream of POSITION, and those of each morph target's."""
+        return [
+            streams.start
+            for name, streams in self.attributes.items()
+            if local_name(name) == "POSITION"
+        ]
+
+    def quantise(self, attributes: dict[str, np.ndarray]) -> dict[int, np.ndarray]:
+        """Stream -> uint32[n, elements] of vertices.
+
+        attributes: name -> [n, components]; all sets of skin weights, which are rounded together,
+            or none.
+        """
+        result = {}
+        with np.errstate(invalid="ignore"):  # vertices without triangles may be no numbers
+            weights = self._weights(attributes)
+            for name, values in attributes.items():
+                first = 0
+                for number in self.attributes[name]:
+                    stream = self.streams[number]
+                    columns = slice(first, first + stream.width)
+                    if name in weights:
+                        result[number] = weights[name][:, columns]
+                    else:
+                        result[number] = quantised(values[:, columns], stream)
+                    first += stream.width
+        return result
+
+    def _weights(self, attributes: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """uint32[n, 4] of each set of skin weights that are rounded together."""
+        sets = [name for name, values in attributes.items() if _is_float_weights(name, values)]
+        result = {}
+        for place, name in enumerate(sets if self.keeps_sums else ()):
+            stream = self.streams[self.attributes[name].start]
+            if stream.kind == GRID:
+                bits = round(math.log2(1.0 / stream.step + 1.0))
+                rounded = quantised_weights([attributes[other] for other in sets], bits)
+                result[name] = rounded[place]
+        return result
 
 
-def plan_primitive(
-    attributes: dict[str, np.ndarray],
-    targets: list[dict[str, np.ndarray]],
-    grid: Grid | None,
-    bits: Bits,
-    where: str,
-) -> Plan:
-    """Quantises all attributes and morph-target deltas, [V, components] arrays.
+def plan_streams(bounds: dict[str, np.ndarray], grid: Grid | None, bits: Bits, where: str) -> Plan:
+    """The streams for attributes within bounds: integers grow with values.
 
-    grid: for float positions; where: the primitive's place, for errors. Raises MeshletError.
+    bounds: name -> [2, components], smallest and largest values; of morph targets as
+        "targets[i].NAME". grid: for float positions; where: the primitive's place, for errors.
+        Raises MeshletError.
     """
-    plan = Plan()
+    plan = Plan(keeps_sums=keeps_sums(bounds))
+    names = [name for name in bounds if not is_of_target(name)]
+    names.sort(key=lambda name: (name != "POSITION", name))
+    names += [name for name in bounds if is_of_target(name)]
     try:
-        for name in sorted(attributes, key=lambda n: (n != "POSITION", n)):
-            plan.attributes[name] = plan.add(
-                _attribute_streams(name, attributes[name], grid, bits, attributes)
-            )
-        for target in targets:
-            first_streams = {
-                name: plan.add(_target_streams(name, values, grid, bits))
-                for name, values in target.items()
-            }
-            plan.targets.append(first_streams)
+        for name in names:
+            streams = _streams(name, bounds[name], grid, bits)
+            first = len(plan.streams)
+            plan.streams += streams
+            plan.attributes[name] = range(first, first + len(streams))
     except MeshletError as error:
         raise MeshletError(f"{where}: {error}") from None
     return plan
 
 
+def keeps_sums(bounds: dict[str, np.ndarray]) -> bool:
+    """Whether all skin weights are in [0, 1]. bounds: as in plan_streams."""
+    return all(_is_within(b, 1.0) for name, b in bounds.items() if _is_float_weights(name, b))
+
+
+def _is_float_weights(name: str, values: np.ndarray) -> bool:
+    return semantic(name) == "WEIGHTS" and values.dtype.kind == "f"
+
+
+def _streams(name: str, bounds: np.ndarray, grid: Grid | None, bits: Bits) -> list[Stream]:
+    if bounds.dtype.kind == "f" and is_of_target(name):
+        return _target_streams(local_name(name), bounds, grid, bits)
+    return _attribute_streams(local_name(name), bounds, grid, bits)
+
+
 def _attribute_streams(
-    name: str,
-    values: np.ndarray,
-    grid: Grid | None,
-    bits: Bits,
-    attributes: dict[str, np.ndarray],
-) -> list[Quantised]:
-    kind, is_float, width = semantic(name), values.dtype.kind == "f", values.shape[1]
-    if kind == "COLOR" and values.dtype == np.uint16:
-        stream = _unit_grid(values, bits.color, np.iinfo(np.uint16).max)
-    elif not is_float:
-        return _chunks(values, lambda columns: _exact(name, columns))
-    elif name == "POSITION":
+    name: str, bounds: np.ndarray, grid: Grid | None, bits: Bits
+) -> list[Stream]:
+    kind, is_float, width = semantic(name), bounds.dtype.kind == "f", bounds.shape[1]
+    if kind == "COLOR" and bounds.dtype == np.uint16:
+        return [_unit_grid(bounds, bits.color, np.iinfo(np.uint16).max)]
+    if not is_float:
+        return [_exact(name, columns) for columns in _chunks(bounds)]
+    if name == "POSITION":
         assert grid is not None  # the caller has one for float positions
-        return [_fit_bits(name, Stream(GRID, 3, 1, grid.step, grid.offset), values)]
-    elif (name, width) in (("NORMAL", 3), ("TANGENT", 4)):
-        streams = [Stream(OCT, 2, bits.normal), Stream(SIGN, 1, 1)][: width - 2]
-        return list(zip(streams, quantise_like(name, values, streams, attributes)))
-    elif kind == "TEXCOORD":
-        stream = _own_grid(values, bits.texcoord)
-    elif kind in ("COLOR", "WEIGHTS"):
-        stream = _unit_grid(values, bits.color if kind == "COLOR" else bits.weight, 1.0)
-    else:
-        return _chunks(
-            values, lambda columns: (Stream(FLOAT32, columns.shape[1], 32), ordered_bits(columns))
-        )
-    return [(stream, quantise_like(name, values, [stream], attributes)[0])]
+        return [_fit_bits(name, Stream(GRID, 3, 1, grid.step, grid.offset), bounds)]
+    if (name, width) in (("NORMAL", 3), ("TANGENT", 4)):
+        return [Stream(OCT, 2, bits.normal), Stream(SIGN, 1, 1)][: width - 2]
+    if kind == "TEXCOORD":
+        return [_own_grid(bounds, bits.texcoord)]
+    if kind in ("COLOR", "WEIGHTS"):
+        return [_unit_grid(bounds, bits.color if kind == "COLOR" else bits.weight, 1.0)]
+    return [Stream(FLOAT32, columns.shape[1], 32) for columns in _chunks(bounds)]
 
 
-def _chunks(values: np.ndarray, encode: Callable[[np.ndarray], Quantised]) -> list[Quantised]:
-    """Streams of at most four elements each."""
-    return [
-        encode(values[:, c : c + STREAM_MAX_ELEMENTS])
-        for c in range(0, values.shape[1], STREAM_MAX_ELEMENTS)
-    ]
+def _chunks(bounds: np.ndarray) -> list[np.ndarray]:
+    """Columns for streams of at most four elements each."""
+    ends = range(STREAM_MAX_ELEMENTS, bounds.shape[1], STREAM_MAX_ELEMENTS)
+    return np.split(bounds, ends, axis=1)
 
 
-def _target_streams(
-    name: str, values: np.ndarray, grid: Grid | None, bits: Bits
-) -> list[Quantised]:
-    if values.dtype.kind != "f":
-        return _chunks(values, lambda columns: _exact(name, columns))
+def _target_streams(name: str, bounds: np.ndarray, grid: Grid | None, bits: Bits) -> list[Stream]:
     if name == "POSITION" and grid is not None:
         step = grid.step
     else:
-        low, high = bounds(values)
-        extent = np.max(high.astype(np.float64) - low)
-        step = _step(float(extent), bits.of(semantic(name)))
-    return _chunks(
-        values, lambda columns: _fit_bits(name, _delta_grid(name, columns, step), columns)
-    )
+        step = _step(_extent(bounds), bits.of(semantic(name)))
+    return [_delta_grid(name, columns, step) for columns in _chunks(bounds)]
 
 
-def _weights(name: str, stream: Stream, attributes: dict[str, np.ndarray]) -> np.ndarray | None:
-    """uint32[V, 4] of a set of skin weights, rounded together with the other sets.
-
-    None for another attribute, and unless all weights are in [0, 1].
-    """
-    sets = {n: v for n, v in attributes.items() if semantic(n) == "WEIGHTS" and v.dtype.kind == "f"}
-    if name not in sets or any(w.min() < 0.0 or w.max() > 1.0 for w in sets.values()):
-        return None
-    bits = round(math.log2(1.0 / stream.step + 1.0))
-    return dict(zip(sets, quantised_weights(list(sets.values()), bits)))[name]
-
-
-def quantise_like(
-    name: str, values: np.ndarray, streams: list[Stream], attributes: dict[str, np.ndarray]
-) -> list[np.ndarray]:
-    """An attribute's values as `plan_primitive` would quantise them for existing streams.
-
-    attributes: all of the primitive's, since sets of skin weights are rounded together.
-    """
-    result, c = [], 0
-    for stream in streams:
-        columns = values[:, c : c + stream.width]
-        if stream.kind == OCT:
-            result.append(octahedral(columns, stream.bits))
-        elif stream.kind == SIGN:
-            result.append((columns >= 0.0).astype(np.uint32))
-        elif stream.kind == INTEGER:
-            result.append(columns.astype(np.uint32))
-        elif stream.kind == FLOAT32:
-            result.append(ordered_bits(columns))
-        else:
-            weights = _weights(name, stream, attributes)
-            result.append(
-                grid_values(columns, stream)
-                if weights is None
-                else weights[:, c : c + stream.width]
-            )
-        c += stream.width
-    return result
+def quantised(columns: np.ndarray, stream: Stream) -> np.ndarray:
+    """uint32[n, elements] of an attribute's components that a stream stands for."""
+    if stream.kind == OCT:
+        return octahedral(columns, stream.bits)
+    if stream.kind == SIGN:
+        return (columns >= 0.0).astype(np.uint32)
+    if stream.kind == INTEGER:
+        return columns.astype(np.uint32)
+    if stream.kind == FLOAT32:
+        return ordered_bits(columns)
+    return grid_values(columns, stream)
 
 
 def dequantise(quantised: np.ndarray, stream: Stream) -> np.ndarray:

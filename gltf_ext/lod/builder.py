@@ -8,7 +8,6 @@ next level groups those across the old borders. See spec/EXT_meshlet_lod.md.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -53,6 +52,7 @@ class Clusters:
 
     @property
     def count(self) -> int:
+        """The number of clusters."""
         return len(self.cluster_begin) - 1
 
     @property
@@ -72,6 +72,7 @@ class Clusters:
         )
 
     def followed_by(self, other: Clusters) -> Clusters:
+        """These clusters, then others."""
         return Clusters(
             np.concatenate([self.triangles, other.triangles]),
             np.concatenate([self.disk_begin, self.disk_begin[-1] + other.disk_begin[1:]]),
@@ -80,7 +81,7 @@ class Clusters:
 
 
 @dataclass
-class Made:
+class ClusterSet:
     """Clusters, and what they were made from.
 
     Attributes:
@@ -98,13 +99,16 @@ class Made:
     centre: np.ndarray
     radius: np.ndarray
 
-    def chosen(self, numbers: np.ndarray) -> Made:
+    def chosen(self, numbers: np.ndarray) -> ClusterSet:
         """These clusters, in this order."""
-        return Made(self.clusters.chosen(numbers), *(values[numbers] for values in self._values))
+        return ClusterSet(
+            self.clusters.chosen(numbers), *(values[numbers] for values in self._values)
+        )
 
-    def followed_by(self, other: Made) -> Made:
+    def followed_by(self, other: ClusterSet) -> ClusterSet:
+        """These clusters, then others."""
         values = map(np.concatenate, zip(self._values, other._values))
-        return Made(self.clusters.followed_by(other.clusters), *values)
+        return ClusterSet(self.clusters.followed_by(other.clusters), *values)
 
     @property
     def _values(self) -> tuple[np.ndarray, ...]:
@@ -136,36 +140,11 @@ class Hierarchy:
     stuck: list[int]
 
 
-def build(
-    surface: Surface,
-    options: Options,
-    group_size: int,
-    error_limit: float,
-    reduction: float,
-    threads: int,
-    advance: Callable[[float], None] | None = None,
-    pilot: Pilot | None = None,
-) -> Hierarchy | None:
-    """Builds all levels. None when the first simplification leaves more than SHRINK.
-
-    group_size: clusters in a group. error_limit: groups whose error would be larger are not
-    simplified. reduction: triangles of level 0 over those of level 1. pilot: makes the groups of a
-    level smaller where they do not fit in a page. The result does not depend on `threads`.
-    """
-    builder = Builder(surface, options, group_size, error_limit, reduction, threads, pilot=pilot)
-    total = len(surface.triangles)
-    while left := builder.add_level():
-        if advance:
-            advance(1.0 - left / total)
-    hierarchy = builder.result()
-    return hierarchy if np.isfinite(hierarchy.error[0]) else None
-
-
 class Builder:
     """Adds level after level.
 
     Attributes:
-        made: the clusters so far; group: int64[C]: the group of each, -1 for none.
+        all: the clusters so far; group: int64[C]: the group of each, -1 for none.
         pending: int64: the clusters without a group.
     """
 
@@ -177,31 +156,36 @@ class Builder:
         error_limit: float,
         reduction: float,
         threads: int,
-        given: Made | None = None,
+        clusters: ClusterSet | None = None,
         level: int = 0,
         first_group: int = 0,
         pilot: Pilot | None = None,
     ) -> None:
-        """given: the clusters to begin with, of this level or finer, with errors to be measured to
-        them; by default those of level 0. first_group: the number of the first group."""
+        """Begins with some clusters.
+
+        clusters: of this level or finer, with errors to be measured to them; by default those of
+            level 0. first_group: the number of the first group.
+        """
         self.surface = surface
         self.generation = {**options.generation, "threads": threads}
         self.reduction, self.group_size, self.pilot = reduction, group_size, pilot
         self.error_limit, self.threads = error_limit, threads
-        self.made = given or self._level_0()
+        self.all = clusters or self._level_0()
         self.meter: ErrorMeter | None = None  # from the first level on
-        self.group = np.full(self.made.clusters.count, -1)
-        self.pending = np.arange(self.made.clusters.count)
+        self.group = np.full(self.all.clusters.count, -1)
+        self.pending = np.arange(self.all.clusters.count)
         self.level, self.first_group = level, first_group
         # Of the last level.
-        self.error = math.inf if given else FIRST_ERROR * longest_side(surface.points) / reduction
+        self.error = (
+            math.inf if clusters else FIRST_ERROR * longest_side(surface.points) / reduction
+        )
         self.groups: list[tuple[int, float, np.ndarray, float]] = []  # level, error, sphere
         self.stuck: list[int] = []
 
     def result(self) -> Hierarchy:
         """The groups so far and their clusters, without those that are pending."""
         level, error, centre, radius = zip(*self.groups)
-        clusters, group, refined = self.made.clusters, self.group, self.made.refined
+        clusters, group, refined = self.all.clusters, self.group, self.all.refined
         if len(self.pending):
             kept = np.flatnonzero(group >= 0)
             clusters, group, refined = clusters.chosen(kept), group[kept], refined[kept]
@@ -217,12 +201,13 @@ class Builder:
         )
 
     def add_level(self, may_end: bool = True) -> int:
-        """Groups the pending clusters. Returns the number of triangles of the next level, 0 if
-        this one is the last.
+        """Groups the pending clusters.
+
+        Returns the number of triangles of the next level, 0 if this one is the last.
 
         may_end: else clusters that cannot be simplified wait, and there is no last level.
         """
-        here = self.made.clusters.chosen(self.pending)
+        here = self.all.clusters.chosen(self.pending)
         groups = self._grouped(here)
         level = self.level
         self.level += 1
@@ -234,7 +219,7 @@ class Builder:
         if (may_end and is_small) or not len(rows):
             self._end(groups, level)
             return 0
-        before = self.surface.canonical[self.made.clusters.triangles[rows]]
+        before = self.surface.canonical[self.all.clusters.triangles[rows]]
         if self.meter is None:
             shapes = [self.surface.points, *self.surface.morphed]
             self.meter = ErrorMeter(shapes, before, begin, rows, self.threads)
@@ -250,8 +235,8 @@ class Builder:
             self.threads,
         )
         after, after_begin = np.concatenate(pieces), begins_of(pieces)
-        below = self._largest(self.made.error, groups)
-        error = np.maximum(error + self._largest(self.made.base, groups), below)
+        below = self._largest(self.all.error, groups)
+        error = np.maximum(error + self._largest(self.all.base, groups), below)
         is_stuck = ~(np.isfinite(error) & (error <= self.error_limit))
         left = np.where(is_stuck, np.diff(begin), np.diff(after_begin)).sum()
         if may_end and left > SHRINK * len(before):
@@ -271,11 +256,11 @@ class Builder:
         first = np.zeros(len(groups), np.int64)
         first[replaced] = begins(np.diff(after_begin)[replaced])[:-1]
         meter.replace(np.isin(np.arange(len(groups)), replaced), first, numbers)
-        return int(np.diff(self.made.clusters.triangle_begin)[self.pending].sum())
+        return int(np.diff(self.all.clusters.triangle_begin)[self.pending].sum())
 
     def end(self) -> None:
         """Makes a last level of the pending clusters."""
-        self._end(self._grouped(self.made.clusters.chosen(self.pending)), self.level)
+        self._end(self._grouped(self.all.clusters.chosen(self.pending)), self.level)
 
     def _end(self, groups: Groups, level: int) -> None:
         for group in groups:
@@ -285,18 +270,21 @@ class Builder:
 
     # --- clusters ---
 
-    def _level_0(self) -> Made:
+    def _level_0(self) -> ClusterSet:
         whole = np.array([0, len(self.surface.triangles)], np.uint32)
         clusters, _, _ = self._clusters(self.surface.triangles, whole)
         zeros = np.zeros(clusters.count)
         refined = np.full(clusters.count, -1)
-        return Made(clusters, refined, zeros, zeros, *self._bounds(clusters))
+        return ClusterSet(clusters, refined, zeros, zeros, *self._bounds(clusters))
 
     def _clusters(
         self, triangles: np.ndarray, begin: np.ndarray
     ) -> tuple[Clusters, np.ndarray, np.ndarray]:
-        """(clusters of the triangles, int64: the first cluster of each group, uint32: the numbers
-        of the triangles in the order of the clusters)."""
+        """Clusters of triangles in groups.
+
+        Returns (clusters, int64: the first cluster of each group, uint32: the numbers of the
+        triangles in the order of the clusters).
+        """
         order, disk_begin, cluster_begin, group_begin = _codec.generate_in_groups(
             triangles,
             begin.astype(np.uint32),
@@ -338,7 +326,7 @@ class Builder:
             size = smaller(size, 1.0 / share)
 
     def _share_of_page(self, pilot: Pilot, here: Clusters, group: np.ndarray) -> float:
-        chosen, refined = here.chosen(group), self.made.refined[self.pending[group]]
+        chosen, refined = here.chosen(group), self.all.refined[self.pending[group]]
         parts = chosen.triangles, chosen.disk_begin, chosen.cluster_begin
         return pilot.share_of_page(*parts, refined)
 
@@ -358,7 +346,7 @@ class Builder:
         )
         order = np.argsort(group, kind="stable")
         groups = np.split(order, np.flatnonzero(np.diff(group[order])) + 1)
-        middles = np.array([self.made.centre[self.pending[g]].mean(axis=0) for g in groups])
+        middles = np.array([self.all.centre[self.pending[g]].mean(axis=0) for g in groups])
         on_curve = [groups[i] for i in _codec.hilbert_order(middles.astype(np.float32))]
         return _joined(on_curve, size / 2, most)
 
@@ -368,10 +356,10 @@ class Builder:
         Drops triangles without extent.
         """
         clusters = self.pending[np.concatenate(groups)]
-        rows = members(self.made.clusters.triangle_begin, clusters)
-        sizes = np.diff(self.made.clusters.triangle_begin)[clusters]
+        rows = members(self.all.clusters.triangle_begin, clusters)
+        sizes = np.diff(self.all.clusters.triangle_begin)[clusters]
         owner = np.repeat(np.repeat(np.arange(len(groups)), [len(g) for g in groups]), sizes)
-        keep = ~self.surface.is_flat(self.made.clusters.triangles[rows])
+        keep = ~self.surface.is_flat(self.all.clusters.triangles[rows])
         return rows[keep], begins(np.bincount(owner[keep], minlength=len(groups)))
 
     # --- the next level ---
@@ -394,14 +382,14 @@ class Builder:
         triangles = np.ascontiguousarray(after[members(after_begin, replaced)])
         new, group_begin, order = self._clusters(triangles, begins(np.diff(after_begin)[replaced]))
         numbers = np.empty(len(order), np.int64)
-        numbers[order] = len(self.made.clusters.triangles) + np.arange(len(order))
-        base = self._largest(self.made.base, [groups[g] for g in replaced])
+        numbers[order] = len(self.all.clusters.triangles) + np.arange(len(order))
+        base = self._largest(self.all.base, [groups[g] for g in replaced])
         _, errors, centres, radii = (np.array(v) for v in zip(*(self.groups[g] for g in made)))
         values = (self.first_group + made, errors, base, centres, radii)
         counts = np.diff(group_begin)
-        first = self.made.clusters.count
-        self.made = self.made.followed_by(
-            Made(new, *(np.repeat(v, counts, axis=0) for v in values))
+        first = self.all.clusters.count
+        self.all = self.all.followed_by(
+            ClusterSet(new, *(np.repeat(v, counts, axis=0) for v in values))
         )
         waiting = self.pending[self.group[self.pending] < 0]
         self.pending = np.concatenate([waiting, np.arange(first, first + new.count)])
@@ -417,7 +405,7 @@ class Builder:
         """Makes a group of these places in `pending`. Returns its place in `groups`."""
         clusters = self.pending[group]
         number = len(self.groups)
-        centre, radius = _enclosing(self.made.centre[clusters], self.made.radius[clusters])
+        centre, radius = _enclosing(self.all.centre[clusters], self.all.radius[clusters])
         self.groups.append((level, error, centre, radius))
         self.group[clusters] = number
         return number

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gltf_ext import _codec
-from gltf_ext.compression.streams import Plan
+from gltf_ext._codec import Stream
 from gltf_ext.ranges import occurring
 
 SMALLEST = 4  # clusters in a group
@@ -26,11 +26,13 @@ class Pilot:
     """What a group is encoded with.
 
     Attributes:
-        plan, ids, points: of the surface: streams with their values, uint32[V], float32[V, 3].
+        streams, values: the stream table, and uint32[V, elements] of each.
+        ids, points: of the surface: uint32[V], float32[V, 3].
         page_bytes: largest page.
     """
 
-    plan: Plan
+    streams: list[Stream]
+    values: list[np.ndarray]
     ids: np.ndarray
     points: np.ndarray
     page_bytes: int
@@ -42,10 +44,12 @@ class Pilot:
         cluster_begin: np.ndarray,
         refined: np.ndarray,
     ) -> float:
-        """The bytes of a group over those of a page; 0 where they cannot be too many. Arguments as
-        in Clusters and Made."""
+        """The bytes of a group over those of a page; 0 where they cannot be too many.
+
+        Arguments as in Clusters and ClusterSet.
+        """
         vertices = len(occurring(triangles, len(self.points)))
-        bits = sum(stream.elements * stream.bits for stream in self.plan.streams)
+        bits = sum(stream.elements * stream.bits for stream in self.streams)
         if vertices * bits / 8 + CONNECTIVITY * len(triangles) < self.page_bytes:
             return 0.0
         layer = np.zeros(len(triangles), np.int64)
@@ -59,8 +63,8 @@ class Pilot:
             local.reshape(-1, 3).astype(np.uint32),
             ids.astype(np.uint32),
             self.points[used],
-            self.plan.streams,
-            [values[used] for values in self.plan.values],
+            self.streams,
+            [values[used] for values in self.values],
             threads=1,
             meshlets=(
                 np.arange(len(triangles), dtype=np.uint32),

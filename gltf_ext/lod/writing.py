@@ -1,4 +1,4 @@
-"""Encodes a primitive with its levels."""
+"""Encodes the levels of a primitive: its surface, pages of groups, tables."""
 
 from __future__ import annotations
 
@@ -9,16 +9,13 @@ from typing import Any
 import numpy as np
 
 from gltf_ext import _codec
+from gltf_ext._codec import Stream
 from gltf_ext.compression.options import Options
-from gltf_ext.compression.primitives import Primitive, position_ids
-from gltf_ext.compression.streams import Plan, semantic
-from gltf_ext.lod import simplifier
-from gltf_ext.lod.builder import Hierarchy, build
-from gltf_ext.lod.document import Levels
-from gltf_ext.lod.pilot import SMALLEST, Pilot
+from gltf_ext.compression.records import RecordFormat, Vertices, weld_rows
+from gltf_ext.compression.streams import Plan, is_of_target, local_name, semantic
+from gltf_ext.lod.builder import Hierarchy
 from gltf_ext.lod.surface import Surface, longest_side
-from gltf_ext.lod.tables import GROUP, MAX_GROUPS, PAGE, Tables, reach
-from gltf_ext.progress import Advance
+from gltf_ext.lod.tables import GROUP, PAGE, Tables, reach
 from gltf_ext.ranges import begins, first_of_each, members, occurring
 
 # Weights of attributes in the choice of edges, beside positions in a box of size 1. Normals: at 0.2
@@ -27,7 +24,6 @@ from gltf_ext.ranges import begins, first_of_each, members, occurring
 ATTRIBUTE_WEIGHTS = {"NORMAL": 0.05, "TEXCOORD": 0.5, "COLOR": 0.5}
 MORPH_WEIGHT = 1.0
 MOST_WEIGHED = 16  # floats per vertex that count in the choice of edges
-BUILD_SHARE = 0.6  # of the progress
 # Groups in a block, in which errors decide the order. Dragon with four times its triangles and
 # noise, pages for one pixel of error: 1.28 MB with 24 groups, 1.20 with 48, 1.16 with 96. For four
 # pixels at the nearest point, mean of 20 cameras: 1.57, 1.60, 1.70 MB.
@@ -35,50 +31,6 @@ BLOCK_GROUPS = 48
 # The last page of a coarse level takes groups of the next level if it is emptier than this. Full
 # pages make 2 % smaller files, but a cut loads up to a fifth more bytes (igea).
 LEAST_SHARE = 0.25
-# With more vertices than this for each position, the first step is larger: seams hold coarse levels
-# back, whose pages would take 0.9 of level 0 (sponza_like) instead of 0.65.
-SEAMS, LARGER_STEP = 1.2, 1.25
-
-
-def encode_with_levels(
-    source: Primitive, plan: Plan, options: Options, threads: int, progress: Advance | None
-) -> tuple[bytes, dict[str, Any], Levels] | None:
-    """(view of level 0, its statistics as _codec.encode gives them, the other levels).
-
-    None for a primitive that cannot be simplified. Raises MeshletError without meshoptimizer.
-    """
-    simplifier.require_simplifier()
-    ids = position_ids(source.attributes["POSITION"])
-    surface = surface_of(source, plan, ids)
-    advance = (lambda share: progress(BUILD_SHARE * share)) if progress else None
-    group_size, page_bytes = options.lod_group, options.lod_page_bytes
-    used = occurring(surface.triangles, source.vertex_count)
-    has_seams = len(used) > SEAMS * len(surface.vertex_at)
-    reduction = options.lod_reduction * (LARGER_STEP if has_seams else 1.0)
-    while True:
-        hierarchy = build(
-            surface,
-            options,
-            group_size,
-            error_limit_of(options, plan),
-            reduction,
-            threads,
-            advance,
-            Pilot(plan, surface.position_ids, surface.points, page_bytes),
-        )
-        if hierarchy is None or len(hierarchy.level) > MAX_GROUPS:
-            return None
-        coarse, fine = paged(hierarchy, surface, plan, ids, page_bytes, threads)
-        view, pages = b"".join(fine.blobs), b"".join(coarse.blobs)
-        largest = max(map(len, coarse.blobs + fine.blobs))
-        if largest <= page_bytes or group_size <= SMALLEST:
-            break
-        group_size = max(group_size // 2, SMALLEST)  # rare: see the pilot
-    if progress:
-        progress(1.0)
-    groups, rows = coarse.groups + fine.groups, coarse.rows + fine.rows
-    tables = tables_of(hierarchy, groups, rows, len(coarse.rows), plan)
-    return view, fine.statistics, Levels(tables, pages, _report(hierarchy))
 
 
 def error_limit_of(options: Options, plan: Plan) -> float:
@@ -88,51 +40,48 @@ def error_limit_of(options: Options, plan: Plan) -> float:
 
 
 def _rounding_of(plan: Plan) -> float:
-    """By how much distances differ between the grid and decoded positions, which are floats, in
-    units of POSITION. Without it 1.5 % of a part of bistro_like lay 4e-7 beyond its stated error of
-    0.329."""
-    moves = [target["POSITION"] for target in plan.targets if "POSITION" in target]
+    """By how much distances differ between the grid and decoded positions, which are floats.
+
+    In units of POSITION. Without it 1.5 % of a part of bistro_like lay 4e-7 beyond its stated error
+    of 0.329.
+    """
     reach = [
         np.abs(stream.offset).max(initial=0.0) + 2.0**stream.bits * stream.step
-        for stream in (plan.streams[n] for n in (0, *moves))
+        for stream in (plan.streams[n] for n in plan.position_streams)
     ]
     largest = reach[0] + max(reach[1:], default=0.0)
     return math.ldexp(2.0, math.frexp(largest)[1] - 24)  # two steps of a float there
 
 
-def _report(hierarchy: Hierarchy) -> dict[str, Any]:
-    sizes = np.diff(hierarchy.clusters.triangle_begin)
-    level = hierarchy.level[hierarchy.group]
-    triangles = np.bincount(level, sizes, hierarchy.level.max() + 1).astype(np.int64)
-    return {"triangles": triangles.tolist(), "stuck_triangles": hierarchy.stuck}
-
-
 # --- the surface ---
 
 
-def surface_of(source: Primitive, plan: Plan, original_ids: np.ndarray) -> Surface:
-    """original_ids: uint32[V]: numbers of positions before they were quantised."""
-    rows = np.concatenate(plan.values, axis=1)
-    ids, count = _codec.weld(np.ascontiguousarray(rows).view(np.uint8))
+def surface_of(form: RecordFormat, vertices: Vertices, values: list[np.ndarray]) -> Surface:
+    """The surface of vertices, whose values are uint32[V, elements] of each stream."""
+    ids, count = weld_rows(form.without_hash(vertices.records))
     first = first_of_each(ids, count)
-    cells = np.ascontiguousarray(plan.values[0])
-    points = cells.astype(np.float32)
-    step = plan.streams[0].step
+    points = values[0].astype(np.float32)
+    step = form.plan.streams[0].step
+    shifts = tuple(
+        name
+        for name in form.plan.attributes
+        if is_of_target(name) and local_name(name) == "POSITION"
+    )
     moves = [
-        (target["POSITION"] / step).astype(np.float32)
-        for target in source.targets
-        if "POSITION" in target
+        (move / step).astype(np.float32)
+        for move in form.attributes_of(vertices, values, shifts).values()
     ]
-    attributes, weights = _weighed(source, moves, longest_side(points))
-    same_position = _codec.weld(cells.view(np.uint8))[0]
+    attributes, weights = _weighed(form, vertices, values, moves, longest_side(points))
+    same_position, _ = weld_rows(values[0])
     morphed = [points + move for move in moves]
-    canonical = _joined(first[ids], source.indices, same_position, morphed)
+    triangles, original_ids = vertices.triangles, vertices.position_ids
+    canonical = _joined(first[ids], triangles, same_position, morphed)
     return Surface(
-        np.ascontiguousarray(source.indices),
+        triangles,
         points,
         same_position,
         canonical,
-        _apart(points, same_position, canonical, source.indices, original_ids),
+        _apart(points, same_position, canonical, triangles, original_ids),
         attributes,
         weights,
         morphed,
@@ -177,8 +126,7 @@ def _apart(
     triangles: np.ndarray,
     original_ids: np.ndarray,
 ) -> np.ndarray:
-    """points, float32[V, 3], but different where only the grid made vertices equal: by a few units
-    in the last place.
+    """points, but different by a few units in the last place where only the grid joins vertices.
 
     The simplifier takes vertices at one position for sides of a seam, and keeps those that do not
     look like one. Where folds of a noisy scan touch on the grid, they would stay in all levels: a
@@ -209,9 +157,9 @@ def _apart(
 def _touching_borders(
     triangles: np.ndarray, same_position: np.ndarray, is_shared: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Pairs of vertices, uint32[N] each: where borders of triangles lie on each other, as those of
-    a crack that the grid closes.
+    """Pairs of vertices, uint32[N] each, where borders of triangles lie on each other.
 
+    Such borders are those of a crack that the grid closes.
     is_shared: bool[P]: positions of several vertices.
     """
     start, end = triangles.reshape(-1), np.roll(triangles, -1, axis=1).reshape(-1)
@@ -230,24 +178,33 @@ def _touching_borders(
 
 
 def _weighed(
-    source: Primitive, moves: list[np.ndarray], extent: float
+    form: RecordFormat,
+    vertices: Vertices,
+    values: list[np.ndarray],
+    moves: list[np.ndarray],
+    extent: float,
 ) -> tuple[np.ndarray, np.ndarray]:
     """(values, weights) of the attributes that count in the choice of edges."""
-    columns = [np.empty((source.vertex_count, 0), np.float32)]
+    columns = [np.empty((len(values[0]), 0), np.float32)]
     weights: list[float] = []
+    names = tuple(
+        name
+        for name in form.plan.attributes
+        if semantic(name) in ATTRIBUTE_WEIGHTS
+        and (name != "NORMAL" or form.formats[name][0].kind == "f")
+    )
     weighed = [
         (
-            values if name == "NORMAL" else _unit(values.astype(np.float32)),
+            decoded if name == "NORMAL" else _unit(decoded.astype(np.float32)),
             ATTRIBUTE_WEIGHTS[semantic(name)],
         )
-        for name, values in source.attributes.items()
-        if semantic(name) in ATTRIBUTE_WEIGHTS and (name != "NORMAL" or values.dtype.kind == "f")
+        for name, decoded in form.attributes_of(vertices, values, names).items()
     ]
     weighed += [(move / np.float32(max(extent, 1.0)), MORPH_WEIGHT) for move in moves]
-    for values, weight in weighed:
-        if len(weights) + values.shape[1] <= MOST_WEIGHED:
-            columns.append(values)
-            weights += [weight] * values.shape[1]
+    for decoded, weight in weighed:
+        if len(weights) + decoded.shape[1] <= MOST_WEIGHED:
+            columns.append(decoded)
+            weights += [weight] * decoded.shape[1]
     return np.ascontiguousarray(np.concatenate(columns, axis=1)), np.array(weights, np.float32)
 
 
@@ -277,6 +234,7 @@ class Pages:
     statistics: dict[str, Any] = field(default_factory=dict)
 
     def add(self, other: Pages) -> None:
+        """Adds other pages."""
         self.groups += other.groups
         self.blobs += other.blobs
         self.rows += other.rows
@@ -292,16 +250,16 @@ def _pack(
     hierarchy: Hierarchy,
     groups: np.ndarray,
     limit: int,
-    plan: Plan,
+    streams: list[Stream],
     threads: int,
     triangles: np.ndarray,
     ids: np.ndarray,
     positions: np.ndarray,
     values: list[np.ndarray],
 ) -> Pages:
-    """Packs groups, in this order, into pages of at most `limit` bytes. A group that is larger than
-    a page is alone in one.
+    """Packs groups, in this order, into pages of at most `limit` bytes.
 
+    A group that is larger than a page is alone in one.
     triangles: of all clusters; ids, positions, values: of their vertices.
     """
     ranges = _GroupRanges(hierarchy)
@@ -313,7 +271,7 @@ def _pack(
         np.ascontiguousarray(used),
         ids,
         positions,
-        plan.streams,
+        streams,
         values,
         threads=threads,
         meshlets=(
@@ -412,15 +370,16 @@ def _clashing(
 def paged(
     hierarchy: Hierarchy,
     surface: Surface,
-    plan: Plan,
+    streams: list[Stream],
+    values: list[np.ndarray],
     ids: np.ndarray,
     limit: int,
     threads: int,
 ) -> tuple[Pages, Pages]:
     """Encodes all groups, level 0 with the vertices of the surface, all others with their own.
-    Returns (pages of coarse levels, pages of level 0).
 
-    ids: uint32[V]: numbers of positions in level 0, before they were quantised.
+    values: uint32[V, elements] of each stream; ids: uint32[V]: numbers of positions in level 0,
+    before they were quantised. Returns (pages of coarse levels, pages of level 0).
     Surfaces of two levels lie on each other. So that no edge has four triangles, each level has its
     own vertices, and so do replacements of groups with an edge that the level has already.
     """
@@ -428,28 +387,27 @@ def paged(
     coarse, fine = Pages(), Pages()
     if levels[0] > 0:
         vertices, own_ids, triangles = _separate(hierarchy, surface)
-        values = [np.ascontiguousarray(v[vertices]) for v in plan.values]
-        data = triangles, own_ids, surface.points[vertices], values
+        own_values = [np.ascontiguousarray(v[vertices]) for v in values]
+        data = triangles, own_ids, surface.points[vertices], own_values
     for level in levels[levels > 0]:
         groups = _by_error(np.flatnonzero(hierarchy.level == level), hierarchy.error)
         if coarse.blobs and len(coarse.blobs[-1]) < LEAST_SHARE * limit:
             groups = np.concatenate([coarse.take_last(), groups])
-        coarse.add(_pack(hierarchy, groups, limit, plan, threads, *data))
+        coarse.add(_pack(hierarchy, groups, limit, streams, threads, *data))
     # The groups of level 0, the most, stay along the curve: the errors of what replaces them differ
     # little, and neighbours in one page share vertices.
     finest = np.flatnonzero(hierarchy.level == 0)
     if len(finest):
-        data = hierarchy.clusters.triangles, ids, surface.points, plan.values
-        fine = _pack(hierarchy, finest, limit, plan, threads, *data)
+        data = hierarchy.clusters.triangles, ids, surface.points, values
+        fine = _pack(hierarchy, finest, limit, streams, threads, *data)
     return coarse, fine
 
 
 def _by_error(groups: np.ndarray, error: np.ndarray) -> np.ndarray:
-    """Groups of one level along a curve, in blocks of BLOCK_GROUPS neighbours; in each block from
-    the largest error to the smallest. A cut takes all groups above an error, and so mostly whole
-    pages.
+    """Groups of one level along a curve, in blocks of BLOCK_GROUPS neighbours, ordered by error.
 
-    error: of all groups.
+    Each block goes from the largest error to the smallest: a cut takes all groups above an error,
+    and so mostly whole pages. error: of all groups.
     """
     count = -(-len(groups) // BLOCK_GROUPS)
     block = np.arange(len(groups)) * count // max(len(groups), 1)

@@ -1,4 +1,4 @@
-"""Cuts space into chunks: a k-d tree over positions on the grid."""
+"""Cuts space into chunks: a k-d tree over positions on the grid, and the triangles of each."""
 
 from __future__ import annotations
 
@@ -8,7 +8,10 @@ from functools import cached_property
 
 import numpy as np
 
-from gltf_ext.out_of_core.records import RecordFormat
+from gltf_ext.compression.options import Options
+from gltf_ext.compression.records import RecordFormat, Triangles
+from gltf_ext.out_of_core.sources import share_of_chunk
+from gltf_ext.progress import Advance
 from gltf_ext.work_files import WorkFile, hashes
 
 SAMPLES = 1 << 18  # of triangles, to place the planes
@@ -61,9 +64,9 @@ class Cells:
         return result
 
     def keys_outside(self, chunk: np.ndarray, corners: np.ndarray) -> np.ndarray:
-        """uint64: hashes of positions that triangles of several chunks may have: those of corners
-        outside of the cell of their triangle's chunk.
+        """uint64: hashes of positions that triangles of several chunks may have.
 
+        These are those of corners outside of the cell of their triangle's chunk.
         chunk: int32[T]; corners: int[T, 3, 3]: positions.
         """
         low, high = (bound[chunk][:, None] for bound in self._boxes)
@@ -112,23 +115,30 @@ def are_among(keys: np.ndarray, positions: np.ndarray) -> np.ndarray:
     return result
 
 
-class Corners:
+class ChunkFiles:
     """Triangles in work files, by chunk.
 
     Attributes:
         cells: the chunks; counts: int64: number of triangles of each.
+        folder: of the work files; advance: None, since the chunks themselves are the progress.
     """
 
+    advance = None
+
     def __init__(self, cells: Cells, form: RecordFormat, folder: str) -> None:
-        self.cells = cells
+        """Opens a work file for each cell, for records of this form. Raises OSError."""
+        self.cells, self.folder = cells, folder
         self.counts = np.zeros(cells.count, np.int64)
         self._form = form
         self._files = [WorkFile(folder) for _ in range(cells.count)]
         self._keys: list[np.ndarray] = []
 
     def sorted(self, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """(triangles, fine[T, 3], in the order of their chunks, int64: number of those of each,
-        uint64: keys of positions that several chunks may have)."""
+        """Sorts triangles by chunk.
+
+        Returns (triangles, fine[T, 3], in the order of their chunks, int64: number of those of
+        each, uint64: keys of positions that several chunks may have).
+        """
         positions = corners["0"].astype(np.int32)
         chunk = self.cells.of(positions.sum(axis=1) // 3)
         order = np.argsort(chunk, kind="stable")
@@ -149,8 +159,41 @@ class Corners:
         keys, self._keys = union(self._keys), []
         return keys
 
-    def take(self, chunk: int) -> np.ndarray:
-        """fine[T, 3]: the triangles of a chunk, whose file is given back."""
+    def take(self, chunk: int) -> Triangles:
+        """The triangles of a chunk, whose file is given back."""
         rows = self._files[chunk].rows(self._form.fine, 0, 3 * int(self.counts[chunk]))
         self._files[chunk].close()
-        return rows.reshape(-1, 3)
+        return Triangles(rows)
+
+    def share(self, options: Options) -> tuple[int, int]:
+        """(number of chunks that fit memory at a time, bytes that one takes with a process)."""
+        return share_of_chunk(options, int(self.counts.sum()), int(self.counts.max()))
+
+
+class OneChunk:
+    """All triangles in memory, as the only chunk; see ChunkFiles.
+
+    Attributes:
+        advance: moves the progress bar while the chunk is encoded.
+    """
+
+    folder = None
+
+    def __init__(self, triangles: Triangles, advance: Advance | None) -> None:
+        """Takes all triangles of a source."""
+        self.counts, self.shared = np.array([triangles.count]), np.empty(0, np.uint64)
+        self.advance = advance
+        self._triangles: Triangles | None = triangles
+
+    def take(self, chunk: int) -> Triangles:
+        """The triangles, once: only the caller keeps them."""
+        triangles, self._triangles = self._triangles, None
+        assert triangles is not None and chunk == 0
+        return triangles
+
+    def share(self, options: Options) -> tuple[int, int]:
+        """As that of ChunkFiles."""
+        return 1, 0
+
+
+Chunks = ChunkFiles | OneChunk

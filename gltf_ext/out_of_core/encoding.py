@@ -1,35 +1,29 @@
-"""Encodes a large primitive, chunk after chunk."""
+"""Encodes a primitive, chunk after chunk; most have one."""
 
 from __future__ import annotations
 
 import math
 import shutil
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from gltf_ext import _codec
-from gltf_ext.compression.options import DEFAULT_PAGE_BYTES, Options
+from gltf_ext.compression.options import Options
+from gltf_ext.compression.primitives import Dropped
+from gltf_ext.compression.records import RecordFormat
+from gltf_ext.compression.sources import Rows, Source, blocks
 from gltf_ext.compression.streams import Plan
 from gltf_ext.errors import MeshletError
 from gltf_ext.lod.document import Levels
-from gltf_ext.out_of_core.chunks import SAMPLES, Cells, Corners, are_among, leaves
-from gltf_ext.out_of_core.records import RecordFormat
-from gltf_ext.out_of_core.sources import (
-    UNEVEN,
-    LargePrimitive,
-    Rows,
-    blocks,
-    chunk_size,
-    fitting,
-    share_of_chunk,
-)
+from gltf_ext.out_of_core.chunks import SAMPLES, Cells, ChunkFiles, Chunks, OneChunk, leaves
+from gltf_ext.out_of_core.level_0 import Encoder, encode_chunk
+from gltf_ext.out_of_core.sources import UNEVEN, chunk_size, fitting
 from gltf_ext.out_of_core.totals import Totals
 from gltf_ext.progress import Advance
 from gltf_ext.scheduler import Runner
-from gltf_ext.work_files import WorkFile, give_back_memory
+from gltf_ext.work_files import Spool, WorkFile
 
 # Shares of the progress: triangles read, and sorted into chunks; the rest is for encoding.
 READ, SORTED = 0.1, 0.2
@@ -39,62 +33,72 @@ OUTPUT_BYTES, LEVELS_SHARE = 8, 1.5
 
 
 @dataclass
-class Encoded:
-    """A large primitive, encoded.
+class Compression:
+    """What a primitive became.
 
     Attributes:
-        plan: its streams, with the bounds of positions as values; view: the pages of level 0.
+        plan: its streams; view: the blobs of level 0.
+        bounds: uint32[2, 3] of each stream of positions, on the grid.
+        statistics: as _codec.encode gives them; empty if no triangle is left.
+        source_vertices: number of different vertices; dropped: what is left out.
         levels: all others; None without levels of detail.
-        statistics: as _codec.encode gives them.
-        source_vertices: number of different vertices; dropped: of triangles.
     """
 
-    plan: Plan
-    view: memoryview
-    levels: Levels | None
-    statistics: dict[str, Any]
-    source_vertices: int
-    dropped: int
+    plan: Plan = field(default_factory=Plan)
+    view: bytes | memoryview = b""
+    bounds: dict[int, np.ndarray] = field(default_factory=dict)
+    statistics: dict[str, Any] = field(default_factory=dict)
+    source_vertices: int = 0
+    dropped: Dropped = field(default_factory=Dropped)
+    levels: Levels | None = None
 
 
-def encode_large(
-    source: LargePrimitive,
+def encode(
+    source: Source,
     form: RecordFormat,
     options: Options,
     runner: Runner,
     advance: Advance | None,
-) -> Encoded:
+) -> Compression:
     """Encodes a primitive in chunks, which are the runner's tasks. Raises MeshletError, OSError."""
-    progress = advance or (lambda share: None)
-    _check_space(source, form, options)
-    corners = sorted_corners(source, form, options, progress)
+    chunks: Chunks
+    progress: Advance = _silent
+    if source.is_in_memory:
+        chunks = OneChunk(form.triangles_of(source), advance)
+    else:
+        progress = advance or _silent
+        _check_space(source, form, options)
+        chunks = sorted_corners(source, form, options, progress)
 
     def rest(share: float) -> None:
         progress(SORTED + (1 - SORTED) * share)
 
+    encoder = Encoder.of(form, options, source.triangle_count, source.is_in_memory)
     levels = None
     if options.lod:
-        from gltf_ext.out_of_core.levels import LevelsWriter  # slow to load
+        from gltf_ext.out_of_core.levels import LevelsWriter  # slow to load, as meshoptimizer is
 
-        writer = LevelsWriter(form, options, runner)
-        view, levels = writer.write(corners, rest)
+        writer = LevelsWriter(encoder, options, runner, chunks.folder)
+        view, levels = writer.write(chunks, rest)
         totals = writer.totals
     else:
-        view, totals = _level_0(form, corners, options, runner, rest)
-    if not totals.statistics:
-        raise MeshletError(f"{form.where}: every triangle is degenerate", "repair the model first")
-    values = [np.stack([totals.low, totals.high]), *form.plan.values[1:]]
-    return Encoded(
-        replace(form.plan, values=values),
+        view, totals = _level_0(encoder, chunks, options, runner, rest)
+    return Compression(
+        form.plan,
         view,
-        levels,
+        totals.bounds,
         totals.statistics,
         totals.source_vertices,
         totals.dropped,
+        levels,
     )
 
 
-def _check_space(source: LargePrimitive, form: RecordFormat, options: Options) -> None:
+def _silent(share: float) -> None:
+    """Progress that nobody watches."""
+
+
+def _check_space(source: Source, form: RecordFormat, options: Options) -> None:
     """Raises MeshletError when the work files do not fit their disk."""
     folder = str(options.work_dir)
     of_levels = math.ceil(LEVELS_SHARE * form.coarse.itemsize) if options.lod else 0
@@ -114,8 +118,8 @@ def _check_space(source: LargePrimitive, form: RecordFormat, options: Options) -
 
 
 def sorted_corners(
-    source: LargePrimitive, form: RecordFormat, options: Options, progress: Advance
-) -> Corners:
+    source: Source, form: RecordFormat, options: Options, progress: Advance
+) -> ChunkFiles:
     """The triangles as records of their corners, in chunks."""
     folder, limit = str(options.work_dir), chunk_size(options, source.triangle_count)
     size, whole = 3 * form.fine.itemsize, source.triangle_count
@@ -128,15 +132,13 @@ def sorted_corners(
             sample.append(chosen.astype(np.int32).sum(axis=1) // 3)
         progress(READ * share * last / whole)
     cells = Cells.over(np.concatenate(sample), leaves(whole, limit, 0), 0)
-    result = Corners(cells, form, folder)
+    result = ChunkFiles(cells, form, folder)
 
     # From the end: the file shrinks as those of the chunks grow.
     parts = list(blocks(whole))[::-1]
-    for (first, _), found in zip(
-        parts,
-        source.in_order(lambda *part: result.sorted(_rows(soup, form, *part)), parts),
-    ):
-        result.add(*found)
+    rows_by_chunk = source.in_order(lambda *part: result.sorted(_rows(soup, form, *part)), parts)
+    for (first, _), rows in zip(parts, rows_by_chunk):
+        result.add(*rows)
         soup.cut(first * size)
         progress(SORTED + (READ - SORTED) * first / whole)
     soup.close()
@@ -150,7 +152,7 @@ def sorted_corners(
 
 
 def gathered(
-    source: LargePrimitive, form: RecordFormat, soup: WorkFile
+    source: Source, form: RecordFormat, soup: WorkFile
 ) -> Iterator[tuple[int, int, np.ndarray, float]]:
     """(first, last, their corners: fine[last - first, 3], share of the passes) of triangles.
 
@@ -180,7 +182,7 @@ class _Table:
 
     def __init__(
         self,
-        source: LargePrimitive,
+        source: Source,
         form: RecordFormat,
         names: tuple[str, ...],
         numbers: Rows | None,
@@ -188,8 +190,11 @@ class _Table:
         high: int,
         is_all: bool,
     ) -> None:
-        """names, numbers: one of source.indices; low, high: of the vertices; is_all: whether these
-        are all of the primitive."""
+        """Reads vertices.
+
+        names, numbers: one of source.indices; low, high: of the vertices; is_all: whether these are
+        all of the primitive.
+        """
         self._source, self._form, self._names, self._numbers = source, form, names, numbers
         self._low, self._is_all = low, is_all
         self._records = np.empty(high - low, form.part(names))
@@ -197,27 +202,27 @@ class _Table:
             pass
 
     def _read(self, first: int, last: int) -> None:
-        self._records[first:last] = self._quantised(self._low + first, self._low + last)
-
-    def _quantised(self, first: int, last: int) -> np.ndarray:
-        return self._form.quantised(self._source.vertices(self._names, first, last))
+        low = self._low
+        vertices = self._source.vertices(self._names, low + first, low + last)
+        self._form.quantise_into(self._records[first:last], vertices)
 
     def corners(self, before: WorkFile | None, first: int, last: int) -> np.ndarray:
-        """fine[last - first, 3]: the corners of triangles as far as they are here, others as
-        before."""
+        """fine[last - first, 3]: the corners of triangles; as before where the table has none."""
         low, records = self._low, self._records
         if self._numbers is None:
             low = 3 * first
-            records = self._quantised(low, 3 * last)
-        rows = self._source.corners(self._names, self._numbers, first, last) - low
+            vertices = self._source.vertices(self._names, low, 3 * last)
+            records = self._form.quantised(vertices)
+        rows = self._source.corners(self._names, self._numbers, first, last).astype(np.int64)
+        rows -= low
         if self._is_all:
             all_corners: np.ndarray = records[rows]
             return all_corners
         is_here = (rows >= 0) & (rows < len(records))
         form = self._form
         corners = _rows(before, form, first, last) if before else np.zeros(rows.shape, form.fine)
-        for field in records.dtype.names or ():
-            corners[field][is_here] = records[field][rows[is_here]]
+        for stream in records.dtype.names or ():
+            corners[stream][is_here] = records[stream][rows[is_here]]
         return corners
 
 
@@ -230,39 +235,18 @@ def _rows(soup: WorkFile, form: RecordFormat, first: int, last: int) -> np.ndarr
 
 
 def _level_0(
-    form: RecordFormat, corners: Corners, options: Options, runner: Runner, progress: Advance
+    encoder: Encoder, chunks: Chunks, options: Options, runner: Runner, progress: Advance
 ) -> tuple[memoryview, Totals]:
     """Encodes each chunk by itself."""
-    output, totals = WorkFile(str(options.work_dir)), Totals()
+    counts, totals = chunks.counts, Totals()
+    output = Spool(chunks.folder, most=0)
     tasks = (
-        (form, options, corners.take(chunk), corners.shared) for chunk in range(corners.cells.count)
+        (encoder, chunks.take(number), chunks.shared, chunks.advance)
+        for number in range(len(counts))
     )
-    share = share_of_chunk(options, int(corners.counts.sum()), int(corners.counts.max()))
-    for number, (view, found) in enumerate(runner.map(_encoded, tasks, *share), start=1):
+    results = runner.map(encode_chunk, tasks, *chunks.share(options))
+    for number, (view, more) in enumerate(results, start=1):
         output.append(view)
-        totals.add(found)
-        progress(corners.counts[:number].sum() / corners.counts.sum())
-    return output.mapped(), totals
-
-
-def _encoded(
-    threads: int, form: RecordFormat, options: Options, corners: np.ndarray, shared: np.ndarray
-) -> tuple[bytes, Totals]:
-    """The pages of a chunk. corners: fine[T, 3]; shared: keys of positions that others have."""
-    vertices = form.vertices_of(corners)
-    totals = Totals.of(vertices, are_among(shared, vertices.records["0"]))
-    if not len(vertices.triangles):
-        return b"", totals
-    primitive, plan = form.primitive_of(vertices)
-    view, totals.statistics = _codec.encode(
-        primitive.indices,
-        vertices.position_ids,
-        np.ascontiguousarray(primitive.attributes["POSITION"], np.float32),
-        plan.streams,
-        plan.values,
-        threads=threads,
-        page_bytes=options.page_bytes or DEFAULT_PAGE_BYTES,
-        **options.generation,
-    )
-    give_back_memory()
-    return view, totals
+        totals.add(more)
+        progress(counts[:number].sum() / counts.sum())
+    return output.contents(), totals

@@ -8,6 +8,7 @@ from functools import partial
 from pathlib import Path
 
 from gltf_ext.compression.options import Options
+from gltf_ext.compression.sources import Rows, Source
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.document import Document
 from gltf_ext.gltf.importers import MESH_SUFFIXES, document_of, open_model, read_meshes
@@ -15,8 +16,6 @@ from gltf_ext.gltf.mesh_files import Mesh
 from gltf_ext.gltf.row_arrays import FileRows
 from gltf_ext.out_of_core.sources import (
     BASE_BYTES,
-    LargePrimitive,
-    Rows,
     check_unchanged,
     fitting,
     large_primitives,
@@ -32,7 +31,7 @@ SPACE_OF_FILE = 1.5  # of arrays in work files
 RESULT_BYTES = 2  # of a triangle, about: the result is mapped into memory at the end
 MAX_TRIANGLES = (1 << 32) // 3  # of a primitive: decoders number corners with 32 bits
 
-Larges = dict[tuple[int, int], LargePrimitive]  # by mesh and primitive
+Larges = dict[tuple[int, int], Source]  # by mesh and primitive
 
 
 def open_large(path: Path, options: Options) -> tuple[Document, Larges]:
@@ -63,9 +62,9 @@ def open_large(path: Path, options: Options) -> tuple[Document, Larges]:
     return document, _checked(large, path, options)
 
 
-def _large(number: int, mesh: Mesh, options: Options) -> LargePrimitive:
+def _large(number: int, mesh: Mesh, options: Options) -> Source:
     attributes: dict[str, Rows] = dict(mesh.attributes)
-    return LargePrimitive(number, 0, attributes, list(mesh.groups), *reading(options))
+    return Source(number, 0, attributes, list(mesh.groups), *reading(options))
 
 
 def _checked(large: Larges, path: Path, options: Options) -> Larges:

@@ -13,6 +13,10 @@ from gltf_ext.errors import MeshletError
 floats32 = st.floats(-(2.0**100), 2.0**100, width=32)
 
 
+def bounds_of(values):
+    return np.stack([values.min(axis=0), values.max(axis=0)])
+
+
 @given(arrays.arrays(np.float32, (7, 3), elements=floats32), st.integers(4, 24))
 def test_positions_are_off_by_at_most_half_a_step(values, bits):
     grid = a.position_grid(values.min(axis=0), values.max(axis=0), bits, None)
@@ -73,14 +77,16 @@ def test_ordered_bits_are_lossless_and_ordered():
 )
 def test_zero_deltas_stay_zero(values, step):
     values[::2] = 0
-    stream, quantised = a._fit_bits("POSITION", a._delta_grid("POSITION", values, step), values)
+    stream = a._delta_grid("POSITION", bounds_of(values), step)
+    quantised = a.quantised(values, stream)
     assert (a.dequantise(quantised, stream)[::2] == 0).all()
     assert np.abs(a.dequantise(quantised, stream) - values).max() <= 0.5 * step * (1 + 1e-6) + 1e-5
 
 
 def test_signed_integers_are_exact():
     values = np.array([[-32768, 5, 32767], [0, 1, 2], [7, 7, 7]], np.int16)
-    stream, quantised = a._exact("POSITION", values)
+    stream = a._exact("POSITION", bounds_of(values))
+    quantised = a.quantised(values, stream)
     assert stream.bits == 16
     np.testing.assert_array_equal(
         a.to_accessor([a.dequantise(quantised, stream)], values.dtype), values
@@ -117,15 +123,13 @@ def test_the_native_decoder_dequantises_alike():
         "_RAW": random.normal(size=(3, 2)).astype(np.float32),
         "JOINTS_0": random.integers(0, 60000, (3, 4)).astype(np.uint16),
     }
-    plan = a.plan_primitive(
-        named,
-        [],
-        a.position_grid(positions.min(axis=0), positions.max(axis=0), 12, None),
-        a.Bits(),
-        "here",
-    )
+    bounds = {name: bounds_of(values) for name, values in named.items()}
+    grid = a.position_grid(*bounds["POSITION"], 12, None)
+    plan = a.plan_streams(bounds, grid, a.Bits(), "here")
+    quantised = plan.quantise(named)
+    values = [quantised[s] for s in range(len(plan.streams))]
     triangles = np.array([[0, 1, 2]], np.uint32)
-    blob, _ = _codec.encode(triangles, triangles[0], positions, plan.streams, plan.values)
+    blob, _ = _codec.encode(triangles, triangles[0], positions, plan.streams, values)
     _, integers = _codec.decode(blob)
     _, values = _codec.decode_values(blob)
     for stream, quantised, native in zip(plan.streams, integers, values):

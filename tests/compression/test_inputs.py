@@ -75,6 +75,33 @@ def test_soup_is_welded(folder):
     assert report["dropped"]["duplicate_vertices"] == 3 * len(triangles) - len(positions)
 
 
+def test_vertices_that_are_written_alike_are_joined(folder):
+    """Normals that differ by less than their bits make no seams."""
+    positions, triangles = grid_mesh(12, 12)
+    normals = np.tile(np.array([0, 0, 1], np.float32), (3 * len(triangles), 1))
+    normals[:, :2] = np.random.default_rng(0).uniform(-1e-4, 1e-4, (len(normals), 2))
+    builder = Builder()
+    builder.mesh({"POSITION": positions[triangles].reshape(-1, 3), "NORMAL": normals})
+    report, _ = compressed(builder, folder)
+    assert report["totals"]["source_vertices"] == len(positions)
+    assert report["totals"]["triangles"] == len(triangles)
+
+
+def test_triangles_whose_corners_become_one_vertex_are_left_out(folder):
+    """Two corners at one position, with normals that are quantised alike."""
+    positions, triangles = grid_mesh(4, 4)
+    normals = np.tile(np.array([0, 0, 1], np.float32), (len(positions) + 1, 1))
+    normals[-1, 0] = 1e-5
+    builder = Builder()
+    builder.mesh(
+        {"POSITION": np.concatenate([positions, positions[:1]]), "NORMAL": normals},
+        np.concatenate([triangles, [[0, len(positions), 1]]]).astype(np.uint32),
+    )
+    report, _ = compressed(builder, folder)
+    assert report["dropped"]["degenerate_triangles"] == 1
+    assert report["totals"]["triangles"] == len(triangles)
+
+
 def test_interleaved(folder):
     positions, triangles = grid_mesh(8, 8)
     rows = np.concatenate([positions, positions[:, [2, 0, 1]] + 1], axis=1).astype(np.float32)
@@ -337,6 +364,14 @@ def test_no_position(folder):
     builder = Builder()
     builder.mesh({"NORMAL": positions}, triangles)
     refused(builder, folder, "mesh 0 primitive 0 has no POSITION")
+
+
+def test_an_attribute_with_the_name_of_that_of_a_target(folder):
+    positions, triangles = grid_mesh(4, 4)
+    builder = Builder()
+    attributes = {"POSITION": positions, "targets[0].POSITION": positions}
+    builder.mesh(attributes, triangles, [{"POSITION": positions}])
+    refused(builder, folder, r"has an attribute named targets\[0\].POSITION")
 
 
 def test_no_triangles(folder):

@@ -4,8 +4,9 @@ import pytest
 
 import gltf_ext
 from gltf_ext import _codec
-from gltf_ext.compression.primitives import position_ids, weld
-from gltf_ext.compression.streams import Bits, plan_primitive, position_grid
+from gltf_ext.compression.records import RecordFormat
+from gltf_ext.compression.sources import Source
+from gltf_ext.compression.streams import Bits, position_grid
 from tests.helpers.gltf_builder import NORMALIZED, Builder, everything, grid_mesh
 
 
@@ -50,16 +51,10 @@ def test_compress_does_not_decode(original, tmp_path, monkeypatch):
 
 def test_the_encoders_statistics_are_those_of_the_blob(original):
     for loaded in gltf_ext.load(original):
-        primitive, _ = weld(loaded)
-        positions = primitive.attributes["POSITION"]
-        grid = position_grid(positions.min(axis=0), positions.max(axis=0), 14, None)
-        plan = plan_primitive(primitive.attributes, primitive.targets, grid, Bits(), "here")
-        blob, statistics = _codec.encode(
-            primitive.indices,
-            position_ids(positions),
-            positions,
-            plan.streams,
-            plan.values,
-        )
+        source = Source.of(loaded)
+        source.read_bounds()
+        form = RecordFormat.of(source, position_grid(*source.box, 14, None), Bits())
+        vertices = form.vertices_of(form.triangles_of(source))
+        blob, statistics = _codec.encode(*form.mesh_of(vertices))
         assert statistics.pop("generation")
         assert statistics == _codec.describe(blob)

@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 
 import gltf_ext
-from gltf_ext.checks.triangles import multiset_difference, rotated
+from gltf_ext.checks.triangles import (
+    COMPRESSED,
+    NEEDED,
+    OPTIONAL,
+    TRIANGLE,
+    difference,
+    rotated,
+)
 from tests.helpers.gltf_builder import NORMALIZED, Builder, everything, glb_bytes, glb_json
 
 EXTENSION = "EXT_meshlet_edgebreaker"
@@ -126,12 +133,12 @@ def test_rotation_is_canonical():
     )
 
 
-def test_multiset_difference_counts():
-    first, second = (
-        np.array([[1, 2, 3], [1, 2, 3], [4, 5, 6]], np.uint32),
-        np.array([[4, 5, 6], [1, 2, 3], [7, 8, 9]], np.uint32),
-    )
-    assert multiset_difference(first, second) == (1, 1)
+def test_differences_are_counted():
+    """Of two triangles and one that may be left out, the second, that one and another are there."""
+    places = [(7, NEEDED), (7, NEEDED), (8, NEEDED), (9, OPTIONAL), (10, OPTIONAL)]
+    places += [(8, COMPRESSED), (7, COMPRESSED), (9, COMPRESSED), (11, COMPRESSED)]
+    assert difference(np.array(places, TRIANGLE)) == (1, 1)
+    assert difference(np.array([*places, (9, COMPRESSED)], TRIANGLE)) == (1, 2)
 
 
 # --- validate and malformed extension objects ---

@@ -12,7 +12,7 @@ import trimesh
 from PIL import Image
 
 from gltf_ext import _codec
-from gltf_ext.compression.primitives import read_primitive
+from gltf_ext.compression.sources import read_primitive
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf import mesh_files
 from gltf_ext.gltf.importers import open_model, read_meshes, referenced_files

@@ -9,9 +9,10 @@ import pytest
 import gltf_ext
 from gltf_ext import _codec
 from gltf_ext.gltf.container import read_document
-from gltf_ext.lod import LodPrimitive, cut_at_level, error_of, open_lod, writing
+from gltf_ext.lod import LodPrimitive, cut_at_level, error_of, open_lod
 from gltf_ext.lod.tables import EXTENSION
 from gltf_ext.lod.writing import BLOCK_GROUPS, _by_error, paged
+from gltf_ext.out_of_core import levels
 from spec import reference_lod
 from tests.helpers import environment
 from tests.helpers.gltf_builder import Builder, wavy_sheet
@@ -181,7 +182,7 @@ def test_a_pilot_saves_building_twice(page_bytes, is_noisy, tmp_path, monkeypatc
         largest.append(max(map(len, coarse.blobs + fine.blobs)))
         return coarse, fine
 
-    monkeypatch.setattr(writing, "paged", counted)
+    monkeypatch.setattr(levels, "paged", counted)
     gltf_ext.compress(sheet, tmp_path / "out.glb", lod=True, page_bytes=page_bytes)
     assert len(built) == 1
     assert largest[0] <= page_bytes

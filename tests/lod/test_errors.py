@@ -56,7 +56,7 @@ def test_samples_stay_on_groups_of_level_0_that_are_stuck():
     builder = levels.Builder(surface, Options(), 48, 0.5, 5.0, 1)
     builder.add_level(may_end=False)
     assert builder.stuck[0] > 0
-    waiting = members(builder.made.clusters.triangle_begin, builder.pending)
+    waiting = members(builder.all.clusters.triangle_begin, builder.pending)
     assert np.isin(builder.meter._on, waiting).all()
     sides = np.diff(points[triangles], axis=1)
     area = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1).sum() / 2

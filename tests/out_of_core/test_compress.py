@@ -12,6 +12,7 @@ import gltf_ext
 from gltf_ext import MeshletError
 from gltf_ext.checks.coverage import check_coverage
 from gltf_ext.compression.options import Options
+from gltf_ext.compression.sources import blocks
 from gltf_ext.gltf.row_arrays import FileRows
 from gltf_ext.lod import LodPrimitive, View, cut_for_view, open_lod
 from gltf_ext.out_of_core import encoding, opening, sources
@@ -129,13 +130,31 @@ def test_attributes_and_small_primitives(tmp_path, small_chunks):
         "WEIGHTS_0": np.full((count, 4), 0.25, np.float32),
         "_ID": random.normal(size=(count, 1)).astype(np.float32),
     }
+    targets = [
+        {"POSITION": 0.1 * points, "NORMAL": 0.2 * normals},
+        {"TANGENT": 0.1 * normals[:, ::-1], "TEXCOORD_0": 0.1 * attributes["TEXCOORD_0"]},
+    ]
     builder = Builder()
-    builder.mesh(attributes, triangles)
+    builder.mesh(attributes, triangles, targets)
     builder.mesh({"POSITION": points[:3] * 2}, np.array([[0, 1, 2]], np.uint32))
     path = builder.write(tmp_path / "in.glb")
     compress(path, tmp_path / "out.glb")
     assert gltf_ext.verify(path, tmp_path / "out.glb")["ok"]
     assert gltf_ext.validate(tmp_path / "out.glb") == []
+
+
+def test_weights_of_which_one_is_no_share(tmp_path, small_chunks):
+    """One of a vertex in one chunk decides how those of all chunks are written."""
+    points, _, triangles = sheet()
+    weights = np.full((len(points), 4), 0.25, np.float32)
+    weights[7] = -1, 2, 0, 0
+    builder = Builder()
+    builder.mesh({"POSITION": points, "WEIGHTS_0": weights}, triangles)
+    path = builder.write(tmp_path / "in.glb")
+    report = compress(path, tmp_path / "out.glb")
+    assert gltf_ext.verify(path, tmp_path / "out.glb")["ok"]
+    assert gltf_ext.verify(path, tmp_path / "out.glb", max_memory="1G")["ok"]
+    assert report["totals"]["source_vertices"] == len(points)
 
 
 @pytest.mark.parametrize("threads", [1, 3])
@@ -298,9 +317,10 @@ def test_memory_that_the_result_does_not_fit_is_refused_first(
 def test_primitives_that_cannot_be_read_in_chunks_are_refused(tmp_path, small_chunks):
     points, _, triangles = sheet(64)
     builder = Builder()
-    builder.mesh({"POSITION": points}, triangles, [{"POSITION": 0.1 * points}])
+    strip = np.arange(3 * len(triangles), dtype=np.uint32) % len(points)
+    builder.mesh({"POSITION": points}, strip, mode=5)
     path = builder.write(tmp_path / "in.glb")
-    assert "has morph targets" in message(tmp_path, path, max_memory="1G")
+    assert "is a strip or a fan" in message(tmp_path, path, max_memory="1G")
 
 
 @pytest.mark.parametrize(
@@ -364,7 +384,7 @@ def test_work_files_stay_below_the_space_that_is_checked(
 ):
     if lod:
         environment.need_package("meshoptimizer")
-    monkeypatch.setattr(sources.blocks, "__defaults__", (500,))  # small, as this model is
+    monkeypatch.setattr(blocks, "__defaults__", (500,))  # small, as this model is
     files, most = weakref.WeakSet(), 0
     opened, written = WorkFile.__init__, WorkFile.write
 
@@ -443,7 +463,7 @@ def test_a_work_folder_that_vanishes(tube, tmp_path, small_chunks, monkeypatch, 
 
 
 def test_an_output_folder_that_vanishes(tube, tmp_path, small_chunks, monkeypatch, capsys):
-    folder, work, encode = tmp_path / "folder", tmp_path / "work", encoding._encoded
+    folder, work, encode = tmp_path / "folder", tmp_path / "work", encoding.encode_chunk
     folder.mkdir()
     work.mkdir()
 
@@ -452,7 +472,7 @@ def test_an_output_folder_that_vanishes(tube, tmp_path, small_chunks, monkeypatc
             folder.rmdir()
         return encode(*arguments)
 
-    monkeypatch.setattr(encoding, "_encoded", removing)
+    monkeypatch.setattr(encoding, "encode_chunk", removing)
     options = ["--max-memory", "1G", "--work-dir", str(work)]
     assert cli.main(["compress", str(tube), str(folder / "out.glb"), *options]) == cli.FAILED
     (line,) = capsys.readouterr().err.splitlines()
@@ -474,7 +494,7 @@ def test_nothing_is_left_after_an_interrupt(tube, tmp_path, small_chunks, monkey
     def interrupted(*arguments):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(encoding, "_encoded", interrupted)
+    monkeypatch.setattr(encoding, "encode_chunk", interrupted)
     with pytest.raises(KeyboardInterrupt):
         compress(tube, tmp_path / "out.glb")
     assert list(tmp_path.iterdir()) == []
