@@ -161,8 +161,12 @@ def closed_pipe():
     words = [sys.executable, "-m", "gltf_meshlet", "inspect", "--json", "out.glb"]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
     with subprocess.Popen(words, stdin=subprocess.DEVNULL, **pipes) as process:
-        process.stdout.close()
-        errors = process.stderr.read()
+        try:
+            process.stdout.close()
+            errors = process.stderr.read()
+            process.wait(SECONDS)
+        finally:
+            process.kill()
     assert (process.returncode, errors) == (FAILED, b""), (process.returncode, errors)
 
 
