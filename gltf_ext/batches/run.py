@@ -76,7 +76,8 @@ def batch(
     Raises MeshletError when nothing can be started or the scheduler is lost, OSError when the
     source or the destination cannot be read or written.
     """
-    Options.of({**options, "progress": progress})
+    Options.of({"progress": progress})
+    options = Options.plain(options)
     _check_cluster(scheduler, workers)
     start = time.perf_counter()
     if isinstance(source, str | os.PathLike):
@@ -106,12 +107,16 @@ def batch(
 
 def _check_cluster(scheduler: Any, workers: Any) -> None:
     """Raises MeshletError for a value that these options of batch cannot have."""
-    if not (scheduler is None or isinstance(scheduler, str) or hasattr(scheduler, "submit")):
-        raise MeshletError(
-            f"scheduler is {scheduler!r}",
-            "use an address such as tcp://192.0.2.1:8786, or a distributed.Client",
-            options=("scheduler",),
-        )
+    if not (scheduler is None or isinstance(scheduler, str)):
+        require_dask()
+        from distributed import Client
+
+        if not isinstance(scheduler, Client):
+            raise MeshletError(
+                f"scheduler is {scheduler!r}",
+                "use an address such as tcp://192.0.2.1:8786, or a distributed.Client",
+                options=("scheduler",),
+            )
     count = isinstance(workers, numbers.Integral) and not isinstance(workers, bool)
     if workers is not None and not (count and workers >= 1):
         raise MeshletError(f"workers is {workers!r}", "use 1 or more", options=("workers",))
@@ -148,12 +153,12 @@ def _client(scheduler: str | Client | None, workers: int | None) -> Iterator[Cli
     from distributed import Client, LocalCluster
     from distributed.system import MEMORY_LIMIT
 
-    if isinstance(scheduler, Client):
-        yield scheduler
-        return
-    if scheduler is not None:
+    if isinstance(scheduler, str):
         with connected(scheduler) as client:
             yield client
+        return
+    if scheduler is not None:
+        yield scheduler
         return
     silence()
     count = workers or os.cpu_count() or 1

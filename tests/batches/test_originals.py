@@ -19,6 +19,7 @@ from gltf_ext.batches.storage import OUTPUTS, STATE
 from gltf_ext.batches.task import Job
 from gltf_ext.batches.task import run as run_task
 from gltf_meshlet import cli
+from tests.helpers.batch_reports import contents, errors, left_out, statuses
 from tests.helpers.gltf_builder import Builder, glb_json, grid_mesh, write_grid
 
 pytest.importorskip("distributed")
@@ -31,28 +32,6 @@ def source(tmp_path):
     folder.mkdir()
     write_grid(folder / "a.glb")
     return folder
-
-
-@pytest.fixture
-def compress_all(client):
-    """compress_all(source, destination, ...): the report of a batch."""
-    return lambda *paths, **options: gltf_ext.batch(*map(str, paths), scheduler=client, **options)
-
-
-def statuses(report):
-    return {file["name"]: file["status"] for file in report["files"]}
-
-
-def errors(report):
-    return {file["name"]: file["error"] for file in report["files"] if "error" in file}
-
-
-def left_out(report):
-    return {os.path.basename(item["path"]): item["reason"] for item in report["left_out"]}
-
-
-def contents(folder):
-    return {p.relative_to(folder): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
 
 
 # --- originals ---
