@@ -45,7 +45,8 @@ def batch(
     A second call does only what failed, changed or is new: each output has a record of all files
     that it was made from, its options, version and digest in the folder .gltf-meshlet of the
     destination. Outputs appear whole or not at all. A file that fails or kills its worker is
-    reported and stops no other. No file is overwritten that no batch wrote into the destination.
+    reported and stops no other. No file is overwritten that no batch wrote into the destination,
+    nor one that was changed since.
 
     Args:
         source: a folder with all folders below it, a glob, a file, a .txt with a path or URL in
@@ -62,14 +63,16 @@ def batch(
         totals: counts of done, unchanged and failed files, and of what was left_out; input_bytes,
             output_bytes, triangles.
         files: one for each model, failed ones first: name, output, status ("done", "unchanged",
-            "failed"); error if it failed, else input_digest, output_digest (SHA-256), input_bytes,
-            output_bytes, triangles, ratio (of raw floats to compressed geometry),
-            max_error_percent (of positions, of the box's diagonal), warnings, thumbnail (PNG in
-            base64), seconds; inputs: path from the model's folder -> stamp, of all files that were
-            read or not there; outputs: name -> stamp and digest, of all files that were written.
+            "failed"); error if it failed, else source (path or URL of the model), input_digest,
+            output_digest (SHA-256), input_bytes, output_bytes, triangles, ratio (of raw floats to
+            compressed geometry), max_error_percent (of positions, of the box's diagonal), warnings,
+            thumbnail (PNG in base64), seconds; inputs: path from the model's folder -> stamp, of
+            all files that were read or not there; outputs: name -> stamp and digest, of all files
+            that were written; former: name -> digests, of files that batches with other options
+            wrote.
         left_out: path and reason, of what may hold models but was not looked at: a folder that
             cannot be read, a link to a folder, a model in the destination that no batch wrote, a
-            line of a list that names no model.
+            line of a list that names no model, or one with the name of another.
         skipped: names of models in the destination that batches wrote there.
         leftover: names of outputs of models that this run does not have.
 
@@ -95,7 +98,7 @@ def batch(
             run.all(left)
             plan.records.update(run.records)
     files = [plan.records[job.name] for job in plan.jobs]
-    plan.outputs.save({name for file in files for name in file.get("outputs", ())})
+    plan.outputs.settle(plan.planned)
     report = _report(str(paths), os.fspath(destination), options, files)
     report |= plan.remarks
     report["totals"]["left_out"] = len(report["left_out"])

@@ -1,6 +1,9 @@
 """Batches that run again: after errors, from other sources, over files that users put there."""
 
+import errno
 import json
+import os
+import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -8,7 +11,9 @@ import numpy as np
 import pytest
 
 import gltf_ext
-from tests.helpers.batch_reports import statuses
+from gltf_ext.batches import finding, storage
+from gltf_ext.batches.storage import OUTPUTS, STATE, Folder
+from tests.helpers.batch_reports import errors, statuses
 from tests.helpers.gltf_builder import write_grid
 
 pytest.importorskip("distributed")
@@ -40,6 +45,127 @@ def triangle(path, z=0):
     return path
 
 
+# --- errors ---
+
+
+def refuse(monkeypatch, kind, method, ending):
+    """Lets a method of a class fail for files whose names have an ending."""
+    original = getattr(kind, method)
+
+    def failing(self, name, *arguments, **options):
+        if name.endswith(ending):
+            raise OSError(errno.ENOSPC, "No space left on device", name)
+        return original(self, name, *arguments, **options)
+
+    monkeypatch.setattr(kind, method, failing)
+
+
+@pytest.mark.parametrize("changed", [False, True])
+def test_a_record_that_cannot_be_written(source, tmp_path, compress_all, monkeypatch, changed):
+    """The outputs are there: the next run must know them as its own."""
+    out = tmp_path / "out"
+    if changed:
+        compress_all(source, out)
+        write_grid(source / "a.glb", 12)
+    refuse(monkeypatch, storage.Folder, "write", ".glb.json")
+    assert "No space left" in errors(compress_all(source, out))["a.glb"]
+    assert (out / "a.glb").exists()
+    monkeypatch.undo()
+    assert statuses(compress_all(source, out)) == {"a.glb": "done"}
+    assert statuses(compress_all(source, out)) == {"a.glb": "unchanged"}
+
+
+def test_an_output_that_cannot_be_written_after_another(source, memory, compress_all, monkeypatch):
+    refuse(monkeypatch, type(memory), "pipe_file", "/a.glb")
+    report = compress_all(source, "memory://out", fallback=True)
+    assert "No space left" in errors(report)["a.glb"] and memory.exists("/out/a.fallback.bin")
+    monkeypatch.undo()
+    assert statuses(compress_all(source, "memory://out", fallback=True)) == {"a.glb": "done"}
+
+
+def test_files_that_users_put_where_a_job_failed(source, tmp_path, compress_all):
+    out = tmp_path / "out"
+    (source / "a.glb").write_bytes(b"no model")
+    assert "a.glb" in errors(compress_all(source, out))
+    (out / "a.glb").write_bytes(b"own work")
+    write_grid(source / "a.glb")
+    assert "no batch wrote it" in errors(compress_all(source, out))["a.glb"]
+    assert (out / "a.glb").read_bytes() == b"own work"
+
+
+def test_all_outputs_of_a_model_or_none_are_replaced(source, tmp_path, compress_all, monkeypatch):
+    """Another program holds the .glb open, as on Windows."""
+    out = tmp_path / "out"
+    compress_all(source, out, fallback=True)
+    before = {name: (out / name).read_bytes() for name in ("a.glb", "a.fallback.bin")}
+    write_grid(source / "a.glb", 12)
+
+    def hold(path, target):
+        if str(target) == f"{out}/a.glb":
+            raise PermissionError(13, "in use", str(target))
+        replace(path, target)
+
+    replace = os.replace
+    monkeypatch.setattr(os, "replace", hold)
+    assert "in use" in errors(compress_all(source, out, fallback=True))["a.glb"]
+    monkeypatch.undo()
+    assert {name: (out / name).read_bytes() for name in before} == before
+    assert not [*(out / STATE).glob("*.part"), *(out / STATE).glob("*.former")]
+    assert statuses(compress_all(source, out, fallback=True)) == {"a.glb": "done"}
+    assert (out / "a.fallback.bin").read_bytes() != before["a.fallback.bin"]
+
+
+def test_a_storage_that_fails_for_one_reference(memory, tmp_path, compress_all, monkeypatch):
+    for name in "ab":
+        text = f"mtllib {name}.mtl\nusemtl m\n{TRIANGLE.format(0)}"
+        memory.pipe_file(f"/in/{name}.obj", text.encode())
+        memory.pipe_file(f"/in/{name}.mtl", b"newmtl m\nKd 1 0 0\n")
+    info = type(memory).info  # with times of another type than in its lists
+    monkeypatch.setattr(
+        type(memory),
+        "info",
+        lambda *args: {**info(*args), "created": info(*args)["created"].timestamp()},
+    )
+    compress_all("memory://in", tmp_path / "out")
+    refuse(monkeypatch, type(memory), "info", "b.mtl")
+    report = compress_all("memory://in", tmp_path / "out")
+    assert statuses(report) == {"a.obj": "unchanged", "b.obj": "failed"}
+    assert "No space left" in errors(report)["b.obj"]
+
+
+# --- other sources ---
+
+
+def size_only(path):
+    return str(os.path.getsize(path)) if os.path.isfile(path) else None
+
+
+@pytest.mark.parametrize("by", ["address", "stamp"])
+def test_another_source_of_the_same_size_and_time(tmp_path, compress_all, monkeypatch, by):
+    first = triangle(tmp_path / "one" / "a.obj", 1)
+    second = triangle(tmp_path / ("two" if by == "address" else "one") / "a.obj", 1)
+    if by == "address":
+        for module in (finding, storage):
+            monkeypatch.setattr(module, "stamp_of_file", size_only)
+    os.utime(first, (1, 1))
+    compress_all(first.parent, tmp_path / "out")
+    before = (tmp_path / "out" / "a.glb").read_bytes()
+    triangle(second, 2)
+    os.utime(second, (1, 1))
+    assert statuses(compress_all(second.parent, tmp_path / "out")) == {"a.obj": "done"}
+    assert (tmp_path / "out" / "a.glb").read_bytes() != before
+
+
+def test_the_same_bytes_elsewhere_are_not_compressed_again(tmp_path, compress_all):
+    for name in ("one", "two"):
+        triangle(tmp_path / name / "a.obj")
+    compress_all(tmp_path / "one", tmp_path / "out")
+    for _ in range(2):
+        report = compress_all(tmp_path / "two", tmp_path / "out")
+        assert statuses(report) == {"a.obj": "unchanged"}
+        assert report["files"][0]["source"] == str(tmp_path / "two" / "a.obj")
+
+
 # --- options ---
 
 
@@ -64,3 +190,65 @@ def test_options_of_other_types(source, tmp_path, compress_all, given, plain):
 def test_a_pool_of_threads_is_no_cluster(source, tmp_path):
     with ThreadPoolExecutor() as pool, pytest.raises(gltf_ext.MeshletError, match="use an address"):
         gltf_ext.batch(source, tmp_path / "out", scheduler=pool)
+
+
+# --- files of users ---
+
+
+def test_fallbacks_that_no_batch_wrote_are_kept(source, tmp_path, compress_all):
+    out = tmp_path / "out"
+    compress_all(source, out)
+    (out / "a.fallback.bin").write_bytes(b"own work")
+    report = compress_all(source, out, fallback=True)
+    assert "a.fallback.bin exists, and no batch wrote it" in errors(report)["a.glb"]
+    assert (out / "a.fallback.bin").read_bytes() == b"own work"
+
+
+@pytest.mark.parametrize("listed", [None, "{", '"a.glb"', '{"a.glb": 1}'])
+def test_the_list_of_outputs_is_lost(source, tmp_path, compress_all, listed):
+    out = tmp_path / "out"
+    compress_all(source, out, fallback=True)
+    (out / OUTPUTS).unlink()
+    if listed is not None:
+        (out / OUTPUTS).write_text(listed)
+    write_grid(source / "a.glb", 12)
+    assert statuses(compress_all(source, out, fallback=True)) == {"a.glb": "done"}
+
+
+@pytest.mark.parametrize("where", ["disk", "memory"])
+@pytest.mark.parametrize("name", ["a.glb", "a.fallback.bin"])
+def test_outputs_that_users_replaced_are_kept(source, tmp_path, memory, compress_all, where, name):
+    out = str(tmp_path / "out") if where == "disk" else "memory://out"
+    folder = Folder(out)
+    compress_all(source, out, fallback=True)
+    folder.write(name, b"own work")
+    for change in (lambda: None, lambda: write_grid(source / "a.glb", 12)):
+        change()
+        report = compress_all(source, out, fallback=True)
+        assert f"{name} {NOT_ITS}" in errors(report)["a.glb"]
+        assert folder.read(name) == b"own work"
+    folder.fs.rm_file(folder.at(name))
+    assert statuses(compress_all(source, out, fallback=True)) == {"a.glb": "done"}
+    assert statuses(compress_all(source, out, fallback=True)) == {"a.glb": "unchanged"}
+
+
+def test_an_output_of_former_options_that_a_user_replaced(source, tmp_path, compress_all):
+    out = tmp_path / "out"
+    for fallback in (True, False, True, False, False):
+        report = compress_all(source, out, fallback=fallback)
+    assert statuses(report) == {"a.glb": "unchanged"}
+    (out / "a.fallback.bin").write_bytes(b"own work")
+    assert NOT_ITS in errors(compress_all(source, out, fallback=True))["a.glb"]
+    assert (out / "a.fallback.bin").read_bytes() == b"own work"
+
+
+def test_files_that_another_batch_is_writing_are_kept(source, tmp_path, compress_all, monkeypatch):
+    state = tmp_path / "out" / STATE
+    state.mkdir(parents=True)
+    for name in ("a.part", "b.former"):
+        (state / name).write_bytes(b"")
+    now = time.time
+    for days, there in ((0.9, {"a.part", "b.former"}), (1.1, set())):
+        monkeypatch.setattr(time, "time", lambda days=days: now() + days * 86400)
+        compress_all(source, tmp_path / "out")
+        assert {p.name for p in state.iterdir()} == {"a.glb.json", "outputs.json", *there}
