@@ -12,7 +12,8 @@ import pytest
 
 import gltf_ext
 from gltf_ext.batches import finding, storage
-from gltf_ext.batches.storage import OUTPUTS, STATE, Folder
+from gltf_ext.batches.finding import find_models
+from gltf_ext.batches.storage import OUTPUTS, STATE, Folder, Outputs
 from tests.helpers.batch_reports import errors, statuses
 from tests.helpers.gltf_builder import write_grid
 
@@ -190,6 +191,75 @@ def test_options_of_other_types(source, tmp_path, compress_all, given, plain):
 def test_a_pool_of_threads_is_no_cluster(source, tmp_path):
     with ThreadPoolExecutor() as pool, pytest.raises(gltf_ext.MeshletError, match="use an address"):
         gltf_ext.batch(source, tmp_path / "out", scheduler=pool)
+
+
+# --- names ---
+
+
+def found_in(*entries):
+    nowhere = Folder("/nowhere")
+    found = find_models(list(entries), nowhere, Outputs(nowhere))
+    return {model.url: model.name for model in found.models}, found.left_out
+
+
+def test_colons_in_names(tmp_path, client):
+    models = [triangle(tmp_path / "in" / name, z) for z, name in enumerate(("a:b.obj", "ab.obj"))]
+    report = gltf_ext.batch(models, tmp_path / "out", scheduler=client)
+    assert statuses(report) == {"a:b.obj": "done", "ab.obj": "done"}
+
+
+def test_addresses_of_several_storages(memory, tmp_path, client):
+    path = triangle(tmp_path / "x.obj")
+    memory.pipe_file(str(path), path.read_bytes())
+    report = gltf_ext.batch([path, f"memory:/{path}"], tmp_path / "out", scheduler=client)
+    assert statuses(report) == {f"file{path}": "done", f"memory{path}": "done"}
+    names, _ = found_in("nope://x/y/a.glb", "nope2://x/y/a.glb")
+    assert set(names.values()) == {"nope/x/y/a.glb", "nope2/x/y/a.glb"}
+
+
+def test_addresses_that_give_the_same_name():
+    names, left = found_in("nope://x/a.glb", "nope://x//a.glb", "nope://y/a.glb")
+    assert sorted(names.values()) == ["x/a.glb", "y/a.glb"]
+    ((other, reason),) = left.items()
+    assert {other, *names} == {"nope://x/a.glb", "nope://x//a.glb", "nope://y/a.glb"}
+    assert reason.startswith("has the name x/a.glb, as nope://x/") and "by itself" in reason
+
+
+def test_paths_with_a_zero_byte(source, tmp_path, client):
+    entries = [source / "a.glb", f"{source}/no\0/b.glb", f"{source}/no\0.glb"]
+    report = gltf_ext.batch(entries, tmp_path / "out", scheduler=client)
+    assert statuses(report)["a.glb"] == "done"
+    assert list(errors(report).values()) == ["is no path; check it"] * 2
+    for paths in ((f"{source}\0", tmp_path / "out"), (source, f"{tmp_path}/o\0")):
+        with pytest.raises(gltf_ext.MeshletError, match="null"):
+            gltf_ext.batch(*paths, scheduler=client)
+
+
+# --- globs ---
+
+
+def test_what_no_pattern_can_match_is_not_looked_at(tmp_path, compress_all, monkeypatch):
+    triangle(tmp_path / "one" / "x" / "a.obj")
+    triangle(tmp_path / "one" / "y" / "deep" / "a.obj")
+    triangle(tmp_path / "two" / "x" / "b.obj")
+    for link in ("link", "one/link", "one/y/link"):
+        (tmp_path / link).symlink_to(tmp_path / "two")
+    seen = []
+    scandir = os.scandir
+    monkeypatch.setattr(os, "scandir", lambda path: seen.append(path) or scandir(path))
+
+    def names(pattern):
+        seen.clear()
+        report = compress_all(tmp_path / pattern, tmp_path / "out" / "put")
+        return [*statuses(report)], [item["path"] for item in report["left_out"]]
+
+    assert names("o*e/x/*.obj") == (["one/x/a.obj"], [])
+    assert f"{tmp_path}/one/x" in seen and not {f"{tmp_path}/two", f"{tmp_path}/one/y"} & {*seen}
+    assert names("one/[xl]*/*.obj") == (["x/a.obj"], [f"{tmp_path}/one/link"])
+    assert names("*/y/**/*.obj") == (
+        ["one/y/deep/a.obj"],
+        [f"{tmp_path}/link", f"{tmp_path}/one/y/link"],
+    )
 
 
 # --- files of users ---
