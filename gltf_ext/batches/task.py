@@ -167,7 +167,7 @@ def _run(job: Job, folder: Path, start: float) -> Record:
     files = {name: path for name, path in files.items() if path.exists()}  # the model is the last
     digests = {name: _digest([path]) for name, path in files.items()}
     if written:  # the worker may be killed between the outputs and the record
-        both = {name: [*written.get(name, ()), digest] for name, digest in digests.items()}
+        both = {name: sorted({*written.get(name, ()), new}) for name, new in digests.items()}
         begun = {"outputs": {}, "former": {**written, **both}}
         destination.write(job.record_name, json.dumps(begun).encode())
     destination.write_files(files)
@@ -219,8 +219,8 @@ def read_record(destination: Folder, job: Job) -> Any:
 def written_before(record: Any) -> dict[str, list[str]]:
     """Name -> SHA-256 of all that batches wrote there, or were about to, as a record says."""
     try:
-        outputs = {name: [output["digest"]] for name, output in record["outputs"].items()}
-        former = {name: list(digests) for name, digests in record.get("former", {}).items()}
+        outputs = {name: [str(output["digest"])] for name, output in record["outputs"].items()}
+        former = {name: [*map(str, all_)] for name, all_ in record.get("former", {}).items()}
     except (AttributeError, KeyError, TypeError):
         return {}  # of the first batch, or damaged
     return {**former, **outputs}

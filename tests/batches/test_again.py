@@ -76,6 +76,29 @@ def test_a_record_that_cannot_be_written(source, tmp_path, compress_all, monkeyp
     assert statuses(compress_all(source, out)) == {"a.glb": "unchanged"}
 
 
+def test_a_worker_that_dies_between_an_output_and_its_record(
+    source, tmp_path, compress_all, monkeypatch
+):
+    """The output is another one than that of the former record."""
+    out = tmp_path / "out"
+    compress_all(source, out)
+    former = (out / "a.glb").read_bytes()
+    write_grid(source / "a.glb", 12)
+
+    def dying(self, name, data):
+        if name.endswith(".glb.json") and (out / "a.glb").read_bytes() != former:
+            raise OSError(errno.EIO, "killed", name)
+        write(self, name, data)
+
+    write = storage.Folder.write
+    monkeypatch.setattr(storage.Folder, "write", dying)
+    assert "killed" in errors(compress_all(source, out))["a.glb"]
+    assert (out / "a.glb").read_bytes() != former
+    monkeypatch.undo()
+    assert statuses(compress_all(source, out)) == {"a.glb": "done"}
+    assert statuses(compress_all(source, out)) == {"a.glb": "unchanged"}
+
+
 def test_an_output_that_cannot_be_written_after_another(source, memory, compress_all, monkeypatch):
     refuse(monkeypatch, type(memory), "pipe_file", "/a.glb")
     report = compress_all(source, "memory://out", fallback=True)

@@ -322,7 +322,10 @@ def test_outputs_that_were_copied_are_not_made_again(source, tmp_path, compress_
     assert statuses(report) == {"a.glb": "unchanged"}
 
 
-@pytest.mark.parametrize("record", ["[]", "{}", "null", '{"thumbnail": 3}', "[" * 100_000])
+@pytest.mark.parametrize(
+    "record",
+    ["[]", "{}", "null", '{"outputs": {}, "former": {"a.glb": 3}}', "[" * 100_000],
+)
 def test_a_record_that_is_damaged(source, tmp_path, compress_all, record):
     out = tmp_path / "out"
     compress_all(source, out)
