@@ -9,6 +9,7 @@ import re
 import stat
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from itertools import takewhile
 from pathlib import Path
@@ -29,6 +30,7 @@ from gltf_ext.gltf.importers import SUFFIXES
 
 GLOB = re.compile(r"[*?\[]")
 NO_MODEL = f"is no model; use {' '.join(SUFFIXES)}"
+BY_ITSELF = "give it to a batch by itself"
 MAC_METADATA = "._"  # starts the names of files that macOS writes beside others
 
 
@@ -54,7 +56,7 @@ class Found:
     """All that a source names.
 
     Attributes:
-        models: in the order of their names.
+        models: in the order of their paths; no two have the same name.
         left_out: path -> reason, of what may hold models but is not looked at.
         skipped: names of models in the destination that batches wrote there.
     """
@@ -81,10 +83,15 @@ def find_models(source: str | Sequence[str], goal: Folder, outputs: Outputs) -> 
         paths = _listed(source, found)
     below = _Below(goal)
     in_destination = 0
+    named: dict[str, Model] = {}
     for path, model in sorted(paths.items()):
         name = below.name_of(model.url)
         if name is None:
-            found.models.append(model)
+            first = named.setdefault(model.name, model)
+            if first is model:
+                found.models.append(model)
+            else:
+                found.left_out[path] = f"has the name {model.name}, as {first.url}; {BY_ITSELF}"
             continue
         in_destination += 1
         if name in outputs.names:
@@ -112,7 +119,8 @@ def _lines(path: str) -> list[str]:
 
 
 def _listed(entries: Sequence[str], found: Found) -> dict[str, Model]:
-    """Path or URL -> model, of each entry. Names are from the last folder that holds all."""
+    """Path or URL -> model, of each entry. Names are from the last folder that holds all, and begin
+    with the protocol if there are several."""
     models: dict[str, Model] = {}
     places: dict[str, tuple[str, ...]] = {}
     for entry in entries:
@@ -132,12 +140,17 @@ def _listed(entries: Sequence[str], found: Found) -> dict[str, Model]:
 
 
 def _entry(entry: str) -> tuple[Model, tuple[str, ...]]:
-    """(a model of a list, the parts of its path)."""
+    """(a model of a list, its protocol and the parts of its path)."""
     if "://" not in entry or entry.startswith(("file://", "local://")):
-        local = Folder("/").fs._strip_protocol(entry)
-        path = posixpath.join(real_path(os.path.dirname(local)), os.path.basename(local))
-        return _local(path), tuple(filter(None, path.replace(":", "").split("/")))
-    parts = tuple(filter(None, entry.partition("://")[2].split("/")))
+        path = Folder("/").fs._strip_protocol(entry)
+        # With a zero byte, which _local reports, there are no links.
+        with suppress(ValueError):
+            path = posixpath.join(real_path(os.path.dirname(path)), os.path.basename(path))
+        drive, rest = os.path.splitdrive(path)  # C: of Windows is no name of a folder
+        place = f"{drive.replace(':', '')}{rest}".split("/")
+        return _local(path), ("file", *filter(None, place))
+    protocol, _, rest = entry.partition("://")
+    parts = (protocol, *filter(None, rest.split("/")))
     try:
         folder = Folder(entry)
         info = folder.fs.info(folder.path)
@@ -219,30 +232,44 @@ def _split_pattern(path: str) -> tuple[str, str]:
 
 def _of_walk(root: str, pattern: str, found: Found) -> dict[str, Model]:
     """Path -> model, of all in a folder on a disk that match. pattern: of fsspec; empty for all."""
-    matches: Callable[[str], Any] = bool
-    depth = None
-    if pattern:
-        from fsspec.utils import glob_translate
-
-        try:
-            matches = re.compile(glob_translate(pattern)).match
-        except ValueError as error:
-            raise MeshletError(str(error), "change the pattern", pattern) from None
-        depth = None if "**" in pattern else pattern.count("/")
+    matches, may_hold = _matchers(pattern) if pattern else (bool, bool)
     root = real_path(as_folder(root)).rstrip("/")
     models = {}
-    for path, is_folder in _walk(root, depth, found):
+    for path, is_folder in _walk(root, may_hold, found):
         name = path[len(root) + 1 :]
         if _is_model(name) and matches(name) and not (is_folder and not pattern):
             models[path] = _local(path, name)
     return models
 
 
-def _walk(root: str, depth: int | None, found: Found) -> Iterator[tuple[str, bool]]:
-    """(path, whether it is a folder) of all in a folder and below it, `depth` folders deep."""
-    left = [(root, 0)]
+def _matchers(pattern: str) -> tuple[Callable[[str], Any], Callable[[str], Any]]:
+    """(whether a name matches a pattern, whether one below a folder of this name may)."""
+    from fsspec.utils import glob_translate
+
+    parts = pattern.split("/")
+    folders = list(takewhile(lambda part: part != "**", parts))
+    any_depth = len(folders) < len(parts)
+    if not any_depth:
+        folders.pop()  # the last part is of the files
+    above = [folders[: i + 1] for i in range(len(folders))]
+    try:
+        whole, *of_level = [re.compile(glob_translate("/".join(p))) for p in (parts, *above)]
+    except ValueError as error:
+        raise MeshletError(str(error), "change the pattern", pattern) from None
+
+    def may_hold(name: str) -> bool:
+        level = name.count("/")
+        return bool(of_level[level].match(name)) if level < len(of_level) else any_depth
+
+    return whole.match, may_hold
+
+
+def _walk(root: str, may_hold: Callable[[str], Any], found: Found) -> Iterator[tuple[str, bool]]:
+    """(path, whether it is a folder) of all in a folder and in those below it that may hold any, as
+    their names from the first one tell."""
+    left = [root]
     while left:
-        folder, level = left.pop()
+        folder = left.pop()
         try:
             with os.scandir(as_folder(folder)) as entries:
                 inside = sorted(entries, key=lambda entry: entry.name)
@@ -255,12 +282,12 @@ def _walk(root: str, depth: int | None, found: Found) -> Iterator[tuple[str, boo
                 yield path, False
                 continue
             yield path, True
-            if level == depth or entry.name == STATE:
+            if entry.name == STATE or not may_hold(path[len(root) + 1 :]):
                 continue
             if entry.is_symlink() or _is_junction(entry):
                 found.left_out[path] = "is a link to a folder; name the folder by itself"
             else:
-                left.append((path, level + 1))
+                left.append(path)
 
 
 def _is_folder(entry: os.DirEntry[str]) -> bool:

@@ -26,6 +26,7 @@ class Plan:
         models: by name; jobs: one for each.
         records: by name, of jobs that need no work: unchanged ones, and those that cannot be done.
         outputs: what batches wrote into the destination before.
+        planned: names of all files that this run may write.
         remarks: of the report, on what has no job.
     """
 
@@ -50,8 +51,8 @@ class Plan:
         ]
         self.records = self._refused()
         allowed = [job for job in self.jobs if job.name not in self.records]
-        planned = {name for job in allowed for name in job.outputs}
-        self.outputs.save(planned)  # before any is written: the process may be killed
+        self.planned = {name for job in allowed for name in job.outputs}
+        self.outputs.save(self.planned)  # before any is written: the process may be killed
         self.records |= self._finished(allowed)
         self.remarks = {
             "left_out": [{"path": p, "reason": r} for p, r in sorted(found.left_out.items())],
@@ -97,14 +98,18 @@ class Plan:
         folders: dict[str, Folder] = {}
         finished = {}
         for job in jobs:
-            with contextlib.suppress(KeyError, ValueError, RecursionError):
+            # A damaged record, or what a storage raises: then its worker has a look, and only this
+            # model fails.
+            with contextlib.suppress(Exception):
                 record = json.loads(texts[job.record_name])
                 above, _, model = job.source.rpartition("/")
                 if above not in folders:
                     folders[above] = folder_of(job.source)[0]
                 known = {model: self.models[job.name].stamp}
                 stamp = _Stamps(folders[above], known)
-                if job.is_current(record) and job.is_unchanged(record, stamp, self.outputs.stamp):
+                # Two files may have the same stamp. Of another one, the worker compares the bytes.
+                current = job.is_current(record) and record.get("source") == job.source
+                if current and job.is_unchanged(record, stamp, self.outputs.stamp):
                     finished[job.name] = {**record, "status": UNCHANGED}
         return finished
 

@@ -45,7 +45,8 @@ def batch(
     A second call does only what failed, changed or is new: each output has a record of all files
     that it was made from, its options, version and digest in the folder .gltf-meshlet of the
     destination. Outputs appear whole or not at all. A file that fails or kills its worker is
-    reported and stops no other. No file is overwritten that no batch wrote into the destination.
+    reported and stops no other. No file is overwritten that no batch wrote into the destination,
+    nor one that was changed since.
 
     Args:
         source: a folder with all folders below it, a glob, a file, a .txt with a path or URL in
@@ -62,21 +63,24 @@ def batch(
         totals: counts of done, unchanged and failed files, and of what was left_out; input_bytes,
             output_bytes, triangles.
         files: one for each model, failed ones first: name, output, status ("done", "unchanged",
-            "failed"); error if it failed, else input_digest, output_digest (SHA-256), input_bytes,
-            output_bytes, triangles, ratio (of raw floats to compressed geometry),
-            max_error_percent (of positions, of the box's diagonal), warnings, thumbnail (PNG in
-            base64), seconds; inputs: path from the model's folder -> stamp, of all files that were
-            read or not there; outputs: name -> stamp and digest, of all files that were written.
+            "failed"); error if it failed, else source (path or URL of the model), input_digest,
+            output_digest (SHA-256), input_bytes, output_bytes, triangles, ratio (of raw floats to
+            compressed geometry), max_error_percent (of positions, of the box's diagonal), warnings,
+            thumbnail (PNG in base64), seconds; inputs: path from the model's folder -> stamp, of
+            all files that were read or not there; outputs: name -> stamp and digest, of all files
+            that were written; former: name -> digests, of files that batches with other options
+            wrote.
         left_out: path and reason, of what may hold models but was not looked at: a folder that
             cannot be read, a link to a folder, a model in the destination that no batch wrote, a
-            line of a list that names no model.
+            line of a list that names no model, or one with the name of another.
         skipped: names of models in the destination that batches wrote there.
         leftover: names of outputs of models that this run does not have.
 
     Raises MeshletError when nothing can be started or the scheduler is lost, OSError when the
     source or the destination cannot be read or written.
     """
-    Options.of({**options, "progress": progress})
+    Options.of({"progress": progress})
+    options = Options.plain(options)
     _check_cluster(scheduler, workers)
     start = time.perf_counter()
     if isinstance(source, str | os.PathLike):
@@ -94,7 +98,7 @@ def batch(
             run.all(left)
             plan.records.update(run.records)
     files = [plan.records[job.name] for job in plan.jobs]
-    plan.outputs.save({name for file in files for name in file.get("outputs", ())})
+    plan.outputs.settle(plan.planned)
     report = _report(str(paths), os.fspath(destination), options, files)
     report |= plan.remarks
     report["totals"]["left_out"] = len(report["left_out"])
@@ -106,12 +110,16 @@ def batch(
 
 def _check_cluster(scheduler: Any, workers: Any) -> None:
     """Raises MeshletError for a value that these options of batch cannot have."""
-    if not (scheduler is None or isinstance(scheduler, str) or hasattr(scheduler, "submit")):
-        raise MeshletError(
-            f"scheduler is {scheduler!r}",
-            "use an address such as tcp://192.0.2.1:8786, or a distributed.Client",
-            options=("scheduler",),
-        )
+    if not (scheduler is None or isinstance(scheduler, str)):
+        require_dask()
+        from distributed import Client
+
+        if not isinstance(scheduler, Client):
+            raise MeshletError(
+                f"scheduler is {scheduler!r}",
+                "use an address such as tcp://192.0.2.1:8786, or a distributed.Client",
+                options=("scheduler",),
+            )
     count = isinstance(workers, numbers.Integral) and not isinstance(workers, bool)
     if workers is not None and not (count and workers >= 1):
         raise MeshletError(f"workers is {workers!r}", "use 1 or more", options=("workers",))
@@ -148,12 +156,12 @@ def _client(scheduler: str | Client | None, workers: int | None) -> Iterator[Cli
     from distributed import Client, LocalCluster
     from distributed.system import MEMORY_LIMIT
 
-    if isinstance(scheduler, Client):
-        yield scheduler
-        return
-    if scheduler is not None:
+    if isinstance(scheduler, str):
         with connected(scheduler) as client:
             yield client
+        return
+    if scheduler is not None:
+        yield scheduler
         return
     silence()
     count = workers or os.cpu_count() or 1

@@ -7,18 +7,21 @@ import os
 import posixpath
 import shutil
 import stat
+import time
 import uuid
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 from gltf_ext.errors import MeshletError
-from gltf_ext.files import identity
+from gltf_ext.files import identity, rename_all
 from gltf_ext.gltf.container import fallback_of
-from gltf_ext.portable import remove, replace
+from gltf_ext.portable import remove
 
 STATE = ".gltf-meshlet"  # folder in a destination: records, and what is being written
 OUTPUTS = f"{STATE}/outputs.json"  # names of all files that batches wrote or are about to write
+STALE = 86400  # seconds after which nobody is still writing an unfinished file
 UNSURE = "?"  # ends the stamp of a file of which its storage tells only the size
 VERSION_KEYS = ("ETag", "mtime", "created", "LastModified", "Last-Modified", "Content-MD5")
 
@@ -43,10 +46,10 @@ class Folder:
             else:  # not to url_to_fs, which takes a path apart at "::"
                 self.fs = LocalFileSystem()
                 path = self.fs._strip_protocol(url)
-        except (ImportError, ValueError) as error:
+            self.is_local = "file" in self.fs.protocol
+            self.path = (real_path(path) if self.is_local else path).rstrip("/")
+        except (ImportError, ValueError) as error:  # ValueError: also of a zero byte
             raise MeshletError(str(error), "check the address", url) from None
-        self.is_local = "file" in self.fs.protocol
-        self.path = (real_path(path) if self.is_local else path).rstrip("/")
 
     @property
     def url(self) -> str:
@@ -100,33 +103,51 @@ class Folder:
             found = self.fs.cat_ranges([self.at(n) for n in names], None, None, on_error="return")
         return {n: data for n, data in zip(names, found) if isinstance(data, bytes)}
 
-    def write(self, name: str, data: bytes | Path) -> None:
-        """Writes all of a file or nothing. data: its bytes, or a file that holds them.
-
-        Raises OSError, and what its storage raises.
-        """
-        path = self.at(name)
+    def write(self, name: str, data: bytes) -> None:
+        """Writes all of a file or nothing. Raises OSError, and what its storage raises."""
         if not self.is_local:
-            content = data if isinstance(data, bytes) else data.read_bytes()
-            self.fs.pipe_file(path, content)  # one request: nobody sees a part
+            self.fs.pipe_file(self.at(name), data)  # one request: nobody sees a part
             return
-        partial = Path(self.at(STATE)) / f"{uuid.uuid4().hex}.part"
-        partial.parent.mkdir(parents=True, exist_ok=True)
-        os.makedirs(os.path.dirname(path), exist_ok=True)
-        try:
-            if isinstance(data, bytes):
+        with self._unfinished([name]) as partials:
+            for partial in partials.values():
                 partial.write_bytes(data)
-            else:
-                shutil.copyfile(data, partial)
-            replace(partial, path)
+
+    def write_files(self, files: Mapping[str, Path]) -> None:
+        """Writes copies of files, by their names here: on a disk all or none, elsewhere each of
+        them whole, the last one last. Raises OSError, and what its storage raises."""
+        if not self.is_local:
+            for name, file in files.items():
+                self.write(name, file.read_bytes())
+            return
+        with self._unfinished(list(files)) as partials:
+            for file, partial in zip(files.values(), partials.values()):
+                shutil.copyfile(file, partial)
+
+    @contextmanager
+    def _unfinished(self, names: list[str]) -> Iterator[dict[Path, Path]]:
+        """Paths on a disk -> files to write, which then get these paths, all or none."""
+        state = Path(self.at(STATE))
+        partials = {Path(self.at(name)): state / f"{uuid.uuid4().hex}.part" for name in names}
+        for folder in (state, *(path.parent for path in partials)):
+            folder.mkdir(parents=True, exist_ok=True)
+        try:
+            yield partials
+            rename_all(partials)
         finally:
-            remove(partial)
+            for partial in partials.values():
+                remove(partial)
 
     def remove_partials(self) -> None:
-        """Removes what killed writers left behind."""
-        if self.is_local:
-            for partial in Path(self.at(STATE)).glob("*.part"):
-                remove(partial)
+        """Removes what killed writers left behind, but not what another batch is writing."""
+        if not self.is_local:
+            return
+        for partial in Path(self.at(STATE)).iterdir():
+            if partial.suffix in (".part", ".former"):
+                with suppress(FileNotFoundError):
+                    # Of a file from before, only the second one is new. See rename_all.
+                    written = max(partial.stat().st_mtime, partial.stat().st_ctime)
+                    if time.time() - written > STALE:
+                        remove(partial)
 
     def ignores_case(self) -> bool:
         """Whether "a" and "A" are the same file. On a disk, its folder STATE must exist."""
@@ -150,12 +171,18 @@ def real_path(path: str) -> str:
 
 
 def stamp_of_file(path: str) -> str | None:
-    """Of a file on a disk; None if there is none, also for folders and pipes."""
+    """Of a file on a disk; None if there is none, also for folders and pipes.
+
+    Programs that copy files set sizes and times: the file's number and the time of its last change,
+    which is of its creation on Windows, are the system's.
+    """
     try:
         found = os.stat(path)
     except (OSError, ValueError):
         return None
-    return f"{found.st_size} {found.st_mtime_ns}" if stat.S_ISREG(found.st_mode) else None
+    if not stat.S_ISREG(found.st_mode):
+        return None
+    return f"{found.st_size} {found.st_mtime_ns} {found.st_ino} {found.st_ctime_ns}"
 
 
 def stamp_of(info: Mapping[str, Any]) -> str:
@@ -183,12 +210,9 @@ class Outputs:
         self._folder = folder
         self.stamps = {} if folder.is_local else folder.stamps()
         known = {name.removesuffix(".json") for name in self._records()}
-        known |= {fallback_name(name) for name in known}
-        try:
-            listed = json.loads(folder.read(OUTPUTS))
-            known.update(name for name in listed if isinstance(name, str))
-        except (FileNotFoundError, ValueError, TypeError):
-            pass  # of the first batch, or damaged: what has a record is known still
+        listed = self._listed()
+        # Without the list, records tell the rest. A file beside an output may be another's.
+        known |= {fallback_name(name) for name in known} if listed is None else listed
         self.names = {name for name in known if self.exists(name)}
 
     def exists(self, name: str) -> bool:
@@ -197,10 +221,31 @@ class Outputs:
     def stamp(self, name: str) -> str | None:
         return self._folder.stamp(name) if self._folder.is_local else self.stamps.get(name)
 
-    def save(self, more: set[str]) -> None:
-        """Writes the list, with files that are about to be written or now are. Raises OSError."""
-        names = sorted(self.names | more)
-        self._folder.write(OUTPUTS, json.dumps(names, indent=0).encode())
+    def save(self, names: set[str]) -> None:
+        """Adds files that are about to be written to the list. Raises OSError."""
+        self._folder.write(OUTPUTS, json.dumps(sorted(self.names | names), indent=0).encode())
+
+    def settle(self, names: set[str]) -> None:
+        """Takes from the list what was planned and is not there. Raises OSError.
+
+        What is there was written, even by a job that failed: its record may be what it could not
+        write.
+        """
+        if not self._folder.is_local:
+            try:
+                self.stamps = self._folder.stamps()
+            except Exception:  # of a network, of any package: all that was planned is listed
+                return
+        self.save({name for name in names if self.exists(name)})
+
+    def _listed(self) -> set[str] | None:
+        """The list; None before the first batch, or if it is damaged."""
+        try:
+            names = json.loads(self._folder.read(OUTPUTS))
+        except (FileNotFoundError, ValueError, RecursionError):
+            return None
+        is_list = isinstance(names, list) and all(isinstance(name, str) for name in names)
+        return set(names) if is_list else None
 
     def _records(self) -> list[str]:
         """Names of records, without the folder STATE."""

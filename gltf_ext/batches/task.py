@@ -139,13 +139,16 @@ def _temporary_folder(scratch: str | None) -> tempfile.TemporaryDirectory[str]:
 def _run(job: Job, folder: Path, start: float) -> Record:
     destination = Folder(job.destination)
     inputs = _Inputs(job, folder)
-    record = read_record(destination, job)
-    if record is not None and record["input_digest"] == inputs.digest:
-        outputs = _found_outputs(destination, record)
+    former = read_record(destination, job)
+    if job.is_current(former) and former["input_digest"] == inputs.digest:
+        outputs = _found_outputs(destination, former)
         if outputs is not None:
-            record = {**record, "inputs": inputs.stamps, "outputs": outputs}
+            now = {"source": job.source, "inputs": inputs.stamps, "outputs": outputs}
+            record = {**former, **now}
             destination.write(job.record_name, json.dumps(record).encode())
             return {**record, "status": UNCHANGED}
+    written = written_before(former)
+    _check_outputs(destination, job, written)
     output = folder / posixpath.basename(job.output)
     report = compress(inputs.model, output, **{"threads": 1, **job.options})
     if report["output"] != str(output):
@@ -160,14 +163,21 @@ def _run(job: Job, folder: Path, start: float) -> Record:
     picture = _picture(output)  # before anything is written: it may kill the worker
     if destination.is_local:
         refuse_overwriting(inputs.paths, map(destination.at, job.outputs))
-    outputs = {}
-    for name in reversed(job.outputs):  # the model last: with it, the result is complete
-        written = folder / posixpath.basename(name)
-        if written.exists():
-            destination.write(name, written)
-            outputs[name] = {"stamp": destination.stamp(name), "digest": _digest([written])}
+    files = {name: folder / posixpath.basename(name) for name in reversed(job.outputs)}
+    files = {name: path for name, path in files.items() if path.exists()}  # the model is the last
+    digests = {name: _digest([path]) for name, path in files.items()}
+    if written:  # the worker may be killed between the outputs and the record
+        both = {name: sorted({*written.get(name, ()), new}) for name, new in digests.items()}
+        begun = {"outputs": {}, "former": {**written, **both}}
+        destination.write(job.record_name, json.dumps(begun).encode())
+    destination.write_files(files)
+    outputs = {
+        name: {"stamp": destination.stamp(name), "digest": digest}
+        for name, digest in digests.items()
+    }
     record = {
         "name": job.name,
+        "source": job.source,
         "output": job.output,
         "status": DONE,
         "options": job.options,
@@ -176,6 +186,7 @@ def _run(job: Job, folder: Path, start: float) -> Record:
         "inputs": inputs.stamps,
         "output_digest": outputs[job.output]["digest"],
         "outputs": outputs,
+        "former": {name: written[name] for name in written if name not in outputs},
         "input_bytes": sum(path.stat().st_size for path in inputs.paths),
         "output_bytes": report["output_bytes"] + report["fallback_bytes"],
         "triangles": report["totals"]["triangles"],
@@ -197,13 +208,32 @@ def _picture(output: Path) -> bytes:
         return b""
 
 
-def read_record(destination: Folder, job: Job) -> Record | None:
-    """The record of the output, if there is one that can be read."""
+def read_record(destination: Folder, job: Job) -> Any:
+    """What is in the record of the output; None if it cannot be read."""
     try:
-        record = json.loads(destination.read(job.record_name))
+        return json.loads(destination.read(job.record_name))
     except (FileNotFoundError, ValueError, RecursionError):
         return None
-    return record if job.is_current(record) else None
+
+
+def written_before(record: Any) -> dict[str, list[str]]:
+    """Name -> SHA-256 of all that batches wrote there, or were about to, as a record says."""
+    try:
+        outputs = {name: [str(output["digest"])] for name, output in record["outputs"].items()}
+        former = {name: [*map(str, all_)] for name, all_ in record.get("former", {}).items()}
+    except (AttributeError, KeyError, TypeError):
+        return {}  # of the first batch, or damaged
+    return {**former, **outputs}
+
+
+def _check_outputs(destination: Folder, job: Job, written: dict[str, list[str]]) -> None:
+    """Raises MeshletError for an output that is there and that no batch wrote."""
+    for name in job.outputs:
+        if name in written and destination.stamp(name) is not None:
+            with destination.fs.open(destination.at(name), "rb") as file:
+                if _digest_of(file) not in written[name]:
+                    problem = f"its output {name} is not as a batch wrote it"
+                    raise MeshletError(problem, "move it, or delete it to have it made again")
 
 
 def _found_outputs(destination: Folder, record: Record) -> dict[str, Any] | None:

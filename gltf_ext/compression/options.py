@@ -106,6 +106,16 @@ class Option:
                 f"{self.name} is {value!r}", f"use {self.accepted}", options=(self.name,)
             )
 
+    def plain(self, value: Any) -> Any:
+        """A value that the option accepts as one of JSON: also of a path or a number of NumPy."""
+        if value is None or self.type is bool:
+            return value
+        if self.type is not str:
+            return self.type(value)
+        if isinstance(value, os.PathLike):
+            value = os.fsdecode(value)
+        return str.__str__(value) if isinstance(value, str) else int(value)
+
     def _accepts(self, value: Any) -> bool:
         if self.type is bool or isinstance(value, bool):
             return self.type is bool and isinstance(value, bool)
@@ -273,7 +283,9 @@ class Options:
         if str(self.effort) == "max":
             raise MeshletError("effort max was removed", "use high", options=("effort",))
         for option in OPTIONS:
-            option.check(getattr(self, option.name))
+            value = getattr(self, option.name)
+            option.check(value)
+            object.__setattr__(self, option.name, option.plain(value))
         for name in ("fallback", "transport"):
             if self.memory and getattr(self, name):
                 raise MeshletError(
@@ -306,6 +318,14 @@ class Options:
                 f"{unknown[0]} is not an option of compress", "see help(gltf_ext.compress)"
             )
         return cls(**given)
+
+    @classmethod
+    def plain(cls, given: dict[str, Any]) -> dict[str, Any]:
+        """Keyword arguments as values of JSON, without defaults. Raises MeshletError as `of`."""
+        options = cls.of(given)
+        return {
+            name: None if value is None else getattr(options, name) for name, value in given.items()
+        }
 
     @property
     def memory(self) -> int:

@@ -6,6 +6,7 @@ import sys
 
 import pytest
 
+import gltf_ext
 from tests.helpers.cluster import eventually, is_open
 from tests.helpers.environment import ROOT
 
@@ -50,6 +51,12 @@ def client():
         distributed.Client(cluster) as client,
     ):
         yield client
+
+
+@pytest.fixture
+def compress_all(client):
+    """compress_all(source, destination, ...): the report of a batch."""
+    return lambda *paths, **options: gltf_ext.batch(*map(str, paths), scheduler=client, **options)
 
 
 @pytest.fixture

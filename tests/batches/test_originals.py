@@ -19,6 +19,7 @@ from gltf_ext.batches.storage import OUTPUTS, STATE
 from gltf_ext.batches.task import Job
 from gltf_ext.batches.task import run as run_task
 from gltf_meshlet import cli
+from tests.helpers.batch_reports import contents, errors, left_out, statuses
 from tests.helpers.gltf_builder import Builder, glb_json, grid_mesh, write_grid
 
 pytest.importorskip("distributed")
@@ -31,28 +32,6 @@ def source(tmp_path):
     folder.mkdir()
     write_grid(folder / "a.glb")
     return folder
-
-
-@pytest.fixture
-def compress_all(client):
-    """compress_all(source, destination, ...): the report of a batch."""
-    return lambda *paths, **options: gltf_ext.batch(*map(str, paths), scheduler=client, **options)
-
-
-def statuses(report):
-    return {file["name"]: file["status"] for file in report["files"]}
-
-
-def errors(report):
-    return {file["name"]: file["error"] for file in report["files"] if "error" in file}
-
-
-def left_out(report):
-    return {os.path.basename(item["path"]): item["reason"] for item in report["left_out"]}
-
-
-def contents(folder):
-    return {p.relative_to(folder): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
 
 
 # --- originals ---
@@ -317,12 +296,19 @@ def test_a_link_to_a_model_that_changed(source, tmp_path, compress_all):
 
 
 @pytest.mark.parametrize("name", ["a.glb", "a.fallback.bin"])
-@pytest.mark.parametrize("harm", [os.unlink, lambda path: os.truncate(path, 5), change_byte])
-def test_an_output_that_was_damaged_is_made_again(source, tmp_path, compress_all, name, harm):
+@pytest.mark.parametrize("harm", [None, lambda path: os.truncate(path, 5), change_byte])
+def test_an_output_that_is_damaged_or_gone(source, tmp_path, compress_all, name, harm):
+    """A damaged one may be a user's own work: it is made again when it is deleted."""
     out = tmp_path / "out"
     compress_all(source, out, fallback=True)
     before = contents(out)[(out / name).relative_to(out)]
-    harm(out / name)
+    if harm is not None:
+        harm(out / name)
+        after = contents(out)[(out / name).relative_to(out)]
+        error = errors(compress_all(source, out, fallback=True))["a.glb"]
+        assert error.startswith(f"its output {name} is not as a batch wrote it; move it, or delete")
+        assert contents(out)[(out / name).relative_to(out)] == after != before
+    (out / name).unlink()
     assert statuses(compress_all(source, out, fallback=True)) == {"a.glb": "done"}
     assert (out / name).read_bytes() == before
     assert statuses(compress_all(source, out, fallback=True)) == {"a.glb": "unchanged"}
@@ -336,7 +322,10 @@ def test_outputs_that_were_copied_are_not_made_again(source, tmp_path, compress_
     assert statuses(report) == {"a.glb": "unchanged"}
 
 
-@pytest.mark.parametrize("record", ["[]", "{}", "null", '{"thumbnail": 3}', "[" * 100_000])
+@pytest.mark.parametrize(
+    "record",
+    ["[]", "{}", "null", '{"outputs": {}, "former": {"a.glb": 3}}', "[" * 100_000],
+)
 def test_a_record_that_is_damaged(source, tmp_path, compress_all, record):
     out = tmp_path / "out"
     compress_all(source, out)
