@@ -39,6 +39,12 @@ def is_relative(name: str, kind: type[PurePath] = PurePath) -> bool:
     return not kind(name).anchor
 
 
+def path_beside(folder: Path, name: str) -> Path | None:
+    """The file that a model in the folder names. None, before the system is asked anything, if the
+    name is no relative path."""
+    return folder / name if is_relative(name) else None
+
+
 def is_too_long(path: str) -> bool:
     """Whether Windows may refuse a path, in words that do not say why, because of its length."""
     return IS_WINDOWS and len(os.path.abspath(path)) > MOST_CHARACTERS

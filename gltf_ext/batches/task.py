@@ -255,7 +255,7 @@ class _Inputs:
     def _local(self) -> list[Path]:
         others = dict.fromkeys(referenced_files(self.model))
         self._add({_relative(path, self.model.parent): path for path in others})
-        return [path for path in others if path.is_file()]
+        return list(filter(os.path.isfile, others))
 
     def _add(self, names: Iterable[str]) -> None:
         """Notes files, and their stamps before they are read."""
