@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from gltf_ext.errors import MeshletError
-from gltf_ext.portable import remove, replace
+from gltf_ext.portable import check_not_in_use, remove, replace
 from gltf_ext.work_files import release
 
 BLOCK_BYTES = 1 << 24
@@ -152,6 +152,7 @@ def _remove_all(formers: Iterable[Path | None]) -> None:
 def _set_aside(path: Path, former: Path) -> None:
     """Gives a file a second name: the first is there all the time, even if the process is killed,
     unless it is a link or the file system has no hard links."""
+    check_not_in_use(path)
     with suppress(OSError):
         if not path.is_symlink():
             os.link(path, former)

@@ -26,6 +26,13 @@ def remove(path: Path) -> None:
     _patiently(lambda: path.unlink(missing_ok=True))
 
 
+def check_not_in_use(path: Path) -> None:
+    """Raises OSError for a file that replace would not replace, as another program holds it open:
+    Windows also makes hard links of such a file, but removes neither name."""
+    if IS_WINDOWS:
+        replace(path, path)
+
+
 def file_name(name: bytes) -> str:
     """A file's name out of a model. As os.fsdecode, which refuses some bytes on Windows only."""
     return name.decode(sys.getfilesystemencoding(), "surrogateescape")

@@ -180,6 +180,30 @@ def test_a_file_that_stays_in_use_leaves_all_as_before(tmp_path, windows, used):
     assert set(contents_of(tmp_path).values()) == {b"former"}
 
 
+def test_a_side_file_that_is_in_use_gets_no_second_name(tmp_path, windows, monkeypatch):
+    """Windows makes hard links of a file that is in use, but neither name can be removed then."""
+    paths = [tmp_path / "side.bin", tmp_path / "model.glb"]
+    for path in paths:
+        path.write_bytes(b"former")
+    used = paths[0].stat().st_ino
+
+    def refusing(function):
+        def call(*names, **options):
+            if any(os.path.exists(name) and os.stat(name).st_ino == used for name in names):
+                raise PermissionError(errno.EACCES, "is in use", str(names[0]))
+            return function(*names, **options)
+
+        return call
+
+    monkeypatch.setattr(os, "replace", refusing(os.replace))
+    monkeypatch.setattr(os, "unlink", refusing(os.unlink))
+    with pytest.raises(PermissionError) as caught:
+        write_files({path: [b"new"] for path in paths}, read=())
+    assert caught.value.filename == str(paths[0])
+    assert {path.name for path in tmp_path.iterdir()} == {"side.bin", "model.glb"}
+    assert set(contents_of(tmp_path).values()) == {b"former"}
+
+
 def test_other_systems_do_not_wait(tmp_path, windows, monkeypatch):
     monkeypatch.setattr(portable, "IS_WINDOWS", False)
     path = tmp_path / "out.glb"
