@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from gltf_ext.errors import MeshletError
-from gltf_ext.portable import remove, replace
+from gltf_ext.portable import check_not_in_use, remove, replace
 from gltf_ext.work_files import release
 
 BLOCK_BYTES = 1 << 24
@@ -30,13 +30,16 @@ def check_output(path: Path, input: str | os.PathLike[str]) -> None:
     refuse_overwriting([input], [path])
 
 
-def identity(path: str | os.PathLike[str]) -> tuple[int, int] | None:
-    """Equal for two paths of the same file: through links, hard links, "..", and letter case where
-    it does not count. None if there is no such file."""
+def identity(path: str | os.PathLike[str]) -> tuple[int, int] | str | None:
+    """Equal for two paths of the same file: through links, "..", letter case where it does not
+    count, and hard links unless the file system has no numbers of files, as some of networks on
+    Windows. None if there is no such file."""
     try:
         found = os.stat(path)
     except (OSError, ValueError):
         return None
+    if not found.st_ino:
+        return os.path.normcase(os.path.realpath(path))
     return found.st_dev, found.st_ino
 
 
@@ -105,7 +108,8 @@ def _write(file: BinaryIO, piece: bytes | memoryview) -> None:
 
 
 def rename_all(partials: Mapping[Path, Path]) -> None:
-    """Renames finished files to their paths, path -> file: all or none. Raises OSError.
+    """Renames finished files to their paths, path -> file: all or none, also if Ctrl-C interrupts
+    it. Raises OSError.
 
     Call `refuse_overwriting` before, as `write_files` does.
     """
@@ -117,27 +121,38 @@ def rename_all(partials: Mapping[Path, Path]) -> None:
                 if path.is_dir():
                     raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
                 former = partials[path].with_suffix(".former") if path.exists() else None
+                formers[path] = former
                 if former is not None:
                     _set_aside(path, former)
-                formers[path] = former
                 replace(partials[path], path)
         with _errors_name(last):
             replace(partials[last], last)
-    except OSError:
-        for path, former in formers.items():
-            if former is not None:
-                replace(former, path)
-                remove(former)  # of two names of a file, replace keeps both
-            else:
-                remove(path)
+    except BaseException:
+        if partials[last].exists():  # else all are renamed
+            _bring_back(formers)
+        _remove_all(formers.values())
         raise
-    for former in filter(None, formers.values()):
+    _remove_all(formers.values())
+
+
+def _bring_back(formers: Mapping[Path, Path | None]) -> None:
+    for path, former in formers.items():
+        if former is None:
+            remove(path)
+        elif former.exists():
+            replace(former, path)
+
+
+def _remove_all(formers: Iterable[Path | None]) -> None:
+    """Removes former files: also those that are back, since replace keeps two names of one file."""
+    for former in filter(None, formers):
         remove(former)
 
 
 def _set_aside(path: Path, former: Path) -> None:
     """Gives a file a second name: the first is there all the time, even if the process is killed,
     unless it is a link or the file system has no hard links."""
+    check_not_in_use(path)
     with suppress(OSError):
         if not path.is_symlink():
             os.link(path, former)

@@ -26,6 +26,13 @@ def remove(path: Path) -> None:
     _patiently(lambda: path.unlink(missing_ok=True))
 
 
+def check_not_in_use(path: Path) -> None:
+    """Raises OSError for a file that replace would not replace, as another program holds it open:
+    Windows also makes hard links of such a file, but removes neither name."""
+    if IS_WINDOWS:
+        replace(path, path)
+
+
 def file_name(name: bytes) -> str:
     """A file's name out of a model. As os.fsdecode, which refuses some bytes on Windows only."""
     return name.decode(sys.getfilesystemencoding(), "surrogateescape")
@@ -37,6 +44,12 @@ def is_relative(name: str, kind: type[PurePath] = PurePath) -> bool:
     On Windows, C:name and \\\\host\\x do not; the second one would tell the host who the user is.
     """
     return not kind(name).anchor
+
+
+def path_beside(folder: Path, name: str) -> Path | None:
+    """The file that a model in the folder names. None, before the system is asked anything, if the
+    name is no relative path."""
+    return folder / name if is_relative(name) else None
 
 
 def is_too_long(path: str) -> bool:

@@ -15,6 +15,7 @@ from gltf_ext.errors import MeshletError
 
 if TYPE_CHECKING:
     from distributed import Client, Future
+    from distributed.security import Security
 
 CONNECT = 10  # seconds for the scheduler to answer
 NO_WORKERS = 120  # seconds without any worker before giving up
@@ -47,8 +48,12 @@ def connected(address: str) -> Iterator[Client]:
     from distributed import Client
 
     try:
-        _check_answer(address)
-        client = Client(address, timeout=CONNECT)
+        security = _security(address)
+        _check_answer(address, security)
+        client = Client(address, timeout=CONNECT, security=security)
+    except (TypeError, RuntimeError) as error:  # of Dask's TLS: without certificates, or too few
+        problem = f"Dask does not connect to it: {error}"
+        raise MeshletError(problem, "set distributed.comm.tls of Dask", address) from None
     except (OSError, ValueError, TimeoutError, asyncio.TimeoutError):
         problem = "no scheduler answers at this address"
         raise MeshletError(problem, "start one: dask scheduler", address) from None
@@ -56,7 +61,18 @@ def connected(address: str) -> Iterator[Client]:
         yield client
 
 
-def _check_answer(address: str) -> None:
+def _security(address: str) -> Security:
+    """What a client takes by default: of Dask's configuration."""
+    import dask
+    from distributed.security import Security
+    from distributed.utils import import_term
+
+    loader = dask.config.get("distributed.client.security-loader", None)
+    security: Security | None = import_term(loader)({"address": address}) if loader else None
+    return security or Security()
+
+
+def _check_answer(address: str, security: Security) -> None:
     """Raises OSError, ValueError or TimeoutError unless a program of Dask answers: a client would
     wait for ever for a web server, or a scheduler that is stopped, to say something."""
     import asyncio
@@ -65,7 +81,8 @@ def _check_answer(address: str) -> None:
     from distributed.comm import connect
 
     async def ask() -> None:
-        comm = await asyncio.wait_for(connect(address, timeout=CONNECT), CONNECT)
+        certificates = security.get_connection_args("client")
+        comm = await asyncio.wait_for(connect(address, timeout=CONNECT, **certificates), CONNECT)
         await comm.close()
 
     with ThreadPoolExecutor(1) as pool:  # this thread may have a loop that runs

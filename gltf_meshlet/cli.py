@@ -8,9 +8,10 @@ import io
 import json
 import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, redirect_stdout
 from importlib import import_module
-from typing import Any, NoReturn
+from typing import Any, NoReturn, TextIO
 
 import gltf_ext
 from gltf_ext.errors import MeshletError, printable
@@ -18,6 +19,7 @@ from gltf_ext.portable import IS_WINDOWS, is_too_long
 from gltf_meshlet import report_text
 
 PROGRAM = "gltf-meshlet"
+OUTPUT = "standard output"
 DIFFERENT, FAILED, INTERRUPTED = 1, 2, 130  # exit statuses
 DEFAULT_REMEDY = "check the path and its permissions"
 REMEDIES = {
@@ -45,16 +47,14 @@ def main(arguments: list[str] | None = None) -> int:
             stream.reconfigure(errors="backslashreplace")
     options = _parser().parse_args(arguments)
     try:
-        status: int = options.run(options)
-        sys.stdout.flush()
+        with redirect_stdout(_Output(sys.stdout)):
+            status: int = options.run(options)
+            sys.stdout.flush()
         return status
-    except BrokenPipeError:
-        _discard_output()
-        return FAILED
     except MeshletError as error:
         return _fail(error.path or "", _with_flags(error))
     except OSError as error:
-        return _fail_for(error)
+        return _fail_for(error, str(getattr(options, "input", "")))
     except MemoryError:
         path = str(getattr(options, "input", ""))
         return _fail(path, "there is not enough memory; split the model")
@@ -62,13 +62,42 @@ def main(arguments: list[str] | None = None) -> int:
         return INTERRUPTED
 
 
-def _fail_for(error: OSError) -> int:
-    if not error.filename:
+class _Output:
+    """Standard output whose errors name it: errors of other things may name no file, too."""
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
+
+    def write(self, text: str) -> int:
+        with _errors_name_output():
+            return self._stream.write(text)
+
+    def flush(self) -> None:
+        with _errors_name_output():
+            self._stream.flush()
+
+
+@contextmanager
+def _errors_name_output() -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        error.filename = OUTPUT
+        raise
+
+
+def _fail_for(error: OSError, input: str = "") -> int:
+    """input: of the command, for an error that names no file."""
+    if error.filename is OUTPUT:
         _discard_output()
-        if IS_WINDOWS and error.errno == errno.EINVAL:  # what C calls a broken pipe there
+        # Whoever reads it has seen enough; EINVAL is what C calls a broken pipe on Windows.
+        if isinstance(error, BrokenPipeError) or (IS_WINDOWS and error.errno == errno.EINVAL):
             return FAILED
-    path = os.fsdecode(error.filename or "standard output")
-    remedy = REMEDIES.get(error.errno or 0, DEFAULT_REMEDY)
+    path = os.fsdecode(error.filename or input)
+    remedy = REMEDIES.get(error.errno or 0, DEFAULT_REMEDY if error.filename else "run again")
     if isinstance(error, PermissionError) and IS_WINDOWS:
         remedy += ", and close other programs that use it"
     if isinstance(error, FileNotFoundError) and is_too_long(path):

@@ -14,7 +14,7 @@ import webbrowser
 from pathlib import Path
 from typing import Any
 
-from gltf_ext.errors import MeshletError
+from gltf_ext.errors import MeshletError, printable
 from gltf_ext.portable import replace
 from gltf_meshlet.view_models import Model, prepare
 from gltf_meshlet.view_server import MODELS, PAGE, ViewServer, page_files
@@ -55,11 +55,13 @@ def run(options: argparse.Namespace) -> int:
         _exit_on_signals()  # a closed terminal: delete the folder
         model = prepare(Path(options.input), original, Path(folder))
         for warning in model.warnings:
-            print(f"gltf-meshlet: {options.input}: warning: {warning}", file=sys.stderr)
+            line = printable(f"gltf-meshlet: {options.input}: warning: {warning}")
+            print(line, file=sys.stderr)
         if options.export is not None:
             export(model, Path(options.export))
-            print(f"{options.export}: put this folder on a web server, or try it:")
-            print(f"  python3 -m http.server --directory {options.export}")
+            exported = printable(options.export)
+            print(f"{exported}: put this folder on a web server, or try it:")
+            print(f"  python3 -m http.server --directory {exported}")
             print("Models with levels of detail stream from servers that answer range requests,")
             print("which this one does not. From another origin they also have to send:")
             print("  Access-Control-Allow-Origin: *")
@@ -129,7 +131,7 @@ def _serve(model: Model, folder: Path, options: argparse.Namespace) -> int:
         ) from None
     with server:
         try:
-            print(f"{options.input}: {server.address} (Ctrl-C stops)", flush=True)
+            print(f"{printable(options.input)}: {server.address} (Ctrl-C stops)", flush=True)
             if not options.no_browser and _has_display():
                 webbrowser.open(server.address)
             server.serve_forever()

@@ -7,6 +7,7 @@ each model as `Model.described` gives it.
 from __future__ import annotations
 
 import os
+import re
 import time
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -23,7 +24,7 @@ from gltf_ext.gltf.importers import open_model
 from gltf_ext.lod.simplifier import has_simplifier
 from gltf_meshlet.report_text import compress_warnings
 
-MATERIAL_LIBRARY = b"mtllib"
+MATERIAL_LIBRARY = re.compile(b"mtllib", re.IGNORECASE)
 # Below, a view of the whole model at one pixel takes more bytes with levels: docs/lod.md.
 LEAST_TRIANGLES = 300_000
 
@@ -106,8 +107,8 @@ def prepare_upload(path: Path, name: str, folder: Path) -> Model:
     The file comes alone: paths in it would lead to files that the user did not choose.
     """
     warnings = []
-    if path.suffix == ".obj" and MATERIAL_LIBRARY in (content := path.read_bytes()):
-        path.write_bytes(content.replace(MATERIAL_LIBRARY, b"#"))
+    if path.suffix == ".obj" and MATERIAL_LIBRARY.search(content := path.read_bytes()):
+        path.write_bytes(MATERIAL_LIBRARY.sub(b"#", content))
         warnings.append("its materials are left out; to keep them, name it on the command line")
     document = open_model(path)
     if document.files():

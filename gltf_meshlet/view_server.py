@@ -24,7 +24,7 @@ from pathlib import Path
 from typing import Any, BinaryIO
 from urllib.parse import parse_qs, urlsplit
 
-from gltf_ext.errors import MeshletError
+from gltf_ext.errors import MeshletError, printable
 from gltf_ext.gltf.importers import GLTF_SUFFIXES, MESH_SUFFIXES
 from gltf_ext.portable import IS_WINDOWS
 from gltf_meshlet.view_models import Model, prepare_upload
@@ -137,7 +137,8 @@ class ViewServer(ThreadingHTTPServer):
         """A browser that goes away is no error; anything else is one line."""
         error = sys.exc_info()[1]
         if not isinstance(error, ConnectionError | TimeoutError):
-            print(f"gltf-meshlet: view: {type(error).__name__}: {error}", file=sys.stderr)
+            line = printable(f"gltf-meshlet: view: {type(error).__name__}: {error}")
+            print(line, file=sys.stderr)
 
 
 def _routes(folder: str, model: Model) -> dict[str, Path]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import errno
 import hashlib
 import importlib.metadata
 import json
@@ -22,6 +23,7 @@ from gltf_ext.commands.compress import compress
 from gltf_ext.errors import MeshletError
 from gltf_ext.files import refuse_overwriting
 from gltf_ext.gltf.importers import referenced_files
+from gltf_ext.portable import is_relative
 
 Record = dict[str, Any]
 VERSION = importlib.metadata.version("gltf-meshlet")
@@ -42,6 +44,8 @@ RECORDED = {
     "seconds": float | int,
 }
 LONGEST_RECORD = 250  # bytes of a name; file systems take 255
+# Errors for a name that no file can have on this machine: too long, or below a file.
+NO_NAME = (errno.ENAMETOOLONG, errno.ENOTDIR, errno.EEXIST)
 
 
 @dataclass(frozen=True)
@@ -285,7 +289,7 @@ class _Inputs:
     def _local(self) -> list[Path]:
         others = dict.fromkeys(referenced_files(self.model))
         self._add({_relative(path, self.model.parent): path for path in others})
-        return [path for path in others if path.is_file()]
+        return list(filter(os.path.isfile, others))
 
     def _add(self, names: Iterable[str]) -> None:
         """Notes files, and their stamps before they are read."""
@@ -299,17 +303,28 @@ class _Inputs:
         for _ in range(2):  # an .obj names libraries, and these name images
             for path in referenced_files(self.model):
                 name = posixpath.normpath(_relative(path, copies))
-                if name in self._names or not _is_in(copies, copies / name):
-                    continue  # a file must not have others written outside its folder
-                self._add([name])
-                path = copies / name
-                path.parent.mkdir(parents=True, exist_ok=True)
-                try:
-                    self._source.fs.get_file(self._source.at(name), str(path))
-                except FileNotFoundError:
+                if name in self._names:
                     continue
-                others.append(path)
+                if _leaves(name):  # there, it would be a file of this machine
+                    problem = f"names a file outside its folder ({name})"
+                    raise MeshletError(problem, "put the file into the folder")
+                self._add([name])
+                if self._copy(name, copies / name):
+                    others.append(copies / name)
         return others
+
+    def _copy(self, name: str, path: Path) -> bool:
+        """Whether there is a file of this name, which is then copied."""
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            self._source.fs.get_file(self._source.at(name), str(path))
+        except FileNotFoundError:
+            return False
+        except OSError as error:
+            if error.errno not in NO_NAME:
+                raise
+            return False
+        return path.is_file()  # not a folder
 
 
 def _relative(path: Path, folder: Path) -> str:
@@ -323,8 +338,9 @@ def _relative(path: Path, folder: Path) -> str:
         return str(path)
 
 
-def _is_in(folder: Path, path: Path) -> bool:
-    return Path(os.path.abspath(path)).is_relative_to(os.path.abspath(folder))
+def _leaves(name: str) -> bool:
+    """Whether a path without needless ".." leads out of the folder that it starts from."""
+    return name.split("/")[0] == ".." or not is_relative(name)
 
 
 def _digest(paths: list[Path]) -> str:

@@ -99,7 +99,9 @@ def _with_options(
     def decorate(
         function: Callable[[File, File, Options], Report],
     ) -> Callable[Concatenate[File, File, P], Report]:
-        def command(input: File, output: File, *_: P.args, **options: P.kwargs) -> Report:
+        def command(input: File, output: File, *others: P.args, **options: P.kwargs) -> Report:
+            if others:
+                raise TypeError("compress takes two files; name each option: position_bits=14")
             folder = str(Path(output).parent)
             return function(input, output, Options.of({"work_dir": folder, **options}))
 

@@ -16,7 +16,7 @@ import pygltflib
 
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.json_objects import from_json, minified, to_json
-from gltf_ext.portable import file_name, is_relative
+from gltf_ext.portable import file_name, is_relative, path_beside
 
 DAMAGED = "the file is damaged; get it again"
 TRIANGLE_MODES = (pygltflib.TRIANGLES, pygltflib.TRIANGLE_STRIP, pygltflib.TRIANGLE_FAN)
@@ -148,10 +148,10 @@ class Document:
 
     def path_of(self, uri: str) -> Path:
         """The file behind a relative uri. Raises ValueError when there can be none."""
-        name = file_name(unquote_to_bytes(uri))
-        if not is_relative(name):
+        path = path_beside(self.base, file_name(unquote_to_bytes(uri)))
+        if path is None:
             raise ValueError
-        return self.base / name
+        return path
 
     def files(self) -> list[Path]:
         """The files that buffers and images refer to, and those that an import has read."""

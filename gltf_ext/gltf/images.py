@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import io
 import warnings
-from pathlib import Path
 
 import pygltflib
 
-from gltf_ext.errors import MeshletError, blaming
+from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.document import Document
 
 MIME_TYPES = (
@@ -63,18 +62,6 @@ def as_png_or_jpeg(data: bytes) -> bytes:
     with Image.open(io.BytesIO(data), formats=FORMATS) as image:
         image.convert("RGBA").save(png, "PNG")
     return png.getvalue()
-
-
-def read_texture(folder: Path, name: str) -> tuple[bytes | None, tuple[str, ...]]:
-    """An image that a mesh file names, as PNG or JPEG, or None and a warning if it is not there.
-
-    Raises MeshletError, naming the image, when it cannot be read or takes too much memory.
-    """
-    path = folder / name
-    if not path.is_file():
-        return None, (f"{path.name} is not there, so its material is left out",)
-    with blaming(path):
-        return as_png_or_jpeg(path.read_bytes()), ()
 
 
 def embed_images(document: Document) -> list[str]:

@@ -12,6 +12,7 @@ from gltf_ext.gltf.container import EMPTY, EXPORT_AGAIN, read_document
 from gltf_ext.gltf.document import Document
 from gltf_ext.gltf.mesh_files import IndexedMesh, MeshFile, to_document
 from gltf_ext.gltf.row_arrays import MemoryRows, NewRows
+from gltf_ext.portable import path_beside
 
 GLTF_SUFFIXES = (".glb", ".gltf")
 READERS = {".obj": obj.read, ".ply": ply.read, ".stl": stl.read}
@@ -36,7 +37,7 @@ def open_model(path: str | os.PathLike[str]) -> Document:
 
 
 def referenced_files(path: Path) -> list[Path]:
-    """List the other files that a model names, whether they exist or not.
+    """List the other files that a model names by relative paths, whether they exist or not.
 
     Materials of an .obj name images once they lie beside it. Raises MeshletError, OSError.
     """
@@ -46,7 +47,8 @@ def referenced_files(path: Path) -> list[Path]:
     if suffix == ".ply":
         with open(path, "rb") as file:
             texture = ply.read_header(file).texture
-        return [path.parent / texture] if texture else []
+        image = path_beside(path.parent, texture) if texture else None
+        return [image] if image else []
     return read_document(path).files() if suffix in GLTF_SUFFIXES else []
 
 

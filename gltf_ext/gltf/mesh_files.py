@@ -13,12 +13,13 @@ import numpy as np
 import pygltflib
 
 from gltf_ext import _codec
-from gltf_ext.errors import MeshletError
+from gltf_ext.errors import MeshletError, blaming
 from gltf_ext.gltf.accessors import add_accessor, bounds, set_bounds
 from gltf_ext.gltf.container import EXPORT_AGAIN
 from gltf_ext.gltf.document import Document
-from gltf_ext.gltf.images import mime_type
+from gltf_ext.gltf.images import as_png_or_jpeg, mime_type
 from gltf_ext.gltf.row_arrays import RowArray
+from gltf_ext.portable import path_beside
 from gltf_ext.ranges import begins, first_of_each, numbers_of
 
 CUT_OFF = "is cut off"
@@ -123,6 +124,36 @@ class MeshFile:
     meshes: list[Mesh]
     warnings: list[str] = field(default_factory=list)
     others: list[Path] = field(default_factory=list)
+
+
+def is_there(path: Path | None) -> bool:
+    """Return whether `path_beside` leads to a file; False for a name too long for the system."""
+    return path is not None and os.path.isfile(path)
+
+
+def named_file(folder: Path, name: str, contents: MeshFile) -> Path | None:
+    """Return a file that a model in the folder names, if it is there; else note a warning."""
+    path = path_beside(folder, name)
+    if path is not None:
+        contents.others.append(path)
+    if is_there(path):
+        return path
+    problem = "is not a relative path" if path is None else "is not there"
+    short = MeshletError(name).message
+    contents.warnings.append(f"{short} {problem}, so its material is left out")
+    return None
+
+
+def read_texture(folder: Path, name: str, contents: MeshFile) -> bytes | None:
+    """Return an image that a model in the folder names, as PNG or JPEG, if it is there.
+
+    Raises MeshletError, naming the image, when it cannot be read or takes too much memory.
+    """
+    path = named_file(folder, name, contents)
+    if path is None:
+        return None
+    with blaming(path):
+        return as_png_or_jpeg(path.read_bytes())
 
 
 def block_bytes(file: BinaryIO) -> int:

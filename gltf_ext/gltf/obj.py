@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import codecs
 import math
-import os
 import re
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -16,7 +15,6 @@ import numpy as np
 from gltf_ext import _codec
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.container import EXPORT_AGAIN
-from gltf_ext.gltf.images import read_texture
 from gltf_ext.gltf.mesh_files import (
     CornerNumbers,
     Group,
@@ -26,13 +24,16 @@ from gltf_ext.gltf.mesh_files import (
     at_corners,
     color_bytes,
     fans,
+    is_there,
+    named_file,
+    read_texture,
     text_blocks,
     to_floats,
     to_texcoords,
     words_after,
 )
 from gltf_ext.gltf.row_arrays import NewRows, RowArray, add_all
-from gltf_ext.portable import file_name
+from gltf_ext.portable import file_name, path_beside
 
 VERTEX, TEXCOORD, NORMAL = range(3)
 KINDS = ("v", "vt", "vn")
@@ -230,15 +231,20 @@ def referenced_files(path: Path) -> list[Path]:
     with open(path, "rb") as file:
         lines = [line for text in text_blocks(file) for line in _libraries_of(text)]
     names = [name for line in dict.fromkeys(lines) for names in _readings(line) for name in names]
-    libraries = [path.parent / name for name in dict.fromkeys(names)]
-    images = [
-        path.parent / texture.file
-        for library in libraries
-        if os.path.isfile(library)
+    libraries = _paths(path.parent, names)
+    textures = [
+        texture.file
+        for library in filter(is_there, libraries)
         for _, lines_of in _libraries_materials(library.read_bytes())
         if (texture := _texture_of(lines_of))
     ]
-    return [*libraries, *dict.fromkeys(images)]
+    return [*libraries, *_paths(path.parent, textures)]
+
+
+def _paths(folder: Path, names: Iterable[str]) -> list[Path]:
+    """List the files that can be read by these names."""
+    paths = (path_beside(folder, name) for name in dict.fromkeys(names))
+    return [path for path in paths if path is not None]
 
 
 def _libraries_of(text: bytes) -> list[bytes]:
@@ -270,15 +276,11 @@ def _materials_of(
     """
     materials: dict[bytes, Material] = {}
     for line in dict.fromkeys(libraries):
-        readings = [[folder / name for name in names] for names in _readings(line)]
-        paths = next((paths for paths in readings if any(map(os.path.isfile, paths))), readings[0])
-        contents.others += paths
-        for path in paths:
-            if not os.path.isfile(path):
-                problem = f"{path.name} is not there, so its material is left out"
-                contents.warnings.append(problem)
-                continue
-            for name, lines in _libraries_materials(path.read_bytes()):
+        readings = _readings(line)
+        there = (names for names in readings if any(map(is_there, _paths(folder, names))))
+        for file in next(there, readings[0]):
+            path = named_file(folder, file, contents)
+            for name, lines in _libraries_materials(path.read_bytes() if path else b""):
                 materials[name] = _material(folder, name, lines, contents)
     return materials
 
@@ -315,9 +317,7 @@ def _material(folder: Path, name: bytes, lines: Lines, contents: MeshFile) -> Ma
     texture = _texture_of(lines)
     if texture is None:
         return Material(properties)
-    image, warnings = read_texture(folder, texture.file)
-    contents.others.append(folder / texture.file)
-    contents.warnings += warnings
+    image = read_texture(folder, texture.file, contents)
     if image and texture.omissions:
         problem = f"{properties['name']}: its texture is shown without {texture.omissions}"
         contents.warnings.append(problem)

@@ -13,7 +13,6 @@ import numpy as np
 from gltf_ext import _codec
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.container import EXPORT_AGAIN
-from gltf_ext.gltf.images import read_texture
 from gltf_ext.gltf.mesh_files import (
     CUT_OFF,
     CornerNumbers,
@@ -26,6 +25,7 @@ from gltf_ext.gltf.mesh_files import (
     color_bytes,
     fans,
     read_rows,
+    read_texture,
     text_blocks,
     to_floats,
     to_texcoords,
@@ -174,11 +174,11 @@ def read(path: Path, new_rows: NewRows) -> MeshFile:
     _check_counts(faces, triangles.rows.count)
     groups: list[Group] = [(tuple(vertices), triangles.rows), *(((name,), None) for name in faces)]
     mesh = Mesh(path.name, {**vertices, **faces}, groups)
-    if not header.texture:
-        return MeshFile([mesh])
-    image, warnings = read_texture(path.parent, header.texture)
-    mesh.material = Material({}, image) if image else None
-    return MeshFile([mesh], list(warnings), [path.parent / header.texture])
+    contents = MeshFile([mesh])
+    if header.texture:
+        image = read_texture(path.parent, header.texture, contents)
+        mesh.material = Material({}, image) if image else None
+    return contents
 
 
 def _check_counts(attributes: dict[str, RowArray], count: int) -> None:

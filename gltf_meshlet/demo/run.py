@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import gltf_ext
+from gltf_ext.errors import printable
 from gltf_meshlet.demo import model as demo_model
 from gltf_meshlet.report_text import compress_summary, inspect_table, verify_text
 
@@ -42,7 +43,8 @@ def run(options: argparse.Namespace) -> int:
     verified = gltf_ext.verify(original, compressed)
     print(f"verified: {verify_text(verified)}")
     pictures = _save_pictures(folder, original, compressed, inspected["totals"])
-    print(f"\nsaved in {folder}: {', '.join(path.name for path in [*models, *pictures])}")
+    names = ", ".join(path.name for path in [*models, *pictures])
+    print(f"\nsaved in {printable(str(folder))}: {names}")
     return 0 if verified["ok"] else 1
 
 

@@ -1,6 +1,7 @@
 """The command line: output, exit statuses, one-line errors, complete files, silence in pipes."""
 
 import errno
+import io
 import json
 import os
 import re
@@ -666,8 +667,35 @@ def test_remedies_on_windows(monkeypatch, capsys, error, remedy):
     assert line.endswith(remedy) or f"{remedy}, or" in line
 
 
-def test_a_closed_pipe_on_windows(monkeypatch, capsys):
+# The second is what Windows says of a closed pipe, and of much else.
+CLOSED_PIPE = [(errno.EPIPE, "Broken pipe"), (errno.EINVAL, "Invalid argument")]
+
+
+def failing(error):
+    """A function that raises it."""
+
+    def fail(*_, **__):
+        raise OSError(*error)
+
+    return fail
+
+
+@pytest.mark.parametrize("function", ["write", "flush"])
+@pytest.mark.parametrize("error", CLOSED_PIPE)
+def test_a_closed_pipe_on_windows(monkeypatch, capsys, compressed, function, error):
+    output = io.StringIO()
+    setattr(output, function, failing(error))
     monkeypatch.setattr(cli, "IS_WINDOWS", True)
     monkeypatch.setattr(cli, "_discard_output", lambda: None)
-    assert cli._fail_for(OSError(errno.EINVAL, "Invalid argument")) == cli.FAILED
+    monkeypatch.setattr(sys, "stdout", output)
+    assert main(["validate", str(compressed)]) == cli.FAILED
     assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize("error", CLOSED_PIPE)
+@pytest.mark.parametrize("is_windows", [True, False])
+def test_errors_of_no_file_are_not_those_of_a_closed_pipe(monkeypatch, capsys, error, is_windows):
+    monkeypatch.setattr(cli, "IS_WINDOWS", is_windows)
+    monkeypatch.setattr(gltf_ext, "validate", failing(error))
+    assert main(["validate", "in.glb"]) == cli.FAILED
+    assert capsys.readouterr().err == f"gltf-meshlet: in.glb: {error[1]}; run again\n"

@@ -59,12 +59,14 @@ def test_model_is_the_same_every_time(primitives, tmp_path):
 
 def test_demo_runs_and_saves(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(demo, "_save_pictures", lambda *_: [])
-    assert demo.run(Namespace(output=tmp_path / "out")) == 0
+    folder = tmp_path / "\x1b[2J"  # which must not control the terminal
+    assert demo.run(Namespace(output=folder)) == 0
     printed = capsys.readouterr().out
     assert "verified" in printed and "times smaller" in printed
-    names = {path.name for path in (tmp_path / "out").iterdir()}
+    assert "\x1b" not in printed and "\\x1b[2J: original.glb" in printed
+    names = {path.name for path in folder.iterdir()}
     assert names == {"original.glb", "compressed.glb", "decompressed.glb"}
-    totals = gltf_ext.inspect(tmp_path / "out" / "compressed.glb")["totals"]
+    totals = gltf_ext.inspect(folder / "compressed.glb")["totals"]
     assert totals["triangles"] == sum(
         len(primitive.triangles) for primitive in demo_model.generate()
     )

@@ -189,6 +189,12 @@ def test_removed_options_name_others(values, message):
         Options.of(values)
 
 
+@pytest.mark.parametrize("value", [24, {"position_bits": 4}, Options(position_bits=4), None])
+def test_options_without_names_are_refused(tmp_path, value):
+    with pytest.raises(TypeError, match="takes two files; name each option: position_bits=14"):
+        gltf_ext.compress("in.obj", tmp_path / "out.glb", value)
+
+
 def test_efforts_trade_time_for_size(tmp_path):
     """Every effort gives a file of the same mesh."""
     positions, triangles = grid_mesh(60, 60)

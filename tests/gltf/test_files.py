@@ -9,7 +9,7 @@ import pytest
 
 from gltf_ext import portable
 from gltf_ext.errors import MeshletError
-from gltf_ext.files import write_files
+from gltf_ext.files import identity, write_files
 
 
 def contents_of(folder):
@@ -80,6 +80,63 @@ def test_a_former_file_is_there_until_the_new_one_is(tmp_path, monkeypatch, link
     assert not links or all(seen)
 
 
+@pytest.mark.parametrize("step", range(4))
+@pytest.mark.parametrize("after", [False, True])
+def test_ctrl_c_leaves_all_or_nothing(tmp_path, monkeypatch, step, after):
+    """Before or after any step: a file is set aside, three are renamed."""
+    paths = [tmp_path / name for name in ("side.bin", "more.bin", "model.glb")]
+    for path in paths[::2]:
+        path.write_bytes(b"former")
+    before, steps = contents_of(tmp_path), []
+
+    def interrupted(function):
+        def call(*arguments):
+            steps.append(arguments)
+            is_it = len(steps) == step + 1
+            if is_it and not after:
+                raise KeyboardInterrupt
+            function(*arguments)
+            if is_it:
+                raise KeyboardInterrupt
+
+        return call
+
+    monkeypatch.setattr(os, "replace", interrupted(os.replace))
+    monkeypatch.setattr(os, "link", interrupted(os.link))
+    with pytest.raises(KeyboardInterrupt):
+        write_files({path: [b"new"] for path in paths}, read=())
+    is_done = step == 3 and after
+    new = {path.name: b"new" for path in paths}
+    assert contents_of(tmp_path) == (new if is_done else before)
+
+
+@pytest.fixture
+def no_numbers(monkeypatch):
+    """A file system without numbers of files."""
+    real = os.stat
+
+    def stat(*arguments, **options):
+        result = list(real(*arguments, **options))
+        result[1] = 0  # st_ino
+        return os.stat_result(result)
+
+    monkeypatch.setattr(os, "stat", stat)
+
+
+@pytest.mark.parametrize("other", ["folder/../read.bin", "link.bin"])
+def test_a_file_system_without_numbers_of_files(tmp_path, no_numbers, other):
+    """Not all files are the same there."""
+    (tmp_path / "folder").mkdir()
+    for name in ("read.bin", "new.bin"):
+        (tmp_path / name).write_bytes(b"former")
+    (tmp_path / "link.bin").symlink_to("read.bin")
+    write_files({tmp_path / "new.bin": [b"new"]}, [tmp_path / "read.bin"])
+    with pytest.raises(MeshletError, match="is the input too"):
+        write_files({tmp_path / other: [b"new"]}, [tmp_path / "read.bin"])
+    assert (tmp_path / "read.bin").read_bytes() == b"former"
+    assert identity(tmp_path / "none.bin") is None
+
+
 # --- files that other programs hold open, on Windows ---
 
 
@@ -120,6 +177,30 @@ def test_a_file_that_stays_in_use_leaves_all_as_before(tmp_path, windows, used):
     assert caught.value.filename == str(paths[used])
     windows.clear()
     assert {path.name for path in tmp_path.iterdir()} == {"0.bin", "1.bin", "2.bin"}
+    assert set(contents_of(tmp_path).values()) == {b"former"}
+
+
+def test_a_side_file_that_is_in_use_gets_no_second_name(tmp_path, windows, monkeypatch):
+    """Windows makes hard links of a file that is in use, but neither name can be removed then."""
+    paths = [tmp_path / "side.bin", tmp_path / "model.glb"]
+    for path in paths:
+        path.write_bytes(b"former")
+    used = paths[0].stat().st_ino
+
+    def refusing(function):
+        def call(*names, **options):
+            if any(os.path.exists(name) and os.stat(name).st_ino == used for name in names):
+                raise PermissionError(errno.EACCES, "is in use", str(names[0]))
+            return function(*names, **options)
+
+        return call
+
+    monkeypatch.setattr(os, "replace", refusing(os.replace))
+    monkeypatch.setattr(os, "unlink", refusing(os.unlink))
+    with pytest.raises(PermissionError) as caught:
+        write_files({path: [b"new"] for path in paths}, read=())
+    assert caught.value.filename == str(paths[0])
+    assert {path.name for path in tmp_path.iterdir()} == {"side.bin", "model.glb"}
     assert set(contents_of(tmp_path).values()) == {b"former"}
 
 

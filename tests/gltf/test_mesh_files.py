@@ -1,17 +1,21 @@
 """The readers of .obj, .ply and .stl: what they keep, blocks of any size, what they refuse."""
 
+import builtins
 import codecs
 import io
+import os
 import random
 import tracemalloc
 from functools import partial
+from pathlib import PureWindowsPath
 
 import numpy as np
 import pytest
 import trimesh
 from PIL import Image
 
-from gltf_ext import _codec
+from gltf_ext import _codec, portable
+from gltf_ext.commands.compress import compress
 from gltf_ext.compression.sources import read_primitive
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf import mesh_files
@@ -478,3 +482,91 @@ def test_agrees_with_trimesh(tmp_path):
         ((triangles, attributes),) = read(tmp_path / name).values()
         np.testing.assert_array_equal(triangles, mesh.faces)
         np.testing.assert_allclose(attributes["POSITION"], mesh.vertices, atol=1e-6)
+
+
+# --- files that a model names ---
+
+TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n"
+TRIANGLE_PLY = (
+    "ply\nformat ascii 1.0\ncomment TextureFile {}\nelement vertex 3\nproperty float x\n"
+    "property float y\nproperty float z\nelement face 1\n"
+    "property list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"
+)
+
+
+def write_naming(folder, kind, name):
+    """A model that names a file as its library, or as its texture; returns its path."""
+    path = folder / ("a.ply" if kind == "ply" else "a.obj")
+    if kind == "ply":
+        path.write_text(TRIANGLE_PLY.format(name))
+    elif kind == "library":
+        path.write_text(f"mtllib {name}\n{TRIANGLE}")
+    else:
+        path.write_text(f"mtllib m.mtl\n{TRIANGLE}")
+        (folder / "m.mtl").write_text(f"newmtl m\nmap_Kd {name}\n")
+    return path
+
+
+KINDS_OF_NAMES = ["library", "texture", "ply"]
+
+
+def touched_files(monkeypatch):
+    """The paths that the system is asked about from now on."""
+    touched = []
+
+    def noting(function):
+        def call(path, *arguments, **options):
+            touched.append(os.fspath(path))
+            return function(path, *arguments, **options)
+
+        return call
+
+    for module, name in ((os, "stat"), (builtins, "open"), (io, "open"), (os.path, "isfile")):
+        monkeypatch.setattr(module, name, noting(getattr(module, name)))
+    return touched
+
+
+@pytest.mark.parametrize("kind", KINDS_OF_NAMES)
+def test_files_by_absolute_paths_are_not_read(tmp_path, kind):
+    """Not even looked for: a path may lead to another machine."""
+    (tmp_path / "secret").mkdir()
+    (tmp_path / "model").mkdir()
+    secret = tmp_path / "secret" / "m.mtl"
+    secret.write_text("newmtl m\n")
+    if kind != "library":
+        secret = tmp_path / "secret" / "t.png"
+        Image.new("RGB", (2, 2)).save(secret)
+    path = write_naming(tmp_path / "model", kind, secret)
+    document = open_model(path)
+    (warning,) = document.import_warnings
+    assert warning == f"{secret} is not a relative path, so its material is left out"
+    assert not document.images and secret not in document.files()
+    assert secret not in referenced_files(path)
+
+
+@pytest.mark.parametrize("kind", KINDS_OF_NAMES)
+@pytest.mark.parametrize(
+    "name", ["//evil/share/x.mtl", "\\\\evil\\share\\x.mtl", "C:x.png", "d:/x.png"]
+)
+def test_files_on_other_machines_and_drives_of_windows(tmp_path, monkeypatch, kind, name):
+    path = write_naming(tmp_path, kind, name)
+    on_windows = partial(portable.is_relative, kind=PureWindowsPath)
+    monkeypatch.setattr(portable, "is_relative", on_windows)
+    touched = touched_files(monkeypatch)
+    (warning,) = open_model(path).import_warnings
+    assert "is not a relative path" in warning
+    assert {file.name for file in referenced_files(path)} <= {"m.mtl"}
+    assert {os.path.basename(name) for name in map(str, touched)} <= {"a.obj", "a.ply", "m.mtl"}
+
+
+@pytest.mark.parametrize("kind", KINDS_OF_NAMES)
+@pytest.mark.parametrize("name", ["x" * 256, f"{'x' * 300}/t.png", "ü" * 200])
+def test_files_of_names_that_are_too_long(tmp_path, kind, name):
+    """Longer than any file's."""
+    path = write_naming(tmp_path, kind, name)
+    (warning,) = open_model(path).import_warnings
+    assert "xx" in warning or "üü" in warning
+    assert "is not there, so its material is left out" in warning and len(warning) < 500
+    assert {file.name for file in referenced_files(path) if os.path.isfile(file)} <= {"m.mtl"}
+    report = compress(path, tmp_path / "out.glb")
+    assert warning in report["warnings"]

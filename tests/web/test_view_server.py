@@ -311,7 +311,10 @@ def test_uploads_read_no_buffer_of_this_machine(server, tmp_path):
     assert status == 422 and "refers to other files" in answer["error"]
 
 
-@pytest.mark.parametrize("line", ["mtllib red.mtl", "# mtllib red.mtl", "  mtllib\tred.mtl"])
+@pytest.mark.parametrize(
+    "line",
+    ["mtllib red.mtl", "# mtllib red.mtl", "  mtllib\tred.mtl", "MTLLIB red.mtl", "MtlLib red.mtl"],
+)
 def test_uploads_read_no_material_library(work, line):
     """Not even one that lies beside the upload."""
     (work / "red.mtl").write_text("newmtl a\nKd 1 0 0\n")
@@ -417,6 +420,29 @@ def test_errors_are_one_line(original, tmp_path, monkeypatch, capsys, arguments,
     (line,) = capsys.readouterr().err.splitlines()
     assert problem in line
     assert {path.name for path in tmp_path.iterdir()} == {"in.glb", "bad.glb"}
+
+
+def test_names_and_warnings_do_not_control_the_terminal(original, tmp_path, capsys, monkeypatch):
+    """Of the model, of what is in it, of the exported page, and of errors of the server."""
+    model, site = tmp_path / "\x1b[2J.obj", tmp_path / "\x1b[3J"
+    model.write_text("mtllib \x1b[4J.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    assert main(["view", str(model), "--export", str(site)]) == 0
+
+    def interrupted(_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(ViewServer, "serve_forever", interrupted)
+    assert main(["view", str(model), "--no-browser"]) == 0
+    try:
+        raise ValueError("\x1b[5J")
+    except ValueError:
+        ViewServer.handle_error(None, None, None)
+    out, err = capsys.readouterr()
+    assert "\x1b" not in out + err
+    for shown in ("[2J", "[3J"):
+        assert f"\\x1b{shown}" in out
+    for shown in ("[2J", "[4J", "[5J"):
+        assert f"\\x1b{shown}" in err
 
 
 def test_a_port_in_use_is_one_line(original, server, capsys):
