@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from gltf_ext.errors import MeshletError
-from gltf_ext.portable import check_not_in_use, remove, replace
+from gltf_ext.portable import check_not_in_use, real_path, remove, replace
 from gltf_ext.work_files import release
 
 BLOCK_BYTES = 1 << 24
@@ -39,7 +39,7 @@ def identity(path: str | os.PathLike[str]) -> tuple[int, int] | str | None:
     except (OSError, ValueError):
         return None
     if not found.st_ino:
-        return os.path.normcase(os.path.realpath(path))
+        return os.path.normcase(real_path(path))
     return found.st_dev, found.st_ino
 
 

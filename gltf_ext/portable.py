@@ -33,6 +33,15 @@ def check_not_in_use(path: Path) -> None:
         replace(path, path)
 
 
+def real_path(path: str | os.PathLike[str]) -> str:
+    """A path without links and "..". As os.path.realpath, which Wine refuses for some long paths
+    of files that are not there."""
+    try:
+        return os.path.realpath(path)
+    except OSError:
+        return os.path.abspath(path)
+
+
 def file_name(name: bytes) -> str:
     """A file's name out of a model. As os.fsdecode, which refuses some bytes on Windows only."""
     return name.decode(sys.getfilesystemencoding(), "surrogateescape")

@@ -14,6 +14,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
+from gltf_ext import portable
 from gltf_ext.errors import MeshletError
 from gltf_ext.files import identity, rename_all
 from gltf_ext.gltf.container import fallback_of
@@ -167,7 +168,7 @@ def as_folder(path: str) -> str:
 
 def real_path(path: str) -> str:
     """Without links and "..", with forward slashes."""
-    return os.path.realpath(path).replace(os.sep, "/")
+    return portable.real_path(path).replace(os.sep, "/")
 
 
 def stamp_of_file(path: str) -> str | None:

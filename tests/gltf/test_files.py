@@ -221,6 +221,16 @@ def test_names_of_bytes_that_are_no_text():
     assert portable.file_name(b"M\xf6bel.mtl") == "M\udcf6bel.mtl"
 
 
+def test_paths_that_wine_cannot_resolve(tmp_path, monkeypatch):
+    def fail(_):
+        raise OSError(errno.EINVAL, "More data available")
+
+    (tmp_path / "link").symlink_to(tmp_path)
+    assert portable.real_path(tmp_path / "link" / "x") == str(tmp_path / "x")
+    monkeypatch.setattr(os.path, "realpath", fail)
+    assert portable.real_path(tmp_path / "no" / ".." / "x") == str(tmp_path / "x")
+
+
 @pytest.mark.parametrize("name", ["x.bin", "a/x.bin", "../x.bin", "a\\x.bin", "a b:c.bin"])
 def test_relative_paths(name):
     assert portable.is_relative(name) and portable.is_relative(name, PureWindowsPath)

@@ -14,13 +14,14 @@ import pytest
 import trimesh
 from PIL import Image
 
-from gltf_ext import _codec, portable
-from gltf_ext.commands.compress import compress
+import gltf_ext
+from gltf_ext import _codec
 from gltf_ext.compression.sources import read_primitive
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf import mesh_files
 from gltf_ext.gltf.importers import open_model, read_meshes, referenced_files
 from gltf_ext.gltf.row_arrays import FileRows, MemoryRows
+from gltf_ext.portable import is_relative
 from gltf_ext.work_files import WorkFile
 
 OBJ = b"""# a quad and a triangle with a seam, then two faces of other materials
@@ -550,8 +551,8 @@ def test_files_by_absolute_paths_are_not_read(tmp_path, kind):
 )
 def test_files_on_other_machines_and_drives_of_windows(tmp_path, monkeypatch, kind, name):
     path = write_naming(tmp_path, kind, name)
-    on_windows = partial(portable.is_relative, kind=PureWindowsPath)
-    monkeypatch.setattr(portable, "is_relative", on_windows)
+    on_windows = partial(is_relative, kind=PureWindowsPath)
+    monkeypatch.setattr("gltf_ext.portable.is_relative", on_windows)
     touched = touched_files(monkeypatch)
     (warning,) = open_model(path).import_warnings
     assert "is not a relative path" in warning
@@ -568,5 +569,5 @@ def test_files_of_names_that_are_too_long(tmp_path, kind, name):
     assert "xx" in warning or "üü" in warning
     assert "is not there, so its material is left out" in warning and len(warning) < 500
     assert {file.name for file in referenced_files(path) if os.path.isfile(file)} <= {"m.mtl"}
-    report = compress(path, tmp_path / "out.glb")
+    report = gltf_ext.compress(path, tmp_path / "out.glb")
     assert warning in report["warnings"]
