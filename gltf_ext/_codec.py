@@ -9,16 +9,36 @@ from __future__ import annotations
 import ctypes
 import functools
 import operator
-import sys
 from collections.abc import Callable, Mapping, Sequence
-from ctypes import byref, c_float, c_size_t, c_uint8, c_uint32, c_uint64, c_void_p
+from ctypes import byref, c_float, c_size_t, c_uint32, c_void_p
 from dataclasses import dataclass
-from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from gltf_ext._library import BLOB_MAX_STREAMS as BLOB_MAX_STREAMS
+from gltf_ext._library import (
+    PROGRESS,
+    Arrays,
+    Blob,
+    Cancelled,
+    Carried,
+    Counts,
+    Groups,
+    Handle,
+    Mesh,
+    MeshletOptions,
+    Result,
+    Statistics,
+    StreamRow,
+    Struct,
+    address,
+    check,
+    functions,
+    library,
+    pointers,
+)
 
 # Constants of the format, under the names of codec/format/constants.h.
 KIND_GRID, KIND_OCT, KIND_INTEGER, KIND_FLOAT32, KIND_SIGN = range(5)
@@ -26,7 +46,7 @@ PREDICT_PARALLELOGRAM, PREDICT_MEAN, PREDICT_COPY, PREDICT_DAMPED = range(4)
 PREDICT_GEO, PREDICT_AFFINE = 4, 5
 PREDICT_MAX_BITS = GRID_MAX_BITS = 24
 OCT_MIN_BITS, OCT_MAX_BITS = 2, 16
-STREAM_MAX_ELEMENTS, STREAM_MAX_BITS, BLOB_MAX_STREAMS = 4, 32, 64
+STREAM_MAX_ELEMENTS, STREAM_MAX_BITS = 4, 32
 MESHLET_TRIANGLES = MESHLET_VERTICES = 64
 
 Bytes = bytes | memoryview
@@ -56,150 +76,6 @@ class Stream:
         return 3 if self.kind == KIND_OCT else self.elements
 
 
-# --- the interface ---
-
-_PROGRESS = ctypes.CFUNCTYPE(ctypes.c_int, c_void_p, c_float)
-# Types of fields and arguments, by a letter each; p is any pointer.
-_NUMBERS = (c_uint8, c_uint32, c_uint64, ctypes.c_int32, c_float, c_size_t)
-_ARRAYS = (c_uint32 * 4, c_uint64 * 5, c_float * 4, c_uint64 * BLOB_MAX_STREAMS)
-_TYPES: dict[str, Any] = dict(zip("buqifzpc45os", (*_NUMBERS, c_void_p, _PROGRESS, *_ARRAYS)))
-_FUNCTIONS = """
-close p, get_array pupp, open pzp, get_counts pp, get_blob pup, get_stream puup, validate pi,
-get_meshlet_triangles pupz, get_statistics pp, decode pip, decode_meshlets ppzppp, encode pppp,
-weld pzzpp, scan_lines pzppzp, generate pppp, sort_points pzp, open_surface puqpfip,
-measure ppppzpip, get_distances pzppqfipp, get_unpacked_bytes pzp, unpack pzipz, pack pzip
-"""
-
-
-def _fields(types: str, names: str) -> list[tuple[str, Any]]:
-    return [(name, _TYPES[kind]) for kind, name in zip(types, names.split())]
-
-
-def _address(value: Any) -> Any:
-    """The address of an array; other values as they are."""
-    if isinstance(value, np.ndarray):
-        return value.__array_interface__["data"][0]
-    return ctypes.addressof(value) if isinstance(value, ctypes.Array) else value
-
-
-class _Struct(ctypes.Structure):
-    """A struct that begins with its size, and keeps the arrays that it points to."""
-
-    def __init__(self, **values: Any) -> None:
-        self.kept = values
-        addresses = {name: _address(value) for name, value in values.items()}
-        super().__init__(size=ctypes.sizeof(self), **addresses)
-
-    @property
-    def _as_parameter_(self) -> Any:
-        return byref(self)
-
-
-def _struct(types: str, names: str) -> type[_Struct]:
-    return type("_Struct", (_Struct,), {"_fields_": _fields("u" + types, "size " + names)})
-
-
-class _Stream(ctypes.Structure):
-    _fields_ = _fields(
-        "bbbbbbbbfo",
-        "kind elements bits predictor chain_base interior_base anchor_base reserved step offset",
-    )
-
-
-_Counts = _struct("uuuqqq", "blobs streams suspicious triangles vertices meshlets")
-_Blob = _struct(
-    "uqqqqqqqq",
-    "data_offset offset bytes triangles vertices meshlets first_triangle first_vertex "
-    "first_meshlet",
-)
-_Statistics = _struct(
-    "i4qqs5qqqq",
-    "iterations histogram connectivity references streams symbols disks owned private foreign",
-)
-_Arrays = _struct(
-    "uqqpppqq",
-    "first_vertex triangle_room vertex_room triangles integers values triangles_out vertices_out",
-)
-_Mesh = _struct(
-    "upqqppppppppqqq",
-    "stream_count triangles triangle_count vertex_count position_ids positions streams values "
-    "order disk_begin meshlet_begin group_begin disk_begin_count meshlet_begin_count "
-    "group_begin_count",
-)
-_Options = _struct(
-    "uuuiffuuqcp",
-    "effort max_triangles max_vertices threads lambda_ fill weight_of_choe separate_seams "
-    "page_bytes progress user",
-)
-_Groups = _struct("ppqq", "triangles begin triangle_count begin_count")
-_Carried = _struct("pppq", "vertices begin areas count")
-
-
-class _Cancelled(Exception):
-    pass
-
-
-_ERRORS = {3: IndexError, 6: MemoryError, 7: _Cancelled, 8: RuntimeError}  # by status
-
-
-def _check(status: int, *_: Any) -> None:
-    """Raises the exception of a status."""
-    if status:
-        raise _ERRORS.get(status, ValueError)(library.gltf_meshlet_error().decode())
-
-
-def _load() -> ctypes.CDLL:
-    names = {"win32": "gltf_meshlet.dll", "darwin": "libgltf_meshlet.dylib"}
-    name = names.get(sys.platform, "libgltf_meshlet.so")
-    # An editable install has two folders, one of which holds what was compiled.
-    paths = [Path(folder, name) for folder in sys.modules["gltf_ext"].__path__]
-    found = next((path for path in paths if path.exists()), None)
-    if found is None:
-        raise ImportError(f"{name} is not in {paths[0].parent}; install gltf-meshlet again")
-    library = ctypes.CDLL(str(found))
-    library.gltf_meshlet_error.restype = ctypes.c_char_p
-    return library
-
-
-def _function(name: str, types: str) -> Any:
-    function = getattr(library, f"gltf_meshlet_{name}")
-    function.argtypes, function.errcheck = [_TYPES[t] for t in types], _check
-    return function
-
-
-library = _load()  # also has two functions of meshoptimizer, in wheels
-_c = SimpleNamespace(**{f.split()[0]: _function(*f.split()) for f in _FUNCTIONS.split(",")})
-
-
-class _Object:
-    """An object of the library, open until nobody refers to this one."""
-
-    def __init__(self) -> None:
-        self._as_parameter_ = c_void_p()
-
-    def __del__(self, close: Callable[[_Object], object] = _c.close) -> None:
-        close(self)
-
-    @property
-    def out(self) -> Any:
-        """Where a function that opens it puts the handle."""
-        return byref(self._as_parameter_)
-
-
-class _Result(_Object):
-    def array(self, number: int, dtype: type[np.generic] = np.uint32) -> NDArray[Any]:
-        """A copy of an array."""
-        items, size = c_void_p(), c_size_t()
-        _c.get_array(self, number, byref(items), byref(size))
-        found = np.empty(size.value // np.dtype(dtype).itemsize, dtype)
-        ctypes.memmove(_address(found), items, size.value)
-        return found
-
-
-def _pointers(arrays: Sequence[NDArray[Any]]) -> ctypes.Array[c_void_p]:
-    return (c_void_p * len(arrays))(*map(_address, arrays))
-
-
 def _array(values: Any, dtype: type[np.generic], *shape: int) -> NDArray[Any]:
     """Any array as one of this dtype, in C's order. shape: -1 for any length. Raises TypeError."""
     array = np.ascontiguousarray(values, dtype)
@@ -217,16 +93,16 @@ def _number_of(name: str, names: Mapping[str, int], problem: str) -> int:
 # --- views ---
 
 
-class _View(_Object):
+class _View(Handle):
     """Compressed bytes that are open. Raises ValueError, TypeError."""
 
     def __init__(self, view: Bytes) -> None:
         super().__init__()
         if not isinstance(view, (bytes, memoryview)):
             raise TypeError(f"compressed data are bytes, not {type(view).__name__}")
-        self._bytes, self._counts = np.frombuffer(view, np.uint8), _Counts()
-        _c.open(_address(self._bytes), len(self._bytes), self.out)
-        _c.get_counts(self, self._counts)
+        self._bytes, self._counts = np.frombuffer(view, np.uint8), Counts()
+        functions.open(address(self._bytes), len(self._bytes), self.out)
+        functions.get_counts(self, self._counts)
         self.triangle_count: int = self._counts.triangles
         self.vertex_count: int = self._counts.vertices
         self.meshlet_count: int = self._counts.meshlets
@@ -234,34 +110,34 @@ class _View(_Object):
     @property
     def streams(self) -> list[Stream]:
         """The stream table of the first blob. Predictors of others may differ."""
-        found, row = [], _Stream()
+        found, row = [], StreamRow()
         for s in range(self._counts.streams):
-            _c.get_stream(self, 0, s, byref(row))
+            functions.get_stream(self, 0, s, byref(row))
             offset = tuple(row.offset[: row.elements])
             found.append(Stream(row.kind, row.elements, row.bits, row.step, offset, row.predictor))
         return found
 
-    def blobs(self) -> list[_Struct]:
-        blobs = [_Blob() for _ in range(self._counts.blobs)]
+    def blobs(self) -> list[Struct]:
+        blobs = [Blob() for _ in range(self._counts.blobs)]
         for b, blob in enumerate(blobs):
-            _c.get_blob(self, b, blob)
+            functions.get_blob(self, b, blob)
         return blobs
 
     def decode(self, threads: int, as_values: bool) -> tuple[UInt32s, list[NDArray[Any]]]:
         if self._counts.suspicious:
-            _c.validate(self, threads)
+            functions.validate(self, threads)
         triangles, arrays = np.empty((self.triangle_count, 3), np.uint32), []
         for stream in self.streams:
             elements = stream.width if as_values else stream.elements
             dtype = np.float32 if as_values and stream.kind != KIND_INTEGER else np.uint32
             arrays.append(np.empty((self.vertex_count, elements), dtype))
         room = {"triangle_room": self.triangle_count, "vertex_room": self.vertex_count}
-        lists = {"values" if as_values else "integers": _pointers(arrays)}
-        _c.decode(self, threads, _Arrays(triangles=triangles, **room, **lists))
+        lists = {"values" if as_values else "integers": pointers(arrays)}
+        functions.decode(self, threads, Arrays(triangles=triangles, **room, **lists))
         return triangles, arrays
 
-    def description(self, s: _Struct) -> dict[str, Any]:
-        """What describe returns, of these _Statistics."""
+    def description(self, s: Struct) -> dict[str, Any]:
+        """What describe returns, of these Statistics."""
         bits = {"connectivity": s.connectivity, "references": s.references}
         return {
             "blobs": self._counts.blobs,
@@ -283,7 +159,7 @@ class Header(_View):
         if self._counts.blobs > 1:
             raise ValueError("the header's byte length is not the blob's")
         self.meshlet_triangles = np.empty(self.meshlet_count, np.uint32)  # of each meshlet
-        _c.get_meshlet_triangles(self, 0, self.meshlet_triangles.ctypes, self.meshlet_count)
+        functions.get_meshlet_triangles(self, 0, self.meshlet_triangles.ctypes, self.meshlet_count)
 
 
 class Decoder(_View):
@@ -302,7 +178,7 @@ class Decoder(_View):
         self.kept = np.empty((MESHLET_TRIANGLES, 3), np.uint8), streams
         self._numbers = (c_uint32 * 3)()  # of a meshlet, of its triangles, of its vertices
         meshlet = ctypes.addressof(self._numbers)
-        arrays = meshlet + 4, _address(self.kept[0]), _address(integers)
+        arrays = meshlet + 4, address(self.kept[0]), address(integers)
         arguments = self._as_parameter_.value, meshlet, 1, *arrays
         # Converts the arguments once, for a function without types and check: to do it in each call
         # would take a tenth of the time.
@@ -317,7 +193,7 @@ class Decoder(_View):
         numbers = self._numbers
         numbers[0] = operator.index(index)
         if status := self._decode():
-            _check(status)
+            check(status)
         # Unpacking a ctypes array ends with an IndexError, which takes 0.45 us.
         return numbers[1], numbers[2]
 
@@ -348,15 +224,15 @@ def split(view: Bytes) -> list[tuple[int, int]]:
 
 def describe(view: Bytes) -> dict[str, Any]:
     """Returns counts and numbers of bits; the entries of 'bits' sum to 8 * len(view)."""
-    opened, statistics = _View(view), _Statistics()
-    _c.get_statistics(opened, statistics)
+    opened, statistics = _View(view), Statistics()
+    functions.get_statistics(opened, statistics)
     return opened.description(statistics)
 
 
 def validate(view: Bytes, threads: int = 0) -> None:
     """Raises ValueError if a blob of the view is malformed in any way. Decodes every meshlet
     alone, and so finds errors that decode may accept."""
-    _c.validate(_View(view), threads)
+    functions.validate(_View(view), threads)
 
 
 # --- views packed for download ---
@@ -364,22 +240,22 @@ def validate(view: Bytes, threads: int = 0) -> None:
 
 def pack(view: bytes, threads: int = 0) -> bytes:
     """The view as EXT_meshlet_transport stores it."""
-    result = _Result()
-    _c.pack(view, len(view), threads, result.out)
+    result = Result()
+    functions.pack(view, len(view), threads, result.out)
     return result.array(0, np.uint8).tobytes()
 
 
 def unpacked_bytes(packed: bytes) -> int:
     """The length of the view that was packed, by the table of its pages."""
     size = c_size_t()
-    _c.get_unpacked_bytes(packed, len(packed), byref(size))
+    functions.get_unpacked_bytes(packed, len(packed), byref(size))
     return size.value
 
 
 def unpack(packed: bytes, threads: int = 0) -> bytes:
     """The view that was packed. It is still to be validated."""
     view = np.empty(unpacked_bytes(packed), np.uint8)
-    _c.unpack(packed, len(packed), threads, view.ctypes, len(view))
+    functions.unpack(packed, len(packed), threads, view.ctypes, len(view))
     return view.tobytes()
 
 
@@ -391,7 +267,7 @@ def weld(rows: NDArray[np.uint8]) -> tuple[UInt32s, int]:
     Returns (numbers: uint32[N], number of different rows)."""
     rows = _array(rows, np.uint8, -1, -1)
     found, different = np.empty(len(rows), np.uint32), c_uint32()
-    _c.weld(rows.ctypes, *rows.shape, found.ctypes, byref(different))
+    functions.weld(rows.ctypes, *rows.shape, found.ctypes, byref(different))
     return found, different.value
 
 
@@ -408,8 +284,8 @@ def scan_lines(
     problem = "words are 'any', 'numbers' or 'corners'"
     words = np.array([_number_of(kind, kinds, problem) for kind in keywords.values()], np.uint32)
     names = (ctypes.c_char_p * len(keywords))(*(name.encode() for name in keywords))
-    result = _Result()
-    _c.scan_lines(text, len(text), names, words.ctypes, len(keywords), result.out)
+    result = Result()
+    functions.scan_lines(text, len(text), names, words.ctypes, len(keywords), result.out)
     types = [np.int32 if kind == "corners" else np.float64 for kind in keywords.values()]
     return [
         (result.array(3 * i, dtype), result.array(3 * i + 1), result.array(3 * i + 2))
@@ -417,7 +293,7 @@ def scan_lines(
     ]
 
 
-def _row_of(stream: Stream) -> _Stream:
+def _row_of(stream: Stream) -> StreamRow:
     """The stream as C has it, which checks it. -1 becomes 255: GLTF_MESHLET_CHOOSE_PREDICTOR."""
     integers = stream.kind, stream.elements, stream.bits, stream.predictor
     if not all(-1 <= number < 255 for number in integers):
@@ -425,16 +301,16 @@ def _row_of(stream: Stream) -> _Stream:
     if len(stream.offset) > STREAM_MAX_ELEMENTS:
         raise ValueError(f"{stream} has more than {STREAM_MAX_ELEMENTS} offsets")
     offset = (c_float * STREAM_MAX_ELEMENTS)(*stream.offset)
-    return _Stream(*map(operator.index, integers), step=stream.step, offset=offset)
+    return StreamRow(*map(operator.index, integers), step=stream.step, offset=offset)
 
 
-def _options(max_triangles: int, max_vertices: int, effort: str, **others: Any) -> _Struct:
+def _options(max_triangles: int, max_vertices: int, effort: str, **others: Any) -> Struct:
     if not (1 <= max_triangles <= MESHLET_TRIANGLES and 3 <= max_vertices <= MESHLET_VERTICES):
         raise ValueError("a meshlet holds 1 to 64 triangles and 3 to 64 vertices")
     efforts = {"normal": 0, "fast": 1, "high": 2}
     number = _number_of(effort, efforts, "effort is 'fast', 'normal' or 'high'")
     sizes = {"max_triangles": max_triangles, "max_vertices": max_vertices}
-    return _Options(effort=number, **sizes, **others)
+    return MeshletOptions(effort=number, **sizes, **others)
 
 
 def _vertices(position_ids: UInt32s, positions: Floats) -> dict[str, Any]:
@@ -485,17 +361,11 @@ def encode(
         raise ValueError("streams and values differ in number")
     if any(v.shape != (len(positions), s.elements) for v, s in zip(values, streams)):
         raise ValueError("a stream's values have the wrong shape")
-    table = (_Stream * len(streams))(*map(_row_of, streams))
+    table = (StreamRow * len(streams))(*map(_row_of, streams))
+    lists = {"triangles": triangles, "streams": table, "values": pointers(values)}
     counts = {"triangle_count": len(triangles), "stream_count": len(streams)}
-    given: dict[str, Any] = {}
-    if meshlets is not None:
-        names = ("order", "disk_begin", "meshlet_begin", "group_begin")
-        given = {name: _array(part, np.uint32, -1) for name, part in zip(names, meshlets)}
-        if len(given["order"]) != len(triangles):
-            raise ValueError("the meshlets do not hold each triangle once")
-        counts |= {f"{name}_count": len(given[name]) for name in names[1:]}
-    given |= {"triangles": triangles, "streams": table, "values": _pointers(values)}
-    mesh = _Mesh(**vertices, **counts, **given)
+    order = {} if meshlets is None else _order(meshlets, len(triangles))
+    mesh = Mesh(**vertices, **lists, **counts, **order)
     weights = {"paper": 0, "choe": 1}
     options = _options(
         max_triangles,
@@ -508,6 +378,26 @@ def encode(
         separate_seams=not share_seams,
         page_bytes=page_bytes,
     )
+    statistics, result = Statistics(), Result()
+    _run(options, progress, lambda: functions.encode(mesh, options, statistics, result.out))
+    view = result.array(0, np.uint8).tobytes()
+    generation = {"histogram": tuple(statistics.histogram), "iterations": statistics.iterations}
+    return view, {**_View(view).description(statistics), "generation": generation}
+
+
+def _order(meshlets: tuple[UInt32s, ...], triangle_count: int) -> dict[str, Any]:
+    """The fields of a mesh for the caller's meshlets. Raises ValueError."""
+    names = ("order", "disk_begin", "meshlet_begin", "group_begin")
+    arrays = {name: _array(part, np.uint32, -1) for name, part in zip(names, meshlets)}
+    if len(arrays["order"]) != triangle_count:
+        raise ValueError("the meshlets do not hold each triangle once")
+    return {**arrays, **{f"{name}_count": len(arrays[name]) for name in names[1:]}}
+
+
+def _run(
+    options: Struct, progress: Callable[[float], object] | None, function: Callable[[], object]
+) -> None:
+    """Calls a function whose options have a progress callback; raises what the callback raises."""
     raised: list[BaseException] = []
 
     def call(_: object, fraction: float) -> int:
@@ -518,24 +408,20 @@ def encode(
         return len(raised)
 
     if progress is not None:
-        options.progress = _PROGRESS(call)
-    statistics, result = _Statistics(), _Result()
+        options.progress = PROGRESS(call)
     try:
-        _c.encode(mesh, options, statistics, result.out)
-    except _Cancelled:
+        function()
+    except Cancelled:
         raise raised[0] from None
-    view = result.array(0, np.uint8).tobytes()
-    made = {"histogram": tuple(statistics.histogram), "iterations": statistics.iterations}
-    return view, {**_View(view).description(statistics), "generation": made}
 
 
 # --- levels of detail ---
 
 
-def _groups(triangles: UInt32s, begin: UInt32s) -> _Struct:
+def _groups(triangles: UInt32s, begin: UInt32s) -> Struct:
     triangles, begin = _array(triangles, np.uint32, -1, 3), _array(begin, np.uint32, -1)
     counts = {"triangle_count": len(triangles), "begin_count": len(begin)}
-    return _Groups(triangles=triangles, begin=begin, **counts)
+    return Groups(triangles=triangles, begin=begin, **counts)
 
 
 def generate_in_groups(
@@ -552,14 +438,14 @@ def generate_in_groups(
     triangle_begin[g + 1]. Other arguments as in encode. Returns (uint32[T], numbers of the
     triangles in order, disk begins, meshlet begins, group begins), the begins as encode takes
     them. Raises ValueError."""
-    mesh = _Mesh(**_vertices(position_ids, positions))
+    mesh = Mesh(**_vertices(position_ids, positions))
     options = _options(max_triangles, MESHLET_VERTICES, effort, lambda_=lambda_, threads=threads)
-    result = _Result()
-    _c.generate(mesh, _groups(triangles, triangle_begin), options, result.out)
+    result = Result()
+    functions.generate(mesh, _groups(triangles, triangle_begin), options, result.out)
     return result.array(0), result.array(1), result.array(2), result.array(3)
 
 
-class ReplacementErrors(_Object):
+class ReplacementErrors(Handle):
     """Level 0, to measure what replaces parts of it. Keeps its arrays."""
 
     def __init__(
@@ -579,7 +465,9 @@ class ReplacementErrors(_Object):
         if len(vertices) > 1:
             raise ValueError("shapes differ in length")
         level_0 = _groups(triangles, begin), vertex_share, threads
-        _c.open_surface(_pointers(self._shapes), len(shapes), sum(vertices), *level_0, self.out)
+        functions.open_surface(
+            pointers(self._shapes), len(shapes), sum(vertices), *level_0, self.out
+        )
 
     def measure(
         self,
@@ -604,10 +492,10 @@ class ReplacementErrors(_Object):
             raise ValueError("begins do not rise from 0 to the number of vertices")
         if len(areas) != len(carried):
             raise ValueError("areas differ in length")
-        vertices = _Carried(vertices=carried, begin=carried_begin, areas=areas, count=len(carried))
-        groups, result = (_groups(before, before_begin), _groups(after, after_begin)), _Result()
+        vertices = Carried(vertices=carried, begin=carried_begin, areas=areas, count=len(carried))
+        groups, result = (_groups(before, before_begin), _groups(after, after_begin)), Result()
         wanted = chosen.ctypes, len(chosen), vertices
-        _c.measure(self, *groups, *wanted, self._threads, result.out)
+        functions.measure(self, *groups, *wanted, self._threads, result.out)
         found, areas = result.array(0, np.float32), result.array(4, np.float32)
         return found, result.array(1), result.array(2), result.array(3), areas
 
@@ -621,7 +509,9 @@ def surface_distances(
     surface = _groups(triangles, np.array([0, len(triangles)], np.uint32))
     there = positions.ctypes, len(positions), enough, threads
     found, nearest = np.empty(len(points), np.float32), np.empty(len(points), np.uint32)
-    _c.get_distances(points.ctypes, len(points), surface, *there, found.ctypes, nearest.ctypes)
+    functions.get_distances(
+        points.ctypes, len(points), surface, *there, found.ctypes, nearest.ctypes
+    )
     return found, nearest
 
 
@@ -629,5 +519,5 @@ def hilbert_order(points: Floats) -> UInt32s:
     """Returns uint32[N]: the numbers of points (finite float32[N, 3]) along a Hilbert curve."""
     points = _array(points, np.float32, -1, 3)
     order = np.empty(len(points), np.uint32)
-    _c.sort_points(points.ctypes, len(points), order.ctypes)
+    functions.sort_points(points.ctypes, len(points), order.ctypes)
     return order

@@ -144,41 +144,15 @@ def _run(job: Job, folder: Path, start: float) -> Record:
     destination = Folder(job.destination)
     inputs = _Inputs(job, folder)
     former = read_record(destination, job)
-    if job.is_current(former) and former["input_digest"] == inputs.digest:
-        outputs = _found_outputs(destination, former)
-        if outputs is not None:
-            now = {"source": job.source, "inputs": inputs.stamps, "outputs": outputs}
-            record = {**former, **now}
-            destination.write(job.record_name, json.dumps(record).encode())
-            return {**record, "status": UNCHANGED}
+    unchanged = _unchanged(destination, job, inputs, former)
+    if unchanged is not None:
+        return unchanged
     written = written_before(former)
     _check_outputs(destination, job, written)
     output = folder / posixpath.basename(job.output)
-    report = compress(inputs.model, output, **{"threads": 1, **job.options})
-    if report["output"] != str(output):
-        raise MeshletError("the result does not fit a .glb", "compress it by itself")
-    limits = {"work_dir": str(folder), **job.options}
-    limits = {name: limits.get(name) for name in ("max_memory", "work_dir")}
-    checked = verify(inputs.model, output, **limits)
-    if inputs.now() != inputs.stamps:
-        raise MeshletError("changed while it was read", "run again")
-    if not checked["ok"]:
-        raise MeshletError("; ".join(["is not the same after decoding", *checked["problems"]]))
+    report, checked = _compressed(job, inputs, output, folder)
     picture = _picture(output)  # before anything is written: it may kill the worker
-    if destination.is_local:
-        refuse_overwriting(inputs.paths, map(destination.at, job.outputs))
-    files = {name: folder / posixpath.basename(name) for name in reversed(job.outputs)}
-    files = {name: path for name, path in files.items() if path.exists()}  # the model is the last
-    digests = {name: _digest([path]) for name, path in files.items()}
-    if written:  # the worker may be killed between the outputs and the record
-        both = {name: sorted({*written.get(name, ()), new}) for name, new in digests.items()}
-        begun = {"outputs": {}, "former": {**written, **both}}
-        destination.write(job.record_name, json.dumps(begun).encode())
-    destination.write_files(files)
-    outputs = {
-        name: {"stamp": destination.stamp(name), "digest": digest}
-        for name, digest in digests.items()
-    }
+    outputs = _write_outputs(destination, job, inputs, folder, written)
     record = {
         "name": job.name,
         "source": job.source,
@@ -202,6 +176,60 @@ def _run(job: Job, folder: Path, start: float) -> Record:
     }
     destination.write(job.record_name, json.dumps(record).encode())
     return record
+
+
+def _unchanged(
+    destination: Folder, job: Job, inputs: _Inputs, former: Record | None
+) -> Record | None:
+    """The record of a job whose outputs are there and were made from the same bytes, else None."""
+    if former and job.is_current(former) and former["input_digest"] == inputs.digest:
+        outputs = _found_outputs(destination, former)
+        if outputs is not None:
+            now = {"source": job.source, "inputs": inputs.stamps, "outputs": outputs}
+            record = {**former, **now}
+            destination.write(job.record_name, json.dumps(record).encode())
+            return {**record, "status": UNCHANGED}
+    return None
+
+
+def _compressed(
+    job: Job, inputs: _Inputs, output: Path, folder: Path
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Writes and verifies the output on this machine; the reports. Raises MeshletError, OSError."""
+    report = compress(inputs.model, output, **{"threads": 1, **job.options})
+    if report["output"] != str(output):
+        raise MeshletError("the result does not fit a .glb", "compress it by itself")
+    limits = {"work_dir": str(folder), **job.options}
+    limits = {name: limits.get(name) for name in ("max_memory", "work_dir")}
+    checked = verify(inputs.model, output, **limits)
+    if inputs.now() != inputs.stamps:
+        raise MeshletError("changed while it was read", "run again")
+    if not checked["ok"]:
+        raise MeshletError("; ".join(["is not the same after decoding", *checked["problems"]]))
+    return report, checked
+
+
+def _write_outputs(
+    destination: Folder, job: Job, inputs: _Inputs, folder: Path, written: dict[str, Any]
+) -> dict[str, Any]:
+    """Writes the outputs to the destination. Returns name -> stamp and digest of each.
+
+    written: digests of outputs that earlier runs wrote.
+    """
+    if destination.is_local:
+        refuse_overwriting(inputs.paths, map(destination.at, job.outputs))
+    files = {name: folder / posixpath.basename(name) for name in reversed(job.outputs)}
+    files = {name: path for name, path in files.items() if path.exists()}  # the model is the last
+    digests = {name: _digest([path]) for name, path in files.items()}
+    if written:  # the worker may be killed between the outputs and the record
+        both = {name: sorted({*written.get(name, ()), new}) for name, new in digests.items()}
+        begun = {"outputs": {}, "former": {**written, **both}}
+        destination.write(job.record_name, json.dumps(begun).encode())
+    destination.write_files(files)
+    return {
+        name: {"stamp": destination.stamp(name), "digest": digest}
+        for name, digest in digests.items()
+    }
 
 
 def _picture(output: Path) -> bytes:

@@ -21,7 +21,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gltf_ext import _codec
+from gltf_ext._library import library as codec_library
 from gltf_ext.errors import MeshletError
 
 VERSION = "0.2.30a0"
@@ -38,14 +38,14 @@ def require_simplifier() -> None:
 
 def has_simplifier() -> bool:
     """Whether meshoptimizer is there, in the codec's library or as a package."""
-    inside = hasattr(_codec.library, PARTITION)
+    inside = hasattr(codec_library, PARTITION)
     return inside or importlib.util.find_spec("meshoptimizer") is not None
 
 
 @cache
 def _library() -> ctypes.CDLL:
-    if hasattr(_codec.library, PARTITION):
-        return _typed(_codec.library)
+    if hasattr(codec_library, PARTITION):
+        return _typed(codec_library)
     remedy = f"install it: pip install meshoptimizer=={VERSION}"
     found = importlib.util.find_spec("meshoptimizer")
     if found is None or found.origin is None:

@@ -13,12 +13,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gltf_ext import _codec
+from gltf_ext import _codec, _library
 from tests.helpers.environment import ROOT
 from tests.helpers.native import program_of
 
 HEADER = ROOT / "codec" / "c" / "gltf_meshlet.h"
-LIBRARY = Path(_codec.library._name)
+LIBRARY = Path(_library.library._name)
 VECTOR = ROOT / "spec" / "vectors" / "valid_group_tables.bin"
 
 
@@ -75,11 +75,14 @@ def test_python_declares_what_the_header_declares(tmp_path):
         pytest.skip("cc is not installed")
     text = re.sub(r"/\*.*?\*/", "", HEADER.read_text(), flags=re.S)
     declared = dict(re.findall(r"gltf_meshlet_(\w+)\(([^;]*)\);", text))
-    for name, types in map(str.split, _codec._FUNCTIONS.split(",")):
+    for name, types in map(str.split, _library.FUNCTIONS.split(",")):
         assert len(declared[name].split(",")) == len(types), name
     expected, printed = [], []
     for name, body in re.findall(r"typedef struct (gltf_meshlet_\w+) \{(.*?)\n\}", text, re.S):
-        struct = getattr(_codec, f"_{name.removeprefix('gltf_meshlet_').capitalize()}")
+        kind = name.removeprefix("gltf_meshlet_").capitalize()
+        struct = getattr(
+            _library, {"Stream": "StreamRow", "Options": "MeshletOptions"}.get(kind, kind)
+        )
         fields = [getattr(struct, field) for field, _ in struct._fields_]
         expected += [ctypes.sizeof(struct), *(field.offset for field in fields)]
         body = re.sub(r"\(\*(\w+)\)\([^)]*\)", r"\1", body)
@@ -116,7 +119,7 @@ def test_calls_release_the_interpreter():
     def decode_all():
         while True:
             with contextlib.suppress(ValueError):  # the other thread came first
-                return _codec._c.decode_meshlets(*arguments)
+                return _library.functions.decode_meshlets(*arguments)
 
     thread = threading.Thread(target=decode_all)
     thread.start()

@@ -22,6 +22,7 @@ SMALL = "valid_worked_example.bin"
 SCRIPT = """
 import ctypes, json, sys
 from gltf_ext import _codec
+from gltf_ext._library import functions
 from tests.helpers import long_blobs
 from tests.helpers.environment import VECTORS
 
@@ -52,8 +53,8 @@ def unpack_answers(view):
     size, out = ctypes.c_size_t(), ctypes.c_uint8()
     packed = view.address, len(view.bytes)
     return [
-        answer(_codec._c.get_unpacked_bytes, *packed, ctypes.byref(size)),
-        answer(_codec._c.unpack, *packed, 1, ctypes.addressof(out), 1),
+        answer(functions.get_unpacked_bytes, *packed, ctypes.byref(size)),
+        answer(functions.unpack, *packed, 1, ctypes.addressof(out), 1),
     ]
 
 kind, *arguments = json.loads(sys.argv[1])

@@ -29,7 +29,17 @@ OURS = {*ALLOWED, "tests"}
 MODULE_NAME = re.compile(rf"({'|'.join(ALLOWED)})(\.\w+)+")  # given to import_module
 # The layers of gltf_ext, from below: each imports only itself and those before it.
 LAYERS = (
-    {"errors", "files", "portable", "progress", "ranges", "scheduler", "work_files", "_codec"},
+    {
+        "errors",
+        "files",
+        "portable",
+        "progress",
+        "ranges",
+        "scheduler",
+        "work_files",
+        "_codec",
+        "_library",
+    },
     {"gltf"},
     {"compression"},
     {"lod"},

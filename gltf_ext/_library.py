@@ -1,0 +1,157 @@
+"""The native library, codec/c/gltf_meshlet.h: its structs, functions, statuses and handles."""
+
+from __future__ import annotations
+
+import ctypes
+import sys
+from collections.abc import Callable, Sequence
+from ctypes import byref, c_float, c_size_t, c_uint8, c_uint32, c_uint64, c_void_p
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+BLOB_MAX_STREAMS = 64  # of codec/format/constants.h
+
+PROGRESS = ctypes.CFUNCTYPE(ctypes.c_int, c_void_p, c_float)
+# Types of fields and arguments, by a letter each; p is any pointer.
+_NUMBERS = (c_uint8, c_uint32, c_uint64, ctypes.c_int32, c_float, c_size_t)
+_ARRAYS = (c_uint32 * 4, c_uint64 * 5, c_float * 4, c_uint64 * BLOB_MAX_STREAMS)
+_TYPES: dict[str, Any] = dict(zip("buqifzpc45os", (*_NUMBERS, c_void_p, PROGRESS, *_ARRAYS)))
+FUNCTIONS = """
+close p, get_array pupp, open pzp, get_counts pp, get_blob pup, get_stream puup, validate pi,
+get_meshlet_triangles pupz, get_statistics pp, decode pip, decode_meshlets ppzppp, encode pppp,
+weld pzzpp, scan_lines pzppzp, generate pppp, sort_points pzp, open_surface puqpfip,
+measure ppppzpip, get_distances pzppqfipp, get_unpacked_bytes pzp, unpack pzipz, pack pzip
+"""
+
+
+def _fields(types: str, names: str) -> list[tuple[str, Any]]:
+    return [(name, _TYPES[kind]) for kind, name in zip(types, names.split())]
+
+
+def address(value: Any) -> Any:
+    """The address of an array; other values as they are."""
+    if isinstance(value, np.ndarray):
+        return value.__array_interface__["data"][0]
+    return ctypes.addressof(value) if isinstance(value, ctypes.Array) else value
+
+
+class Struct(ctypes.Structure):
+    """A struct that begins with its size, and keeps the arrays that it points to."""
+
+    def __init__(self, **values: Any) -> None:
+        self.kept = values
+        addresses = {name: address(value) for name, value in values.items()}
+        super().__init__(size=ctypes.sizeof(self), **addresses)
+
+    @property
+    def _as_parameter_(self) -> Any:
+        return byref(self)
+
+
+def _struct(types: str, names: str) -> type[Struct]:
+    return type("Struct", (Struct,), {"_fields_": _fields("u" + types, "size " + names)})
+
+
+class StreamRow(ctypes.Structure):
+    _fields_ = _fields(
+        "bbbbbbbbfo",
+        "kind elements bits predictor chain_base interior_base anchor_base reserved step offset",
+    )
+
+
+Counts = _struct("uuuqqq", "blobs streams suspicious triangles vertices meshlets")
+Blob = _struct(
+    "uqqqqqqqq",
+    "data_offset offset bytes triangles vertices meshlets first_triangle first_vertex "
+    "first_meshlet",
+)
+Statistics = _struct(
+    "i4qqs5qqqq",
+    "iterations histogram connectivity references streams symbols disks owned private foreign",
+)
+Arrays = _struct(
+    "uqqpppqq",
+    "first_vertex triangle_room vertex_room triangles integers values triangles_out vertices_out",
+)
+Mesh = _struct(
+    "upqqppppppppqqq",
+    "stream_count triangles triangle_count vertex_count position_ids positions streams values "
+    "order disk_begin meshlet_begin group_begin disk_begin_count meshlet_begin_count "
+    "group_begin_count",
+)
+MeshletOptions = _struct(
+    "uuuiffuuqcp",
+    "effort max_triangles max_vertices threads lambda_ fill weight_of_choe separate_seams "
+    "page_bytes progress user",
+)
+Groups = _struct("ppqq", "triangles begin triangle_count begin_count")
+Carried = _struct("pppq", "vertices begin areas count")
+
+
+class Cancelled(Exception):
+    pass
+
+
+_ERRORS = {3: IndexError, 6: MemoryError, 7: Cancelled, 8: RuntimeError}  # by status
+
+
+def check(status: int, *_: Any) -> None:
+    """Raises the exception of a status."""
+    if status:
+        raise _ERRORS.get(status, ValueError)(library.gltf_meshlet_error().decode())
+
+
+def _load() -> ctypes.CDLL:
+    names = {"win32": "gltf_meshlet.dll", "darwin": "libgltf_meshlet.dylib"}
+    name = names.get(sys.platform, "libgltf_meshlet.so")
+    # An editable install has two folders, one of which holds what was compiled.
+    paths = [Path(folder, name) for folder in sys.modules["gltf_ext"].__path__]
+    found = next((path for path in paths if path.exists()), None)
+    if found is None:
+        raise ImportError(f"{name} is not in {paths[0].parent}; install gltf-meshlet again")
+    library = ctypes.CDLL(str(found))
+    library.gltf_meshlet_error.restype = ctypes.c_char_p
+    return library
+
+
+def _function(name: str, types: str) -> Any:
+    function = getattr(library, f"gltf_meshlet_{name}")
+    function.argtypes, function.errcheck = [_TYPES[t] for t in types], check
+    return function
+
+
+library = _load()  # also has two functions of meshoptimizer, in wheels
+functions = SimpleNamespace(**{f.split()[0]: _function(*f.split()) for f in FUNCTIONS.split(",")})
+
+
+class Handle:
+    """An object of the library, open until nobody refers to this one."""
+
+    def __init__(self) -> None:
+        self._as_parameter_ = c_void_p()
+
+    def __del__(self, close: Callable[[Handle], object] = functions.close) -> None:
+        close(self)
+
+    @property
+    def out(self) -> Any:
+        """Where a function that opens it puts the handle."""
+        return byref(self._as_parameter_)
+
+
+class Result(Handle):
+    def array(self, number: int, dtype: type[np.generic] = np.uint32) -> NDArray[Any]:
+        """A copy of an array."""
+        items, size = c_void_p(), c_size_t()
+        functions.get_array(self, number, byref(items), byref(size))
+        found = np.empty(size.value // np.dtype(dtype).itemsize, dtype)
+        ctypes.memmove(address(found), items, size.value)
+        return found
+
+
+def pointers(arrays: Sequence[NDArray[Any]]) -> ctypes.Array[c_void_p]:
+    return (c_void_p * len(arrays))(*map(address, arrays))
