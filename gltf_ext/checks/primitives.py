@@ -2,30 +2,32 @@
 
 from __future__ import annotations
 
+import dataclasses
+import os
 from collections.abc import Iterator
 
 import numpy as np
 
 from gltf_ext.checks.attribute_errors import Errors, errors_of
 from gltf_ext.checks.findings import Findings
-from gltf_ext.checks.triangles import Comparison
+from gltf_ext.checks.triangles import Comparison, keys_of
 from gltf_ext.compression.extension import is_compressed, read_compressed, source_of
 from gltf_ext.compression.records import RecordFormat
 from gltf_ext.compression.sources import Rows, Source, blocks
+from gltf_ext.errors import blaming
 from gltf_ext.gltf.document import Document
 from gltf_ext.progress import Advance
 
 
 def read_original(document: Document, mesh: int, index: int) -> Source:
-    """A primitive of a document, in memory, with its bounds. Raises MeshletError."""
-    source, _ = source_of(document, mesh, index)
-    source.read_bounds()
-    return source
+    """A primitive of a document, in memory, without its bounds. Raises MeshletError."""
+    return source_of(document, mesh, index)[0]
 
 
 def compare(
     document: Document,
     source: Source,
+    original: str | os.PathLike[str],
     findings: Findings,
     folder: str,
     advance: Advance | None,
@@ -33,7 +35,9 @@ def compare(
     """Compares a primitive of the original with the one at the same place of the document.
 
     Values that are quantised to equal integers decode to equal values, so that errors need the
-    source only. folder: for work files.
+    source and the compressed accessors' types only. Where triangles are missing, only vertices that
+    the compressed primitive has count; none of a source that is read in parts.
+    original: path of the source, for errors; folder: for work files.
     """
     mesh, index = source.mesh, source.primitive
     if not is_compressed(document.meshes[mesh].primitives[index]):
@@ -49,6 +53,9 @@ def compare(
     if not findings.has_attributes(mesh, widths, compressed):
         findings.triangles += source.triangle_count
         return
+    if not source.bounds:  # a primitive that is not compressed may have any values
+        with blaming(original):
+            source.read_bounds()
     first = {name: streams.start for name, streams, _ in compressed.named_streams}
     form = RecordFormat.with_streams(source, compressed.streams, first)
     comparison = Comparison(source, form, compressed, folder)
@@ -56,18 +63,35 @@ def compare(
     findings.triangles += comparison.triangles
     findings.add_triangles(compressed, comparison.missing, comparison.extra, comparison.collapsed)
     errors = {name: Errors() for name in first}
-    for part in _errors_of_parts(source, form) if not comparison.missing else ():
-        for name, more in part.items():
-            errors[name].join(more)
+    formats = {name: types for name, _, types in compressed.named_streams}
+    decoding = dataclasses.replace(form, formats=formats)
+    if not comparison.missing or comparison.vertices is not None:
+        known = comparison.vertices if comparison.missing else None
+        for part in _errors_of_parts(source, decoding, known):
+            for name, more in part.items():
+                errors[name].join(more)
     for name, of_values in errors.items():
         findings.add_value_errors(mesh, compressed, name, of_values)
 
 
-def _errors_of_parts(source: Source, form: RecordFormat) -> Iterator[dict[str, Errors]]:
-    """The errors of all attributes of the source's used vertices, part after part."""
+def _errors_of_parts(
+    source: Source, form: RecordFormat, known: np.ndarray | None
+) -> Iterator[dict[str, Errors]]:
+    """The errors of all attributes of the source's used vertices, part after part.
+
+    form: with the types that the values decode to; known: keys of the vertices that count, None for
+    all.
+    """
 
     def of_vertices(vertices: dict[str, np.ndarray]) -> dict[str, Errors]:
-        decoded = form.decoded(form.plan.quantise(vertices), tuple(vertices))
+        integers = form.plan.quantise(vertices)
+        if known is not None:
+            is_known = np.isin(keys_of([integers[s] for s in sorted(integers)]), known)
+            vertices = {name: values[is_known] for name, values in vertices.items()}
+            integers = {number: values[is_known] for number, values in integers.items()}
+            if not is_known.any():
+                return {}
+        decoded = form.decoded(integers, tuple(vertices))
         return {
             name: errors_of(name, values, decoded[name], form.plan.streams_of(name))
             for name, values in vertices.items()

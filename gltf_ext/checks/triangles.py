@@ -28,6 +28,8 @@ class Comparison:
         triangles: number of the source's, without those that a writer may leave out.
         missing, extra: number of triangles that only the source has, and only the compressed one.
         collapsed: of the source's triangles, with two corners on one point of the grid.
+        vertices: keys of the compressed primitive's vertices, in ascending order; None for a source
+            that is read in parts, where they might not fit memory.
     """
 
     def __init__(
@@ -39,6 +41,7 @@ class Comparison:
         self._compressed, self._folder = compressed, folder
         self._buckets = Buckets(TRIANGLE, TRIANGLE.itemsize * count, folder)
         self.triangles = self.missing = self.extra = self.collapsed = 0
+        self.vertices = np.empty(0, np.uint64) if source.is_in_memory else None
 
     def run(self, advance: Advance | None) -> None:
         """Sets the counts. Raises MeshletError, OSError."""
@@ -81,14 +84,17 @@ class Comparison:
     def _columns(self, records: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """The keys of _source_corners, of records [...]."""
         streams = [records[str(s)] for s in range(len(self._form.plan.streams))]
-        return _keys(streams), _keys(streams[:1]), records[HASH]
+        return keys_of(streams), keys_of(streams[:1]), records[HASH]
 
     def _add_compressed(self, progress: Advance) -> None:
         done = 0
         for part in parts_of(self._compressed.blob):
             with malformed_from(self._compressed.where):
                 triangles, values = _codec.decode(part)
-            self._add(_keys(values)[triangles], COMPRESSED)
+            keys = keys_of(values)
+            self._add(keys[triangles], COMPRESSED)
+            if self.vertices is not None:
+                self.vertices = np.union1d(self.vertices, keys)
             done += len(part)
             progress(done / len(self._compressed.blob))
 
@@ -123,7 +129,7 @@ def rotated(triangles: np.ndarray) -> np.ndarray:
     return np.stack([np.choose((turn + k) % 3, (a, b, c)) for k in range(3)], axis=1)
 
 
-def _keys(streams: list[np.ndarray]) -> np.ndarray:
+def keys_of(streams: list[np.ndarray]) -> np.ndarray:
     """uint64[...]: hashes of vertices, of integers [..., elements] of each stream."""
     rows = np.concatenate(streams, axis=-1)
     return hashes(rows.reshape(-1, rows.shape[-1])).reshape(rows.shape[:-1])

@@ -92,7 +92,7 @@ def _compare_files(
             with blaming(original):
                 source = large.get((mesh, index)) or read_original(before, mesh, index)
             with blaming(compressed):
-                compare(after, source, findings, str(options.work_dir), advance)
+                compare(after, source, original, findings, str(options.work_dir), advance)
     with blaming(compressed):
         levels, not_measured = measure_levels(after, large=set(large))
     findings.problems += level_problems(levels)

@@ -371,9 +371,11 @@ def _is_float_weights(name: str, values: np.ndarray) -> bool:
 
 
 def _streams(name: str, bounds: np.ndarray, grid: Grid | None, bits: Bits) -> list[Stream]:
-    if bounds.dtype.kind == "f" and is_of_target(name):
+    if not is_of_target(name):
+        return _attribute_streams(name, bounds, grid, bits)
+    if bounds.dtype.kind == "f":
         return _target_streams(local_name(name), bounds, grid, bits)
-    return _attribute_streams(local_name(name), bounds, grid, bits)
+    return [_exact(local_name(name), columns) for columns in _chunks(bounds)]
 
 
 def _attribute_streams(

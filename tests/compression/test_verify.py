@@ -14,7 +14,15 @@ from gltf_ext.checks.triangles import (
     difference,
     rotated,
 )
-from tests.helpers.gltf_builder import NORMALIZED, Builder, everything, glb_bytes, glb_json
+from tests.helpers.gltf_builder import (
+    NORMALIZED,
+    Builder,
+    everything,
+    glb_bytes,
+    glb_json,
+    glb_parts,
+    grid_mesh,
+)
 
 EXTENSION = "EXT_meshlet_edgebreaker"
 
@@ -266,3 +274,60 @@ def test_validate_checks_the_fallback(case, tmp_path):
 def test_validate_accepts_and_names(case):
     assert gltf_ext.validate(case[0] / "out.glb") == []
     assert "compress it first" in gltf_ext.validate(case[0] / "in.glb")[0]
+
+
+@pytest.mark.parametrize(
+    ("name", "component_type"),
+    [("TEXCOORD_0", 5123), ("POSITION", 5122), ("WEIGHTS_0", 5121), ("COLOR_0", 5121)],
+)
+def test_values_of_another_component_type_are_noticed(tmp_path, name, component_type):
+    """The bytes of the compressed data are right, but readers convert them to other values."""
+    positions, triangles = grid_mesh(9, 9)
+    random = np.random.default_rng(1)
+    attributes = {"POSITION": positions + 0.25, "TEXCOORD_0": positions[:, :2] / 9 + 0.25}
+    for weights in ("WEIGHTS_0", "COLOR_0"):
+        attributes[weights] = random.dirichlet(np.ones(4), len(positions)).astype(np.float32)
+    original = write(tmp_path / "in.glb", attributes, triangles)
+    gltf_ext.compress(original, tmp_path / "out.glb")
+    document, binary = glb_parts(tmp_path / "out.glb")
+    accessor = document["accessors"][document["meshes"][0]["primitives"][0]["attributes"][name]]
+    accessor["componentType"] = component_type
+    accessor.pop("min", None), accessor.pop("max", None)
+    (tmp_path / "changed.glb").write_bytes(glb_bytes(document, binary))
+    report = gltf_ext.verify(original, tmp_path / "changed.glb")
+    assert not report["ok"] and name in report["problems"][0]
+
+
+def test_integer_colours_of_targets_are_exact(tmp_path):
+    positions, triangles = grid_mesh(9, 9)
+    colours = np.random.default_rng(1).integers(0, 2000, (len(positions), 4)).astype(np.uint16)
+    target = {"POSITION": positions * np.float32(0.1), "COLOR_0": colours}
+    original = write(
+        tmp_path / "in.glb", {"POSITION": positions, "COLOR_0": colours}, triangles, [target]
+    )
+    gltf_ext.compress(original, tmp_path / "out.glb")
+    errors = gltf_ext.verify(original, tmp_path / "out.glb")["max_error"]
+    assert errors["targets[0].COLOR_0"] == 0.0 < errors["COLOR_0"]
+
+
+def test_errors_of_the_vertices_that_are_there_are_stated(case):
+    """One vertex has moved: its triangles are missing, the figures are those of all others."""
+    attributes = {**case[1], "POSITION": case[1]["POSITION"].copy()}
+    attributes["POSITION"][20, 0] += 1.0
+    report = verified(case, attributes)
+    assert not report["ok"] and report["missing_triangles"]
+    assert 0.0 < report["max_error"]["POSITION"] < 0.1 and report["max_error_degrees"]["NORMAL"] > 0
+
+
+def test_what_is_kept_uncompressed_may_have_any_values(tmp_path):
+    """compress keeps a primitive with too many attributes as it is, NaN included."""
+    positions, triangles = grid_mesh(5, 5)
+    many = {f"TEXCOORD_{i}": positions[:, :2].copy() for i in range(70)}
+    many["TEXCOORD_3"][2, 0] = np.nan
+    builder = Builder()
+    builder.mesh({"POSITION": positions}, triangles)
+    builder.mesh({"POSITION": positions, **many}, triangles)
+    original = builder.write(tmp_path / "in.glb")
+    report = gltf_ext.compress(original, tmp_path / "out.glb")
+    assert len(report["kept"]) == 1
+    assert gltf_ext.verify(original, tmp_path / "out.glb")["ok"]
