@@ -139,8 +139,9 @@ class Renderer:
         targets = self._fitting_targets(drawing.targets, width, height, ids)
         finished = False
         while not finished:
-            frame = FrameCommands(drawing, targets, steps=steps)
-            times = frame.run_steps()
+            with self.device.free_on_error():
+                frame = FrameCommands(drawing, targets, steps=steps)
+                times = frame.run_steps()
             frame.free()
             finished = drawing.finish(wait) or not wait
         color = targets.color.read(np.uint8, 4)
@@ -176,9 +177,10 @@ class Renderer:
                 own["pool"] = self.pool
             if issubclass(kind, PooledDrawing | MeshDrawing):
                 own["occlusion"] = self.occlusion
-            self._drawings[key] = kind(
-                self.device, scene, PATHS[path], culling=culling, ids=ids, **own
-            )
+            with self.device.free_on_error():
+                self._drawings[key] = kind(
+                    self.device, scene, PATHS[path], culling=culling, ids=ids, **own
+                )
         return self._drawings[key]
 
     def _fitting_targets(self, kind: Any, width: int, height: int, ids: bool) -> Any:
@@ -188,7 +190,9 @@ class Renderer:
             return last
         if last:
             last.free()
-        self._targets = kind(self.device, width, height, ids)
+            self._targets = None  # the new ones may not fit the device
+        with self.device.free_on_error():
+            self._targets = kind(self.device, width, height, ids)
         return self._targets
 
     def close(self) -> None:
