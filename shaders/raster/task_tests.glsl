@@ -61,7 +61,7 @@ bool item_wanted(uint workgroup, uint bit) {
 // One thread; three atomic operations of 32 meshlets.
 void count_workgroup(uint workgroup) {
   Counters counters = Counters(push.counters);
-  // Surplus workgroups of an indirect draw have no word. Draws of other sides have other bits of it.
+  // Surplus workgroups of an indirect draw have no word. Draws of other sides set other bits.
   if (push.phase == PHASE_FIRST && workgroup_launched != 0u)
     atomicOr(MeshletBits(push.drawn).at[workgroup], workgroup_launched);
   if (push.phase != PHASE_SECOND) atomicAdd(counters.of_frame.tested, bitCount(workgroup_tested));
