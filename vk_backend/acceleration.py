@@ -86,10 +86,10 @@ class Structures:
         self.addresses: list[int] = []
         self._packed: list[Packed] = []
         self.allocated = 0
-        self._infos = [self._info(g) for g in geometries]
-        self._sizes = [self._size(i, g.count) for i, g in zip(self._infos, geometries)]
         for geometry in geometries:
             device.limits.check_structure(geometry.count, of_instances=level == TOP)
+        self._infos = [self._info(g) for g in geometries]
+        self._sizes = [self._size(i, g.count) for i, g in zip(self._infos, geometries)]
         begin = 0
         while begin < len(geometries):
             end, total = begin + 1, self._sizes[begin][0]

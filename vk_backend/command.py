@@ -66,7 +66,7 @@ def _render(options: argparse.Namespace) -> int:
         renderer = stack.enter_context(
             Renderer(options.device, options.validate, ring=options.ring, pool=options.pool)
         )
-        path = options.path or _default_path(renderer)
+        path = options.path or _default_path(renderer, scene)
         if path == "rt" and scene.has_levels:
             from .cut_scene import cut_scene
 
@@ -154,8 +154,8 @@ def _turn(scene: Scene, camera: Camera, frames: int) -> list[Camera]:
     return cameras
 
 
-def _default_path(renderer: Renderer) -> str:
-    path = renderer.default_path
+def _default_path(renderer: Renderer, scene: Scene) -> str:
+    path = renderer.default_path(scene)
     if path == "vertex":
         print(
             f"gltf-meshlet: {renderer.device.name} has neither 64-bit atomics nor mesh shaders; "

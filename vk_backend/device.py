@@ -148,12 +148,32 @@ class Device:
         """Takes back `at_close`. Returns False if the action is not registered or has run."""
         return self._closing.pop(action, self) is None
 
+    @contextmanager
+    def free_on_error(self) -> Iterator[None]:
+        """Frees the resources that the block has made if it raises.
+
+        What `once` caches is no Resource and stays: later blocks use it.
+        """
+        earlier = set(self._closing)
+        try:
+            yield
+        except BaseException:
+            self._wait()
+            for action in reversed([a for a in self._closing if a not in earlier]):
+                owner = getattr(action, "__self__", None)
+                if isinstance(owner, Resource):
+                    owner.free()
+            raise
+
+    def _wait(self) -> None:
+        """Waits for all work. Of a lost device the driver has stopped it."""
+        with suppress(vk.VkErrorDeviceLost):
+            vk.vkDeviceWaitIdle(self._handle)
+
     def close(self) -> None:
         """Destroys the device and everything that was made with it; a second call does nothing."""
         if self._handle is not None:
-            # Of a lost device the driver has stopped all work: everything can be destroyed.
-            with suppress(vk.VkErrorDeviceLost):
-                vk.vkDeviceWaitIdle(self._handle)
+            self._wait()
             while self._closing:
                 self._closing.popitem()[0]()
             vk.vkDestroyDevice(self._handle, None)

@@ -11,6 +11,7 @@ from .errors import VulkanError
 # What every device allows, by the table "Required Limits" of the specification of Vulkan.
 MAX_WORKGROUPS = 65535  # in a dimension of a dispatch or draw
 PUSH_BYTES = 128  # of push constants
+COLOR_ATTACHMENTS = 2  # of a picture, at most: colours and ids
 
 
 @dataclass(frozen=True)
@@ -132,11 +133,12 @@ def read_limits(physical: Any, *, mesh: bool, raytracing: bool) -> Limits:
         image_side=image_side,
         picture_side=min(image_side, *framebuffer, *core.maxViewportDimensions),
         workgroups=tuple(core.maxComputeWorkGroupCount),
-        # A texture takes a sampler and a sampled image, and all are in one set for any stage.
+        # A texture takes a sampler and a sampled image, and all are in one set for any stage. The
+        # fragment stage has colour attachments among its resources.
         textures=min(
             core.maxPerStageDescriptorSamplers,
             core.maxPerStageDescriptorSampledImages,
-            core.maxPerStageResources,
+            core.maxPerStageResources - COLOR_ATTACHMENTS,
             core.maxDescriptorSetSamplers,
             core.maxDescriptorSetSampledImages,
         ),

@@ -170,11 +170,11 @@ def no_driver() -> VulkanError:
 
 def _index_of(select: str, names: list[str]) -> int:
     """The index of the device with this number, or with this part of its name."""
-    if select.isdigit():
-        index = int(select)
-    else:
-        index = next((i for i, name in enumerate(names) if select.lower() in name.lower()), -1)
-    if not 0 <= index < len(names):
+    numbers = [str(i) for i in range(len(names))]
+    if select in numbers:
+        return int(select)
+    index = next((i for i, name in enumerate(names) if select.lower() in name.lower()), None)
+    if index is None:
         raise VulkanError(
             f"there is no device {select}",
             "there are: " + "; ".join(f"{i}: {n}" for i, n in enumerate(names)),

@@ -114,7 +114,12 @@ class RayTracer:
         self._picture: dict[str, Buffer] = {}
         self._size = (0, 0)
         self.set_light(bounces=bounces, shadows=shadows)
+        with device.free_on_error():
+            self._make_resources(layout)
 
+    def _make_resources(self, layout: SlotLayout) -> None:
+        """Makes everything on the device that does not depend on the picture's size."""
+        device, scene = self.device, self.scene
         self.buffers = SceneBuffers(device, scene, self.needs)
         frame = Buffer(device, FRAME.itemsize)
         start = Camera.fit_box(scene.low, scene.high, 1, 1)
@@ -251,11 +256,13 @@ class RayTracer:
         pixels = width * height
         for buffer in self._picture.values():
             buffer.free()
+        self._picture, self._size = {}, (0, 0)  # the new ones may not fit the device
         sizes = {"colors": 4 * pixels, "hits": 4 * HIT_WORDS * pixels}
         if self.sweeps:
             # One record per pixel; a row of pixels may need two.
             sizes["records"] = RECORD_BYTES * width * max(height, 2)
-        self._picture = {name: Buffer(self.device, size) for name, size in sizes.items()}
+        with self.device.free_on_error():
+            self._picture = {name: Buffer(self.device, size) for name, size in sizes.items()}
         self._size = width, height
 
     def _bind(self, commands: Any) -> None:

@@ -21,6 +21,7 @@ from .scene import Scene
 from .visibility import VISIBILITY
 
 PATHS = {path.name: path for path in (VISIBILITY, *MESH_PATHS, *GRAPHICS_PATHS)}
+DEFAULTS = ("visibility", "stream", "vertex")  # the last one works everywhere
 # What draws scenes that were loaded with levels.
 LEVELS: dict[str, type[CutDrawing]] = {
     VISIBILITY.name: LevelsDrawing,
@@ -90,11 +91,20 @@ class Renderer:
         self.drawing: Drawing | None = None  # the last one used
         self._targets: Any = None
 
-    @property
-    def default_path(self) -> str:
-        """The first that the device can draw: visibility, stream or vertex."""
-        has = self.device.capabilities
-        return "visibility" if "atomics64" in has else "stream" if "mesh" in has else "vertex"
+    def default_path(self, scene: Scene) -> str:
+        """The first of DEFAULTS, or of LEVELS for a scene with levels, that the device can draw.
+
+        Raises VulkanError if it can draw no path with levels.
+        """
+        for path in LEVELS if scene.has_levels else DEFAULTS:
+            capability = PATHS[path].capability
+            if capability is None or capability in self.device.capabilities:
+                return path
+        raise VulkanError(
+            f"{self.device.name} has neither 64-bit atomics nor mesh shaders, and levels of detail "
+            "need one of them",
+            "choose another --device, or leave out --lod-error",
+        )
 
     @property
     def resident_bytes(self) -> int:
@@ -121,14 +131,14 @@ class Renderer:
     ) -> Picture:
         """Renders a picture. Buffers stay on the device until another scene is rendered.
 
-        path: a key of PATHS; by default `default_path`. width, height: pixels. culling: skip
+        path: a key of PATHS; by default `default_path(scene)`. width, height: pixels. culling: skip
         meshlets that cannot be visible. ids: return the ids of each pixel. steps: time each step.
         lod_error: pixels, for a scene that was loaded with levels. wait: draw frames until all
         pages that the picture needs are there; otherwise draw one frame with those that are, and
         read others for later ones.
         Raises VulkanError if the device cannot render this path or size.
         """
-        path = path or self.default_path
+        path = path or self.default_path(scene)
         if path not in PATHS:
             raise VulkanError(f"there is no path {path}", f"there are {', '.join(PATHS)}")
         self.device.limits.check_picture(width, height)
@@ -139,8 +149,9 @@ class Renderer:
         targets = self._fitting_targets(drawing.targets, width, height, ids)
         finished = False
         while not finished:
-            frame = FrameCommands(drawing, targets, steps=steps)
-            times = frame.run_steps()
+            with self.device.free_on_error():
+                frame = FrameCommands(drawing, targets, steps=steps)
+                times = frame.run_steps()
             frame.free()
             finished = drawing.finish(wait) or not wait
         color = targets.color.read(np.uint8, 4)
@@ -176,9 +187,10 @@ class Renderer:
                 own["pool"] = self.pool
             if issubclass(kind, PooledDrawing | MeshDrawing):
                 own["occlusion"] = self.occlusion
-            self._drawings[key] = kind(
-                self.device, scene, PATHS[path], culling=culling, ids=ids, **own
-            )
+            with self.device.free_on_error():
+                self._drawings[key] = kind(
+                    self.device, scene, PATHS[path], culling=culling, ids=ids, **own
+                )
         return self._drawings[key]
 
     def _fitting_targets(self, kind: Any, width: int, height: int, ids: bool) -> Any:
@@ -188,7 +200,9 @@ class Renderer:
             return last
         if last:
             last.free()
-        self._targets = kind(self.device, width, height, ids)
+            self._targets = None  # the new ones may not fit the device
+        with self.device.free_on_error():
+            self._targets = kind(self.device, width, height, ids)
         return self._targets
 
     def close(self) -> None:

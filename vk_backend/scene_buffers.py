@@ -20,7 +20,7 @@ from .scene import SHADED, Attribute, Instance, Primitive, Scene
 # per element of a vertex, per stream, and for the rest.
 TEAM_ELEMENT_BYTES = 256
 TEAM_STREAM_BYTES = 20
-TEAM_OTHER_BYTES = 4096
+TEAM_OTHER_BYTES = 4368
 
 # Of shaders/scene/scene.glsl. Matrices are stored column by column: numpy's [4, 4] transposed.
 ATTRIBUTE, PRIMITIVE, INSTANCE, MATERIAL, FRAME = map(

@@ -36,6 +36,7 @@ class TextureArray(Resource):
 
     def __init__(self, device: Device, textures: list[Texture]):
         self._size = array_size(textures)
+        layout = _set_layout(device, self._size)  # first: it checks the number
         textures = textures or [WHITE]
         self._images = [_upload(device, texture) for texture in textures]
         self._samplers = [_sampler(device, texture) for texture in textures]
@@ -58,7 +59,7 @@ class TextureArray(Resource):
             vk.VkDescriptorSetAllocateInfo(
                 descriptorPool=self._pool,
                 descriptorSetCount=1,
-                pSetLayouts=[_set_layout(device, self._size)],
+                pSetLayouts=[layout],
             ),
         )[0]
         super().__init__(device)

@@ -61,7 +61,8 @@ bool item_wanted(uint workgroup, uint bit) {
 // One thread; three atomic operations of 32 meshlets.
 void count_workgroup(uint workgroup) {
   Counters counters = Counters(push.counters);
-  if (push.phase == PHASE_FIRST)  // draws of other sides have other bits of the word
+  // Surplus workgroups of an indirect draw have no word. Draws of other sides set other bits.
+  if (push.phase == PHASE_FIRST && workgroup_launched != 0u)
     atomicOr(MeshletBits(push.drawn).at[workgroup], workgroup_launched);
   if (push.phase != PHASE_SECOND) atomicAdd(counters.of_frame.tested, bitCount(workgroup_tested));
   atomicAdd(counters.of_frame.launched, bitCount(workgroup_launched));

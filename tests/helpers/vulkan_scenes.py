@@ -17,6 +17,7 @@ from tests.helpers.gltf_builder import Builder, grid_mesh
 
 if TYPE_CHECKING:
     from vk_backend.camera import Camera
+    from vk_backend.device import Device, Resource
     from vk_backend.renderer import Renderer
 
 UNLIT = {"KHR_materials_unlit": {}}
@@ -34,6 +35,14 @@ def require_vulkan() -> None:
         Device(validation=True).close()
     except MeshletError as error:
         missing(str(error))
+
+
+def resources_of(device: Device) -> set[Resource]:
+    """Everything on a device that can be freed before the device is closed."""
+    from vk_backend.device import Resource
+
+    owners = {getattr(action, "__self__", None) for action in device._closing}
+    return {owner for owner in owners if isinstance(owner, Resource)}
 
 
 def open_renderer() -> Iterator[Renderer]:

@@ -31,7 +31,14 @@ def test_choice_by_number_and_name():
         assert numbered.name and named.name
 
 
-@pytest.mark.parametrize("select", ["no such device", 99, "99"])
+@pytest.mark.parametrize(("select", "index"), [("0", 0), ("2", 2), ("4070", 1), ("rtx 40", 1)])
+def test_a_number_may_be_part_of_a_name(select, index):
+    from vk_backend.physical import _index_of
+
+    assert _index_of(select, ["llvmpipe", "RTX 4070", "RTX 4090"]) == index
+
+
+@pytest.mark.parametrize("select", ["no such device", 99, "99", "²", "9" * 5000])
 def test_no_such_device(select):
     from vk_backend.device import Device
 
@@ -235,16 +242,16 @@ def test_missing_extension_is_named(tmp_path):
 
     scene = load_scene(zoo(tmp_path / "zoo.glb"))
     with Renderer() as renderer:
-        assert renderer.default_path == "visibility"
+        assert renderer.default_path(scene) == "visibility"
         renderer.device.capabilities -= {"atomics64"}
-        assert renderer.default_path == "stream"
+        assert renderer.default_path(scene) == "stream"
         with pytest.raises(
             MeshletError, match="lacks the feature atomics64, which path visibility"
         ):
             renderer.render(scene, scene.cameras[0], "visibility", 16, 16)
         renderer.device.capabilities -= {"mesh"}
         renderer.device.extensions -= {"VK_EXT_mesh_shader"}
-        assert renderer.default_path == "vertex"
+        assert renderer.default_path(scene) == "vertex"
         with pytest.raises(
             MeshletError,
             match=r"lacks VK_EXT_mesh_shader, which path mesh needs; choose another",

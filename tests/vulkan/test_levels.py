@@ -411,6 +411,20 @@ def test_rays_meet_the_cut_of_the_camera(renderer, scene, whole, number):
     parts.free()
 
 
+def test_the_default_path_has_levels(renderer, scene, monkeypatch):
+    """On a device without 64-bit atomics, paths stream and vertex are no choice."""
+    from vk_backend.errors import VulkanError
+
+    has = renderer.device.capabilities
+    monkeypatch.setattr(renderer.device, "capabilities", has - {"atomics64"})
+    assert renderer.default_path(scene) == "mesh"
+    assert renderer.render(scene, camera_at(0), None, WIDTH, HEIGHT).tasks is not None
+    monkeypatch.setattr(renderer.device, "capabilities", has - {"atomics64", "mesh"})
+    message = r"neither 64-bit atomics nor mesh shaders.*; choose another --device, or leave out"
+    with pytest.raises(VulkanError, match=message):
+        renderer.render(scene, camera_at(0), None, WIDTH, HEIGHT)
+
+
 def test_other_paths_have_no_levels(renderer, scene):
     from vk_backend.errors import VulkanError
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import product
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ import gltf_ext
 from gltf_ext.errors import MeshletError
 from gltf_meshlet import cli
 from tests.helpers.gltf_builder import Builder, grid_mesh
-from tests.helpers.vulkan_scenes import open_renderer, png, zoo
+from tests.helpers.vulkan_scenes import open_renderer, png, resources_of, zoo
 
 
 @pytest.fixture(scope="module")
@@ -60,9 +61,12 @@ def test_few_workgroups_clear_all_pixels(renderer, scene, monkeypatch):
 
 @pytest.mark.parametrize("most", [(3, 65535, 65535), (65535, 3, 65535)])
 def test_too_many_workgroups(renderer, scene, monkeypatch, most):
+    drawn(renderer, scene)
+    resources = resources_of(renderer.device)
     limited(monkeypatch, renderer.device, workgroups=most)
     with pytest.raises(MeshletError, match=r"^\d+ x \d+ workgroups are too many for .*; ask for"):
         drawn(renderer, scene)
+    assert resources_of(renderer.device) == resources
 
 
 # --- textures ---
@@ -138,13 +142,63 @@ def test_textures_share_samplers(monkeypatch):
     assert messages == [] and live == []
 
 
+def test_colour_attachments_take_resources_from_textures(renderer, monkeypatch):
+    from vk_backend import vk
+    from vk_backend.limits import read_limits
+
+    class Core:
+        maxPerStageResources = 18
+
+        def __getattr__(self, name):
+            return getattr(real.limits, name)
+
+    physical = renderer.device.physical
+    real = vk.vkGetPhysicalDeviceProperties(physical)
+    fake = SimpleNamespace(deviceName=real.deviceName, limits=Core())
+    monkeypatch.setattr(vk, "vkGetPhysicalDeviceProperties", lambda _: fake, raising=False)
+    assert read_limits(physical, mesh=False, raytracing=False).textures == 16
+
+
 def test_too_many_textures(renderer, monkeypatch):
     from vk_backend.materials import Texture
 
     limited(monkeypatch, renderer.device, textures=16)
     textures = [Texture(np.full((1, 1, 4), 255, np.uint8))] * 17
+    monkeypatch.setattr("vk_backend.textures._upload", None)  # the number is checked before
     with pytest.raises(MeshletError, match=r"room for 32 textures, too many for .*; at most 16$"):
         texture_array(renderer.device, textures)
+
+
+# --- after a failure ---
+
+
+def test_after_a_picture_that_does_not_fit(renderer, scene, monkeypatch):
+    """The targets of the last picture are gone: a picture of its size needs new ones."""
+    whole = renderer.render(scene, scene.cameras[0], "vertex", 64, 48)
+    with monkeypatch.context() as patch:
+        limited(patch, renderer.device, buffer_bytes=1 << 20)
+        with pytest.raises(MeshletError, match=r"^a buffer of \d MB is too large"):
+            renderer.render(scene, scene.cameras[0], "mesh", 600, 500)
+    again = renderer.render(scene, scene.cameras[0], "vertex", 64, 48)
+    assert (again.color == whole.color).all() and (again.ids == whole.ids).all()
+
+
+@pytest.mark.parametrize("path", ["visibility", "mesh", "vertex"])
+def test_a_failed_drawing_leaves_no_resource(renderer, scene, monkeypatch, path):
+    from vk_backend.renderer import PATHS
+
+    def fail(*_, **__):
+        raise MeshletError("no pipeline")
+
+    drawn(renderer, scene)
+    monkeypatch.setattr(renderer, "ring", 5)  # another drawing
+    monkeypatch.setattr(PATHS[path].drawing, "_make_pipelines", fail)
+    before = resources_of(renderer.device)
+    with pytest.raises(MeshletError, match="no pipeline"):
+        renderer.render(scene, scene.cameras[0], path, 64, 48)
+    assert resources_of(renderer.device) == before
+    monkeypatch.undo()
+    assert renderer.render(scene, scene.cameras[0], path, 64, 48).covered.any()
 
 
 # --- other limits ---
@@ -188,6 +242,7 @@ def test_too_large_acceleration_structure(renderer, scene, monkeypatch, limit):
 
     level, shape = (BOTTOM, Boxes) if limit == "structure_boxes" else (TOP, Instances)
     limited(monkeypatch, renderer.device, **{limit: 9})
+    monkeypatch.setattr(Structures, "_size", None)  # the number is checked before
     with pytest.raises(MeshletError, match=r"cannot trace 10 (boxes|instances); choose another"):
         Structures(renderer.device, level, [shape(0, 10)])
 

@@ -291,18 +291,12 @@ def test_slots_hold_attributes_of_more_than_64_bits(renderer, tmp_path, monkeypa
 
     usual = attributes._attribute_streams
 
-    def wide(name, values, *rest):
+    def wide(name, bounds, *rest):
         if name == "POSITION":
-            return usual(name, values, *rest)
-        stream = attributes._own_grid(values, bits)
+            return usual(name, bounds, *rest)
         if bits < 32:
-            return [(stream, attributes.grid_values(values, stream))]
-        return [
-            (
-                attributes.Stream(attributes.FLOAT32, values.shape[1], 32),
-                attributes.ordered_bits(values),
-            )
-        ]
+            return [attributes._own_grid(bounds, bits)]
+        return [attributes.Stream(attributes.FLOAT32, bounds.shape[1], 32)]
 
     monkeypatch.setattr(attributes, "_attribute_streams", wide)
     values, triangles, _ = everything()

@@ -29,6 +29,7 @@ from tests.helpers.rays import (
     transparent,
     waves,
 )
+from tests.helpers.vulkan_scenes import resources_of
 
 MODELS = ("bunny.glb", "sponza_like.glb")
 CACHES = (0.1, 0.25, 1.0)
@@ -407,6 +408,18 @@ def test13_errors(device, scene, shared, monkeypatch):
         with pytest.raises(VulkanError, match="cannot trace a picture of 64 x 49 pixels"):
             traced.render(camera, WIDTH, 49)
     assert_same_pictures(traced.render(camera, WIDTH, HEIGHT), before)
+    with monkeypatch.context() as patch:  # the buffers of the last picture are gone
+        patch.setattr(device, "limits", replace(device.limits, buffer_bytes=1 << 14))
+        with pytest.raises(VulkanError, match="is too large for"):
+            traced.render(camera, 300, 200)
+        assert traced._picture == {}
+    assert_same_pictures(traced.render(camera, WIDTH, HEIGHT), before)
+    with monkeypatch.context() as patch:
+        patch.setattr(type(traced), "_make_cache", lambda *_: 1 // 0)  # the last step
+        resources = resources_of(device)
+        with pytest.raises(ZeroDivisionError):
+            tracer(device, scene, **TRACERS["some"])
+        assert resources_of(device) == resources
 
     with pytest.raises(VulkanError, match="share from 0 to 1"):
         tracer(device, scene, cache=1.5)

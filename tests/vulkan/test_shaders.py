@@ -9,9 +9,10 @@ import subprocess
 import pytest
 
 from tools import build_shaders, shader_sources
-from tools.spirv import OP_DECORATE, instructions, words_of
+from tools.spirv import DECORATION_SPEC_ID, OP_DECORATE, instructions, words_of
 from vk_backend.constants import CONSTANTS, read_constants
-from vk_backend.reflection import shipped_reflection
+from vk_backend.reflection import shipped_reflection, specialization_ids
+from vk_backend.scene_buffers import team_bytes
 
 MODULES = build_shaders.modules()
 
@@ -113,3 +114,65 @@ def test_ray_tracing_is_exact():
         (build_shaders.OUTPUT / "surface_texcoord.frag.spv").read_bytes()
     )
     assert others - decorated
+
+
+# --- shared memory ---
+
+WORKGROUP = 4  # storage class
+# Operators of OpSpecConstantOp that the lengths of arrays use: IAdd, IMul, Select, UGreaterThan.
+OPERATORS = {
+    128: lambda a, b: a + b,
+    132: lambda a, b: a * b,
+    169: lambda condition, a, b: a if condition else b,
+    172: lambda a, b: a > b,
+}
+
+
+def workgroup_bytes(name: str, constants: dict[str, int]) -> int:
+    """Shared memory of a module's workgroup with these specialisation constants."""
+    words = words_of((build_shaders.OUTPUT / f"{name}.spv").read_bytes())
+    chosen = specialization_ids(name, constants)
+    specialized: dict[int, int] = {}  # id of a constant -> its specialisation id
+    values: dict[int, int] = {}
+    sizes: dict[int, int] = {}  # of types
+    pointed: dict[int, int] = {}
+    total = 0
+    for position, opcode in instructions(words):
+        if opcode == 54:  # OpFunction: after all types, constants and shared variables
+            break
+        operands = words[position + 1 : position + (words[position] >> 16)]
+        first, rest = operands[0], operands[1:]
+        if opcode == OP_DECORATE and rest[0] == DECORATION_SPEC_ID:
+            specialized[first] = rest[1]
+        elif opcode in (43, 50):  # OpConstant, OpSpecConstant
+            values[rest[0]] = chosen.get(specialized.get(rest[0]), rest[1])
+        elif opcode == 52 and rest[1] in OPERATORS:  # OpSpecConstantOp
+            inputs = [values.get(i) for i in rest[2:]]
+            if None not in inputs:
+                values[rest[0]] = OPERATORS[rest[1]](*inputs)
+        elif opcode == 20:  # OpTypeBool
+            sizes[first] = 4
+        elif opcode in (21, 22):  # OpTypeInt, OpTypeFloat
+            sizes[first] = rest[0] // 8
+        elif opcode == 23:  # OpTypeVector
+            sizes[first] = sizes[rest[0]] * rest[1]
+        elif opcode == 28 and rest[0] in sizes and rest[1] in values:  # OpTypeArray
+            sizes[first] = sizes[rest[0]] * values[rest[1]]
+        elif opcode == 30 and all(i in sizes for i in rest):  # OpTypeStruct
+            sizes[first] = sum(sizes[i] for i in rest)
+        elif opcode == 32:  # OpTypePointer
+            pointed[first] = rest[1]
+        elif opcode == 59 and rest[1] == WORKGROUP:  # OpVariable
+            total += sizes[pointed[first]]
+    return total
+
+
+@pytest.mark.parametrize(("elements", "streams"), [(1, 1), (5, 2), (12, 5), (86, 8)])
+def test_a_team_needs_no_more_shared_memory_than_the_host_demands(elements, streams):
+    """Of path mesh and of the filling of ray tracing's cache, the bound is the exact sum."""
+    shape = {"MAX_ELEMENTS": elements, "MAX_STREAMS": streams}
+    most = team_bytes(elements, streams)
+    used = {name: workgroup_bytes(name, shape) for name in MODULES}
+    assert used["mesh.mesh"] == used["rt_fill.comp"] == most == max(used.values())
+    paper = {"PAYLOAD_WORDS": CONSTANTS["PAPER_WORDS"], "MESH_THREADS": 16}
+    assert 0 < workgroup_bytes("mesh.mesh", shape | paper) < most
