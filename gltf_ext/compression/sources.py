@@ -125,6 +125,11 @@ class Source:
         names, numbers = self.indices[0]
         return (numbers or self.attributes[names[0]]).count // 3
 
+    @property
+    def vertex_count(self) -> int:
+        """The number of vertices, of a source whose attributes have the same numbers."""
+        return self.attributes["POSITION"].count
+
     def read_bounds(self, advance: Advance | None = None) -> None:
         """Sets `bounds`. Reads everything. Raises MeshletError for NaN and infinity, OSError."""
         for more in self.of_used_vertices(self._bounds, advance):
@@ -167,12 +172,12 @@ class Source:
         first: int,
         last: int,
     ) -> Any:
-        is_used = is_used[first:last]
-        if not is_used.any():
+        used = np.flatnonzero(is_used[first:last])
+        if not len(used):
             return None
         values = self.vertices(names, low + first, low + last)
-        if not is_used.all():
-            values = {name: rows[is_used] for name, rows in values.items()}
+        if len(used) < last - first:
+            values = {name: rows[used] for name, rows in values.items()}
         return function(values)
 
     def in_order(
@@ -217,6 +222,11 @@ class Source:
     def vertices(self, names: tuple[str, ...], first: int, last: int) -> dict[str, np.ndarray]:
         """Name -> [last - first, components]. Raises MeshletError, OSError."""
         return {name: self.attributes[name].rows(first, last) for name in names}
+
+    def chosen_vertices(self, names: tuple[str, ...], rows: np.ndarray) -> dict[str, np.ndarray]:
+        """Name -> [len(rows), components]: some vertices of a source in memory."""
+        whole = self.vertices(names, 0, self.attributes[names[0]].count)
+        return {name: values[rows] for name, values in whole.items()}
 
     def corners(
         self, names: tuple[str, ...], numbers: Rows | None, first: int, last: int

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import gltf_ext
+from gltf_ext.compression.records import RecordFormat
 from tests.helpers.gltf_builder import Builder, everything, glb_json, grid_mesh
 
 
@@ -263,6 +264,30 @@ def test_primitives_that_share_vertices_get_their_own(folder):
     _, output = compressed(builder, folder)
     a, b = (m["primitives"][0] for m in glb_json(output)["meshes"])
     assert a["attributes"] != b["attributes"] and a["extensions"] != b["extensions"]
+
+
+def test_only_used_vertices_are_quantised(folder, monkeypatch):
+    """Many primitives may share the vertices of a whole scene."""
+    rows, quantise_into = [], RecordFormat.quantise_into
+
+    def counting(form, records, attributes):
+        rows.append(len(records))
+        quantise_into(form, records, attributes)
+
+    monkeypatch.setattr(RecordFormat, "quantise_into", counting)
+    positions, triangles = grid_mesh(40, 40)
+    builder = Builder()
+    attributes = {"POSITION": builder.accessor(positions), "NORMAL": builder.accessor(positions)}
+    parts = np.array_split(triangles, 20)
+    for part in parts:
+        builder.mesh(attributes, part)
+    report = gltf_ext.compress(builder.write(folder / "in.glb"), folder / "out.glb")
+    used = sum(len(np.unique(part)) for part in parts)
+    assert sum(rows) == used
+    assert report["dropped"]["unreferenced_vertices"] == 20 * len(positions) - used
+    rows.clear()
+    assert gltf_ext.verify(folder / "in.glb", folder / "out.glb")["ok"]
+    assert sum(rows) == used
 
 
 def test_quantised_input_stays_exact(folder):
