@@ -166,6 +166,32 @@ def test_degenerate_unreferenced_and_duplicate(folder):
     }
 
 
+@pytest.mark.parametrize("value", [1e6, np.nan, np.inf])
+def test_vertices_of_triangles_with_equal_corners_do_not_count(folder, value):
+    """Their corners have different numbers, but equal bytes in all attributes."""
+    positions, triangles = grid_mesh(6, 6)
+    attributes = {"POSITION": positions, "NORMAL": positions, "TEXCOORD_0": positions[:, :2]}
+    attributes = {
+        name: np.concatenate([values, np.full((2, values.shape[1]), value, np.float32)])
+        for name, values in attributes.items()
+    }
+    builder = Builder()
+    builder.mesh(attributes, np.concatenate([triangles, np.uint32([[36, 37, 0], [3, 36, 37]])]))
+    report, output = compressed(builder, folder)
+    assert report["totals"]["triangles"] == len(triangles)
+    assert report["dropped"]["degenerate_triangles"] == 2
+    assert gltf_ext.verify(folder / "in.glb", output)["max_error"]["POSITION"] < 1e-3
+    attributes["TEXCOORD_0"][36] = 0
+    builder = Builder()
+    builder.mesh(attributes, np.concatenate([triangles, np.uint32([[36, 37, 0]])]))
+    if np.isfinite(value):
+        assert compressed(builder, folder)[0]["totals"]["triangles"] == len(triangles) + 1
+    else:
+        for file in folder.iterdir():
+            file.unlink()
+        refused(builder, folder, "POSITION of mesh 0 primitive 0 has a NaN or infinite value")
+
+
 def test_triangles_that_the_grid_collapses_are_kept(folder):
     positions = np.array(
         [[0, 0, 0], [1e-6, 0, 0], [0, 1e-6, 0], [100, 0, 0], [0, 100, 0]], np.float32
