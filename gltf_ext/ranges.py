@@ -36,6 +36,14 @@ def occurring(numbers: np.ndarray, count: int) -> np.ndarray:
     return np.flatnonzero(found)
 
 
+def renumbered(numbers: np.ndarray, chosen: np.ndarray, count: int) -> np.ndarray:
+    """uint32: the place in `chosen` of each number; both in [0, count)."""
+    place = np.empty(count, np.uint32)
+    place[chosen] = np.arange(len(chosen), dtype=np.uint32)
+    result: np.ndarray = place[numbers]
+    return result
+
+
 def first_of_each(numbers: np.ndarray, count: int) -> np.ndarray:
     """uint32[count]: the first place of each number in [0, count), as _codec.weld gives them."""
     first = np.empty(count, np.uint32)

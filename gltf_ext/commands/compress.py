@@ -401,6 +401,10 @@ def _encode_job(
         return
     streams = len(source.attributes)  # one or more for each
     if streams <= most:
+        if not source.bounds:
+            job.dropped.degenerate_triangles += source.triangle_count
+            _keep_degenerate(job)
+            return
         form = RecordFormat.of(source, job.grid, _bits(options))
         streams = len(form.plan.streams)
     if streams > most:
@@ -410,9 +414,14 @@ def _encode_job(
     job.result = encode(source, form, options, own_runner, progress)
     job.dropped.add(job.result.dropped)
     if not job.result.statistics:
-        job.reason_kept = DEGENERATE
-        if not source.is_in_memory:  # the document may not have it
-            raise MeshletError(f"{source.where}: {DEGENERATE}", "repair the model first")
+        _keep_degenerate(job)
+
+
+def _keep_degenerate(job: Job) -> None:
+    """Leaves a primitive as it is. Raises MeshletError for one that is larger than memory."""
+    job.reason_kept = DEGENERATE
+    if not job.source.is_in_memory:  # the document may not have it
+        raise MeshletError(f"{job.source.where}: {DEGENERATE}", "repair the model first")
 
 
 def _replace(document: Document, job: Job, fallback: bool) -> None:

@@ -25,7 +25,7 @@ from gltf_ext.compression.streams import (
     to_accessor,
 )
 from gltf_ext.gltf.accessors import Format
-from gltf_ext.ranges import first_of_each, occurring
+from gltf_ext.ranges import first_of_each, occurring, renumbered
 
 HASH = "hash"
 # Triangles, position ids, positions, streams and their values, as _codec.encode takes them.
@@ -37,14 +37,16 @@ class Triangles:
     """Some triangles of a primitive, before equal vertices are joined.
 
     Attributes:
-        records: of vertices.
+        records: of vertices, all of them at corners.
         corners: [T, 3]: their numbers at the corners; None for 0, 1, 2 ...
-        source: what all triangles with all vertices are from, if they are in memory.
+        source, rows: what all triangles are from, if that is in memory, and where its vertices are;
+            no rows for all.
     """
 
     records: np.ndarray
     corners: np.ndarray | None = None
     source: Source | None = None
+    rows: np.ndarray | None = None
 
     @property
     def count(self) -> int:
@@ -54,14 +56,13 @@ class Triangles:
     def dropped(self, different: int, remaining: int) -> Dropped:
         """Counts of vertices that are left out, which only a whole source has.
 
-        different: number of vertices at corners, equal ones once; remaining: without those of
-            degenerate triangles.
+        different: number of vertices, equal ones once; remaining: without those of degenerate
+            triangles.
         """
-        count = len(self.records)
-        if self.corners is None or remaining == count:
+        if self.source is None:
             return Dropped()
-        duplicates = len(occurring(self.corners, count)) - different
-        unreferenced = count - duplicates - remaining
+        duplicates = len(self.records) - different
+        unreferenced = self.source.vertex_count - duplicates - remaining
         return Dropped(unreferenced_vertices=unreferenced, duplicate_vertices=duplicates)
 
     def clear(self) -> None:
@@ -83,7 +84,7 @@ class Vertices:
         triangles: uint32[T, 3], no vertex twice in one.
         records: of each vertex; position_ids: uint32[V], equal for equal float positions.
         dropped: what is left out.
-        source, rows: where vertices are from, uint32[V], if that is in memory; no rows for all.
+        source, rows: where vertices are from, [V], if that is in memory; no rows for all.
     """
 
     triangles: np.ndarray
@@ -172,14 +173,23 @@ class RecordFormat:
         return result
 
     def triangles_of(self, source: Source) -> Triangles:
-        """All triangles of a source in memory whose attributes have the same numbers."""
+        """All triangles of a source in memory whose attributes have the same numbers.
+
+        Takes only the vertices that they use: many primitives may share the attributes.
+        """
         ((names, numbers),) = source.indices
-        count = source.attributes[names[0]].count
-        records = np.empty(count, self.fine)
-        for first, last in blocks(count):
-            self.quantise_into(records[first:last], source.vertices(names, first, last))
+        count = source.vertex_count
         corners = source.corners(names, numbers, 0, source.triangle_count)
-        return Triangles(records, corners, source)
+        rows = occurring(corners, count)
+        records = np.empty(len(rows), self.fine)
+        if len(rows) == count:
+            for first, last in blocks(count):
+                self.quantise_into(records[first:last], source.vertices(names, first, last))
+            return Triangles(records, corners, source)
+        for first, last in blocks(len(rows)):
+            chosen = source.chosen_vertices(names, rows[first:last])
+            self.quantise_into(records[first:last], chosen)
+        return Triangles(records, renumbered(corners, rows, count), source, rows)
 
     def vertices_of(self, triangles: Triangles) -> Vertices:
         """Joins equal vertices; leaves out triangles with two equal ones, and unused vertices."""
@@ -190,19 +200,17 @@ class RecordFormat:
         corners = np.ascontiguousarray(corners.reshape(-1, 3), np.uint32)
         a, b, c = corners.T
         is_degenerate = (a == b) | (b == c) | (c == a)
-        is_whole = triangles.corners is not None  # else all records are at corners
-        different = remaining = occurring(corners, count) if is_whole else np.arange(count)
+        remaining = np.arange(count)
         if is_degenerate.any():
             corners = corners[~is_degenerate]
             remaining = occurring(corners, count)
-        dropped = triangles.dropped(len(different), len(remaining))
+        dropped = triangles.dropped(count, len(remaining))
         dropped.degenerate_triangles = int(np.count_nonzero(is_degenerate))
-        records, rows = triangles.records, None
+        records, rows = triangles.records, triangles.rows
         if len(remaining) < len(records):
-            rows = first_of_each(numbers, count)[remaining]
-            place = np.empty(count, np.uint32)
-            place[remaining] = np.arange(len(remaining), dtype=np.uint32)
-            corners, records = place[corners], records[rows]
+            chosen = first_of_each(numbers, count)[remaining]
+            corners, records = renumbered(corners, remaining, count), records[chosen]
+            rows = chosen if rows is None else rows[chosen]
         ids = self._position_ids(records)
         return Vertices(corners, records, ids, dropped, triangles.source, rows)
 

@@ -19,6 +19,7 @@ from gltf_ext.progress import Advance
 from gltf_ext.scheduler import in_order
 
 BLOCK = 1 << 17  # rows that are read at a time
+CACHED = 1 << 14  # triangles whose corners are compared at a time, in the processor's cache
 EXPORT_AGAIN = "export the model again"
 WIDTHS = {"POSITION": 3, "NORMAL": 3, "TANGENT": 4}  # components; a target's TANGENT has three
 
@@ -78,7 +79,8 @@ class Source:
         indices: the attributes that have the same numbers at corners, and these numbers.
         room: bytes of memory that vertices may take at a time; 0 for a source that is in memory.
         threads: number of blocks that are read at a time, from files.
-        bounds: name -> [2, components]: smallest and largest values at corners, once read.
+        bounds: name -> [2, components]: smallest and largest values at corners, without degenerate
+            triangles; once read.
     """
 
     mesh: int
@@ -125,8 +127,16 @@ class Source:
         names, numbers = self.indices[0]
         return (numbers or self.attributes[names[0]]).count // 3
 
+    @property
+    def vertex_count(self) -> int:
+        """The number of vertices, of a source whose attributes have the same numbers."""
+        return self.attributes["POSITION"].count
+
     def read_bounds(self, advance: Advance | None = None) -> None:
-        """Sets `bounds`. Reads everything. Raises MeshletError for NaN and infinity, OSError."""
+        """Sets `bounds`, to none if all triangles are degenerate. Reads everything.
+
+        Raises MeshletError for NaN and infinity, OSError.
+        """
         for more in self.of_used_vertices(self._bounds, advance):
             for name, rows in more.items():
                 rows = np.concatenate([self.bounds.get(name, rows), rows])
@@ -139,6 +149,7 @@ class Source:
     ) -> Iterator[Any]:
         """What a function returns for some vertices of triangles at a time.
 
+        Without vertices that only degenerate triangles have.
         function: takes attributes that have numbers in common, [n, components]; runs on threads.
         Raises MeshletError, OSError.
         """
@@ -167,12 +178,12 @@ class Source:
         first: int,
         last: int,
     ) -> Any:
-        is_used = is_used[first:last]
-        if not is_used.any():
+        used = np.flatnonzero(is_used[first:last])
+        if not len(used):
             return None
         values = self.vertices(names, low + first, low + last)
-        if not is_used.all():
-            values = {name: rows[is_used] for name, rows in values.items()}
+        if len(used) < last - first:
+            values = {name: rows[used] for name, rows in values.items()}
         return function(values)
 
     def in_order(
@@ -186,20 +197,60 @@ class Source:
     def _are_used(
         self, names: tuple[str, ...], numbers: Rows | None, low: int, high: int
     ) -> np.ndarray:
-        """bool[high - low]: whether triangles have these rows of the attributes."""
-        if numbers is None:
-            return np.arange(low, high) < 3 * self.triangle_count
+        """bool[high - low]: whether triangles have these rows of the attributes.
+
+        Degenerate triangles do not count: what they alone have may be no numbers, or far away.
+        """
         is_used = np.zeros(high - low, bool)
         is_all = high - low == self.attributes[names[0]].count
 
         def mark(first: int, last: int) -> None:
+            is_degenerate = self._are_degenerate(first, last)
             corners = self.corners(names, numbers, first, last)
+            if is_degenerate.any():
+                corners = corners[~is_degenerate]
             rows = corners.reshape(-1).astype(np.intp)  # half the time of uint32 as an index
             is_used[rows if is_all else rows[(rows >= low) & (rows < high)] - low] = True
 
-        for _ in self.in_order(mark, blocks(self.triangle_count)):
+        parts = blocks(self.triangle_count)
+        if numbers is None:
+            parts = (part for part in parts if 3 * part[0] < high and 3 * part[1] > low)
+        for _ in self.in_order(mark, parts):
             pass
         return is_used
+
+    def _are_degenerate(self, first: int, last: int) -> np.ndarray:
+        """bool[last - first]: whether triangles have two corners with equal bytes."""
+        is_same = np.ones((3, last - first), bool)
+        for names, numbers in self.indices:
+            np.logical_and(is_same, self._are_same(names, numbers, first, last), out=is_same)
+            if not is_same.any():
+                break
+        result: np.ndarray = is_same.any(axis=0)
+        return result
+
+    def _are_same(
+        self, names: tuple[str, ...], numbers: Rows | None, first: int, last: int
+    ) -> np.ndarray:
+        """bool[3, last - first]: whether corners 0 and 1, 1 and 2, 2 and 0 have equal bytes.
+
+        In files, vertices with different numbers count as different: to look them up in any order
+        takes too long.
+        """
+        if numbers is not None:
+            corners = self.corners(names, numbers, first, last).astype(np.intp)
+            if not self.is_in_memory:
+                return _equal_pairs(corners)
+            vertices = self.vertices(names, 0, self.attributes[names[0]].count)
+        else:
+            corners = np.arange(3 * (last - first)).reshape(-1, 3)
+            vertices = self.vertices(names, 3 * first, 3 * last)
+        words = [values.view(f"u{values.itemsize}") for values in vertices.values()]
+        columns = [column for values in words for column in values.T]
+        is_same = np.empty((3, len(corners)), bool)
+        for part in blocks(len(corners), CACHED):
+            is_same[:, slice(*part)] = _equal_corners(columns, corners[slice(*part)])
+        return is_same
 
     def _bounds(self, vertices: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
         return {name: self._bounds_of(name, values) for name, values in vertices.items()}
@@ -218,6 +269,11 @@ class Source:
         """Name -> [last - first, components]. Raises MeshletError, OSError."""
         return {name: self.attributes[name].rows(first, last) for name in names}
 
+    def chosen_vertices(self, names: tuple[str, ...], rows: np.ndarray) -> dict[str, np.ndarray]:
+        """Name -> [len(rows), components]: some vertices of a source in memory."""
+        whole = self.vertices(names, 0, self.attributes[names[0]].count)
+        return {name: values[rows] for name, values in whole.items()}
+
     def corners(
         self, names: tuple[str, ...], numbers: Rows | None, first: int, last: int
     ) -> np.ndarray:
@@ -235,6 +291,28 @@ class Source:
                 EXPORT_AGAIN,
             )
         return rows
+
+
+def _equal_corners(columns: list[np.ndarray], corners: np.ndarray) -> np.ndarray:
+    """bool[3, T]: whether corners 0 and 1, 1 and 2, 2 and 0 are equal in all columns."""
+    same = _equal_pairs(columns[0][corners])
+    result = np.zeros(same.shape, bool)
+    left = np.arange(len(corners))  # most triangles differ in the first columns
+    for column in columns[1:]:
+        chosen = np.flatnonzero(same[0] | same[1] | same[2])
+        if not len(chosen):
+            return result
+        if len(chosen) < len(left):
+            corners, left, same = corners[chosen], left[chosen], same[:, chosen]
+        same &= _equal_pairs(column[corners])
+    result[:, left] = same
+    return result
+
+
+def _equal_pairs(corners: np.ndarray) -> np.ndarray:
+    """bool[3, T]: whether values 0 and 1, 1 and 2, 2 and 0 are equal. corners: [T, 3]."""
+    a, b, c = corners.T
+    return np.stack([a == b, b == c, c == a])
 
 
 def blocks(count: int, size: int = BLOCK) -> Iterator[tuple[int, int]]:

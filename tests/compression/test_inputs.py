@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import gltf_ext
+from gltf_ext.compression.records import RecordFormat
 from tests.helpers.gltf_builder import Builder, everything, glb_json, grid_mesh
 
 
@@ -165,6 +166,32 @@ def test_degenerate_unreferenced_and_duplicate(folder):
     }
 
 
+@pytest.mark.parametrize("value", [1e6, np.nan, np.inf])
+def test_vertices_of_triangles_with_equal_corners_do_not_count(folder, value):
+    """Their corners have different numbers, but equal bytes in all attributes."""
+    positions, triangles = grid_mesh(6, 6)
+    attributes = {"POSITION": positions, "NORMAL": positions, "TEXCOORD_0": positions[:, :2]}
+    attributes = {
+        name: np.concatenate([values, np.full((2, values.shape[1]), value, np.float32)])
+        for name, values in attributes.items()
+    }
+    builder = Builder()
+    builder.mesh(attributes, np.concatenate([triangles, np.uint32([[36, 37, 0], [3, 36, 37]])]))
+    report, output = compressed(builder, folder)
+    assert report["totals"]["triangles"] == len(triangles)
+    assert report["dropped"]["degenerate_triangles"] == 2
+    assert gltf_ext.verify(folder / "in.glb", output)["max_error"]["POSITION"] < 1e-3
+    attributes["TEXCOORD_0"][36] = 0
+    builder = Builder()
+    builder.mesh(attributes, np.concatenate([triangles, np.uint32([[36, 37, 0]])]))
+    if np.isfinite(value):
+        assert compressed(builder, folder)[0]["totals"]["triangles"] == len(triangles) + 1
+    else:
+        for file in folder.iterdir():
+            file.unlink()
+        refused(builder, folder, "POSITION of mesh 0 primitive 0 has a NaN or infinite value")
+
+
 def test_triangles_that_the_grid_collapses_are_kept(folder):
     positions = np.array(
         [[0, 0, 0], [1e-6, 0, 0], [0, 1e-6, 0], [100, 0, 0], [0, 100, 0]], np.float32
@@ -263,6 +290,30 @@ def test_primitives_that_share_vertices_get_their_own(folder):
     _, output = compressed(builder, folder)
     a, b = (m["primitives"][0] for m in glb_json(output)["meshes"])
     assert a["attributes"] != b["attributes"] and a["extensions"] != b["extensions"]
+
+
+def test_only_used_vertices_are_quantised(folder, monkeypatch):
+    """Many primitives may share the vertices of a whole scene."""
+    rows, quantise_into = [], RecordFormat.quantise_into
+
+    def counting(form, records, attributes):
+        rows.append(len(records))
+        quantise_into(form, records, attributes)
+
+    monkeypatch.setattr(RecordFormat, "quantise_into", counting)
+    positions, triangles = grid_mesh(40, 40)
+    builder = Builder()
+    attributes = {"POSITION": builder.accessor(positions), "NORMAL": builder.accessor(positions)}
+    parts = np.array_split(triangles, 20)
+    for part in parts:
+        builder.mesh(attributes, part)
+    report = gltf_ext.compress(builder.write(folder / "in.glb"), folder / "out.glb")
+    used = sum(len(np.unique(part)) for part in parts)
+    assert sum(rows) == used
+    assert report["dropped"]["unreferenced_vertices"] == 20 * len(positions) - used
+    rows.clear()
+    assert gltf_ext.verify(folder / "in.glb", folder / "out.glb")["ok"]
+    assert sum(rows) == used
 
 
 def test_quantised_input_stays_exact(folder):

@@ -247,6 +247,39 @@ def test_other_formats(tmp_path, other_format):
         assert "cut off" in message(tmp_path, path, max_memory="1G")
 
 
+def write_glb(path, points, triangles):
+    builder = Builder()
+    builder.mesh({"POSITION": points, "NORMAL": points}, triangles)
+    builder.write(path)
+
+
+def write_soup(path, points, triangles):
+    builder = Builder()
+    builder.mesh({"POSITION": points[triangles.reshape(-1)]}, None)
+    builder.write(path)
+
+
+@pytest.mark.parametrize("value", [1e6, np.nan], ids=["far", "NaN"])
+@pytest.mark.parametrize("writer", [write_glb, write_soup, write_stl, write_ply, write_obj])
+def test_vertices_of_degenerate_triangles_alone_do_not_count(
+    tmp_path, small_chunks, monkeypatch, writer, value
+):
+    monkeypatch.setattr(opening, "MEMORY_OF_FILE", 1 << 30)
+    points, _, triangles = sheet(64)
+    other = len(points)
+    points = np.concatenate([points, np.full((1, 3), value, np.float32)])
+    more = [[other, other, other], [0, other, other], [other, 0, other]]
+    path = tmp_path / f"in.{'glb' if writer == write_soup else writer.__name__[-3:]}"
+    writer(path, points, np.concatenate([triangles[:100], np.uint32(more), triangles[100:]]))
+    for options in ({}, {"max_memory": "1G"}):
+        report = gltf_ext.compress(path, tmp_path / "out.glb", **options)
+        assert report["dropped"]["degenerate_triangles"] == len(more)
+        verified = gltf_ext.verify(path, tmp_path / "out.glb", **options)
+        assert verified["ok"] and verified["triangles"] == len(triangles)
+        assert verified["max_error"]["POSITION"] < 0.01 and not verified["collapsed_triangles"]
+        assert gltf_ext.validate(tmp_path / "out.glb") == []
+
+
 def test_many_materials_share_a_work_file(tmp_path, monkeypatch):
     """Each has numbers of three kinds."""
     lines = ["v 0 0 0", "v 1 0 0", "v 0 1 0", "vt 0 0", "vn 0 0 1"]
