@@ -223,10 +223,10 @@ class Source:
         """bool[last - first]: whether triangles have two corners with equal bytes."""
         is_same = np.ones((3, last - first), bool)
         for names, numbers in self.indices:
-            np.logical_and(is_same, self._are_same(names, numbers, first, last), out=is_same)
+            is_same &= self._are_same(names, numbers, first, last)
             if not is_same.any():
                 break
-        result: np.ndarray = is_same.any(axis=0)
+        result: np.ndarray = is_same[0] | is_same[1] | is_same[2]
         return result
 
     def _are_same(
