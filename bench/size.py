@@ -279,8 +279,8 @@ def report(result: dict) -> str:
 Positions have 12 bits, normals 8 + 8, texture coordinates 12. All codecs use the same position
 grid, one per mesh.
 
-* Raw: source vertices after welding identical ones, 4 bytes per float, plus 12 bytes per triangle,
-  without colours.
+* Raw: source vertices after joining those that are equal once quantised, 4 bytes per float, plus 12
+  bytes per triangle, without colours.
 * Ours: all bytes of the extension, its JSON included, in one blob for each primitive. The pages
   that `compress` writes above 131,072 triangles add 0.8 % to igea and dragon. The others: their
   buffers without JSON.

@@ -18,7 +18,9 @@ from gltf_ext.gltf.draco import DRACO, decode_draco
 from gltf_ext.progress import Advance
 from gltf_ext.scheduler import in_order
 
-BLOCK = 1 << 17  # rows that are read at a time
+# Rows that are read at a time. With 1 << 17, a million triangles in --max-memory 110M peaked at 98
+# to 110 MB, with 1 << 16 at 80 to 87.
+BLOCK = 1 << 16
 CACHED = 1 << 14  # triangles whose corners are compared at a time, in the processor's cache
 EXPORT_AGAIN = "export the model again"
 WIDTHS = {"POSITION": 3, "NORMAL": 3, "TANGENT": 4}  # components; a target's TANGENT has three

@@ -70,7 +70,7 @@ def opens_text(call):
     return not any(isinstance(mode, str) and "b" in mode for mode in modes)
 
 
-NOT_FILES = ("os", "webbrowser", "Image", "_c", "lief")
+NOT_FILES = ("os", "webbrowser", "Image", "functions", "lief")
 
 
 def test_the_search_finds_text_files():
