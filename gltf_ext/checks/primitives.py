@@ -65,8 +65,8 @@ def compare(
     errors = {name: Errors() for name in first}
     formats = {name: types for name, _, types in compressed.named_streams}
     decoding = dataclasses.replace(form, formats=formats)
-    if not comparison.missing or comparison.vertices is not None:
-        known = comparison.vertices if comparison.missing else None
+    if not comparison.missing or source.is_in_memory:
+        known = np.concatenate(comparison.vertices) if comparison.missing else None
         for part in _errors_of_parts(source, decoding, known):
             for name, more in part.items():
                 errors[name].join(more)

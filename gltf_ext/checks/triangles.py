@@ -28,7 +28,7 @@ class Comparison:
         triangles: number of the source's, without those that a writer may leave out.
         missing, extra: number of triangles that only the source has, and only the compressed one.
         collapsed: of the source's triangles, with two corners on one point of the grid.
-        vertices: keys of the compressed primitive's vertices, in ascending order; None for a source
+        vertices: keys of the compressed primitive's vertices, part after part; none for a source
             that is read in parts, where they might not fit memory.
     """
 
@@ -41,7 +41,7 @@ class Comparison:
         self._compressed, self._folder = compressed, folder
         self._buckets = Buckets(TRIANGLE, TRIANGLE.itemsize * count, folder)
         self.triangles = self.missing = self.extra = self.collapsed = 0
-        self.vertices = np.empty(0, np.uint64) if source.is_in_memory else None
+        self.vertices: list[np.ndarray] = []
 
     def run(self, advance: Advance | None) -> None:
         """Sets the counts. Raises MeshletError, OSError."""
@@ -93,8 +93,8 @@ class Comparison:
                 triangles, values = _codec.decode(part)
             keys = keys_of(values)
             self._add(keys[triangles], COMPRESSED)
-            if self.vertices is not None:
-                self.vertices = np.union1d(self.vertices, keys)
+            if self._source.is_in_memory:
+                self.vertices.append(keys)
             done += len(part)
             progress(done / len(self._compressed.blob))
 
