@@ -32,11 +32,11 @@ from bench.common import (
 )
 from bench.large_model import write_displaced
 from bench.models import real_model
+from gltf_ext.attributes.extension import Compressed
 from gltf_ext.checks.samples import sample_surface
-from gltf_ext.compression.extension import Compressed
-from gltf_ext.compression.primitives import Primitive
 from gltf_ext.lod import Cut, LodPrimitive, cut_at_error, cut_at_level, error_of, open_lod
 from gltf_ext.lod.cuts import held_bytes, page_bytes, table_bytes
+from gltf_ext.sources.primitives import Primitive
 
 PACKAGES = ("gltf-meshlet", "numpy", "meshoptimizer")
 NAMES = (

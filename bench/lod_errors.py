@@ -9,9 +9,9 @@ import numpy as np
 
 from bench.common import progress
 from gltf_ext.checks.samples import nearest_places, sample_surface
-from gltf_ext.compression.primitives import Primitive
 from gltf_ext.lod import Cut, LodPrimitive, View, cut_at_level, cut_for_view, error_of, open_lod
 from gltf_ext.lod.tables import Tables
+from gltf_ext.sources.primitives import Primitive
 
 SAMPLES = 50_000  # of each surface
 CUTS = 100  # of a file, in turns in its primitives, the largest first

@@ -37,16 +37,16 @@ import numpy as np
 import pygltflib
 
 from bench.common import ROOT, git_output
-from gltf_ext.compression.primitives import Primitive, triangle_primitives
-from gltf_ext.compression.records import weld_rows
-from gltf_ext.compression.sources import read_primitive
-from gltf_ext.compression.streams import Bits, Grid, Plan, plan_streams, position_grid
+from gltf_ext.attributes.records import weld_rows
+from gltf_ext.attributes.streams import Bits, Grid, Plan, plan_streams, position_grid
+from gltf_ext.document.accessors import add_accessor, bounds, set_bounds
+from gltf_ext.document.container import model_files
+from gltf_ext.document.document import Document
 from gltf_ext.files import write_files
-from gltf_ext.gltf.accessors import add_accessor, bounds, set_bounds
-from gltf_ext.gltf.container import model_files
-from gltf_ext.gltf.document import Document
-from gltf_ext.gltf.importers import open_model
 from gltf_ext.ranges import first_of_each
+from gltf_ext.sources.importers import open_model
+from gltf_ext.sources.primitives import Primitive, triangle_primitives
+from gltf_ext.sources.source import read_primitive
 
 NODE_MODULES = Path(
     os.environ.get("GLTF_MESHLET_NODE_MODULES") or ROOT / "build" / "node" / "node_modules"

@@ -22,10 +22,10 @@ from bench.common import ROOT, markdown_table, origin_line, progress, table
 from bench.large_model import write_displaced
 from bench.lod import DISPLACED
 from bench.models import real_model
-from gltf_ext.gltf.importers import open_model
-from gltf_ext.gltf.nodes import placed
+from gltf_ext.document.nodes import placed
 from gltf_ext.lod import LodPrimitive, View, cut_for_view, open_lod
 from gltf_ext.lod.cuts import held_bytes
+from gltf_ext.sources.importers import open_model
 
 DRIVER = Path(__file__).with_name("stream_driver.mjs")
 PARTS = ("browsers", "frames")

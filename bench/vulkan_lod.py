@@ -24,9 +24,9 @@ import gltf_ext
 from bench.common import progress, table
 from bench.large_model import write_displaced
 from bench.models import real_model
+from gltf_ext.document.container import model_files
 from gltf_ext.files import write_files
-from gltf_ext.gltf.container import model_files
-from gltf_ext.gltf.importers import open_model
+from gltf_ext.sources.importers import open_model
 
 PACKAGES = ("gltf-meshlet", "numpy", "vulkan")
 PARTS = ("scenes", "width", "make", "load")

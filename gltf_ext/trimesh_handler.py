@@ -17,12 +17,12 @@ import trimesh
 from trimesh.exchange.gltf.extensions import register_handler
 
 from gltf_ext import _codec
+from gltf_ext.attributes.streams import streams_of, to_accessor
 from gltf_ext.commands.decompress import decompress
-from gltf_ext.compression.extension import EXTENSION
-from gltf_ext.compression.streams import streams_of, to_accessor
+from gltf_ext.document.document import DAMAGED
+from gltf_ext.document.transport import is_packed, unpack
 from gltf_ext.errors import MeshletError
-from gltf_ext.gltf.document import DAMAGED
-from gltf_ext.gltf.transport import is_packed, unpack
+from gltf_ext.sources.primitives import EXTENSION
 
 
 class _Undecoded:

@@ -112,7 +112,7 @@ def _discard_output() -> None:
 
 def _with_flags(error: MeshletError) -> str:
     """The message with the command line's names of options."""
-    from gltf_ext.compression.options import FLAGS
+    from gltf_ext.options import FLAGS
 
     message = error.message
     for name in error.options:

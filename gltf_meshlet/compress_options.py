@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from gltf_ext.compression.options import OPTIONS, REMOVED_OPTIONS, Option
+from gltf_ext.options import OPTIONS, REMOVED_OPTIONS, Option
 
 
 def add(command: argparse.ArgumentParser, but: tuple[str, ...] = ()) -> None:

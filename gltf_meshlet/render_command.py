@@ -17,9 +17,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from gltf_ext.compression.options import bytes_of
 from gltf_ext.errors import MeshletError, blaming, printable
 from gltf_ext.files import refuse_overwriting
+from gltf_ext.options import bytes_of
 
 BACKENDS = {"mitsuba": "mitsuba_plugin.command", "vulkan": "vk_backend.command"}
 PATHS = ("visibility", "stream", "mesh", "mesh-paper", "geometry", "vertex", "rt")
@@ -293,8 +293,8 @@ def _compressed(path: str, is_compressed: bool) -> Iterator[str]:
 
 def _look_into(path: str) -> tuple[bool, list[str | Path]]:
     """(whether a file is compressed, the file and all others that it reads)."""
-    from gltf_ext.compression.extension import has_compressed
-    from gltf_ext.gltf.importers import open_model
+    from gltf_ext.attributes.extension import has_compressed
+    from gltf_ext.sources.importers import open_model
 
     with blaming(path):
         document = open_model(path)

@@ -14,14 +14,14 @@ from pathlib import Path
 from typing import Any
 
 import gltf_ext
-from gltf_ext.compression.extension import has_compressed
+from gltf_ext.attributes.extension import has_compressed
+from gltf_ext.document.container import model_files
+from gltf_ext.document.document import Document
+from gltf_ext.document.images import embed_images
 from gltf_ext.errors import MeshletError, blaming
 from gltf_ext.files import write_files
-from gltf_ext.gltf.container import model_files
-from gltf_ext.gltf.document import Document
-from gltf_ext.gltf.images import embed_images
-from gltf_ext.gltf.importers import open_model
 from gltf_ext.lod.simplifier import has_simplifier
+from gltf_ext.sources.importers import open_model
 from gltf_meshlet.report_text import compress_warnings
 
 MATERIAL_LIBRARY = re.compile(b"mtllib", re.IGNORECASE)

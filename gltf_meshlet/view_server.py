@@ -25,8 +25,8 @@ from typing import Any, BinaryIO
 from urllib.parse import parse_qs, urlsplit
 
 from gltf_ext.errors import MeshletError, printable
-from gltf_ext.gltf.importers import GLTF_SUFFIXES, MESH_SUFFIXES
 from gltf_ext.portable import IS_WINDOWS
+from gltf_ext.sources.importers import GLTF_SUFFIXES, MESH_SUFFIXES
 from gltf_meshlet.view_models import Model, prepare_upload
 
 ADDRESS = "127.0.0.1"

@@ -9,8 +9,8 @@ from typing import Any, TypeVar
 import numpy as np
 import pygltflib
 
+from gltf_ext.document.json_objects import NOT_VALID
 from gltf_ext.errors import MeshletError
-from gltf_ext.gltf.json_objects import NOT_VALID
 
 DEFAULT_VIEW = (0.45, 0.35, 1.0)  # direction from the scene towards the camera
 DEFAULT_FIELD_OF_VIEW = 40.0  # degrees, of the smaller side

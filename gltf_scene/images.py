@@ -7,9 +7,9 @@ import warnings
 
 import numpy as np
 
+from gltf_ext.document.document import Document, item
+from gltf_ext.document.images import FORMATS, check_size
 from gltf_ext.errors import MeshletError
-from gltf_ext.gltf.document import Document, item
-from gltf_ext.gltf.images import FORMATS, check_size
 
 
 def read_image(document: Document, index: int) -> np.ndarray:

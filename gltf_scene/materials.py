@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import pygltflib
 
+from gltf_ext.document.document import Document, item
+from gltf_ext.document.json_objects import NOT_VALID
+from gltf_ext.document.json_values import member, number, numbers
 from gltf_ext.errors import MeshletError
-from gltf_ext.gltf.document import Document, item
-from gltf_ext.gltf.json_objects import NOT_VALID
-from gltf_ext.gltf.json_values import member, number, numbers
 
 DEFAULT_CUTOFF = 0.5
 UNLIT = "KHR_materials_unlit"

@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 import pygltflib
 
+from gltf_ext.document.accessors import accessor_format, stated_bounds
+from gltf_ext.document.document import TRIANGLE_MODES, Document, item
+from gltf_ext.document.json_values import member, number, numbers
+from gltf_ext.document.nodes import placed
 from gltf_ext.errors import MeshletError
-from gltf_ext.gltf.accessors import accessor_format, stated_bounds
-from gltf_ext.gltf.document import TRIANGLE_MODES, Document, item
-from gltf_ext.gltf.json_values import member, number, numbers
-from gltf_ext.gltf.nodes import placed
 from gltf_scene.camera import Camera, read_camera
 
 LIGHTS = "KHR_lights_punctual"

@@ -11,16 +11,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from gltf_ext import _codec
-from gltf_ext.compression.extension import (
-    Compressed,
-    is_compressed,
-    malformed_from,
-    read_compressed,
-)
-from gltf_ext.compression.sources import read_primitive
+from gltf_ext.attributes.extension import Compressed, malformed_from, read_compressed
+from gltf_ext.document.document import Document
+from gltf_ext.document.nodes import MAX_SIZE
 from gltf_ext.errors import MeshletError
-from gltf_ext.gltf.document import Document
-from gltf_ext.gltf.nodes import MAX_SIZE
+from gltf_ext.sources.primitives import is_compressed
+from gltf_ext.sources.source import read_primitive
 from gltf_scene.scene import PlacedPrimitive, value_format
 
 # Decoded for a scene, in 0.05 to 0.3 s; larger scenes give an evenly spread sample.

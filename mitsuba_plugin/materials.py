@@ -8,9 +8,9 @@ import mitsuba as mi
 import numpy as np
 import pygltflib
 
+from gltf_ext.document.document import Document
+from gltf_ext.document.json_values import member, number, numbers
 from gltf_ext.errors import MeshletError
-from gltf_ext.gltf.document import Document
-from gltf_ext.gltf.json_values import member, number, numbers
 from gltf_scene.images import read_image
 from gltf_scene.materials import Material, TextureUse, read_material
 

@@ -10,16 +10,12 @@ from functools import cached_property
 
 import numpy as np
 
-from gltf_ext.compression.extension import (
-    EXTENSION,
-    is_compressed,
-    read_compressed,
-    require_compressed,
-)
+from gltf_ext.attributes.extension import read_compressed, require_compressed
+from gltf_ext.document.document import Document
 from gltf_ext.errors import MeshletError
-from gltf_ext.gltf.document import Document
-from gltf_ext.gltf.importers import open_model
 from gltf_ext.lod.reading import LodPrimitive, read_lod
+from gltf_ext.sources.importers import open_model
+from gltf_ext.sources.primitives import EXTENSION, is_compressed
 from gltf_scene.materials import read_material
 from gltf_scene.scene import ValueFormat, read_scene, value_format
 

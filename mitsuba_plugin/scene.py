@@ -13,12 +13,13 @@ from typing import Any
 import mitsuba as mi
 import numpy as np
 
-from gltf_ext.compression.extension import is_compressed, read_triangles
+from gltf_ext.attributes.extension import read_triangles
+from gltf_ext.document.document import Document
 from gltf_ext.errors import MeshletError
-from gltf_ext.gltf.document import Document
-from gltf_ext.gltf.importers import open_model
 from gltf_ext.lod.detail import missing_levels
 from gltf_ext.lod.reading import LodPrimitive
+from gltf_ext.sources.importers import open_model
+from gltf_ext.sources.primitives import is_compressed
 from gltf_scene.camera import Camera, unit
 from gltf_scene.default_light import KEY, sky_radiance
 from gltf_scene.materials import read_material

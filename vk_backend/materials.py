@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 import pygltflib
 
+from gltf_ext.document.document import Document
 from gltf_ext.errors import MeshletError
-from gltf_ext.gltf.document import Document
 from gltf_scene import materials as gltf_materials
 from gltf_scene.images import read_image
 from gltf_scene.materials import DEFAULT_CUTOFF, TextureUse, read_material

@@ -10,26 +10,21 @@ import numpy as np
 
 from gltf_ext import _codec
 from gltf_ext._codec import Stream
-from gltf_ext.compression.extension import (
-    EXTENSION,
-    Compressed,
-    malformed,
-    read_compressed,
-    require_compressed,
-)
-from gltf_ext.compression.streams import (
+from gltf_ext.attributes.extension import Compressed, malformed, read_compressed, require_compressed
+from gltf_ext.attributes.streams import (
     GRID,
     OCT,
     SIGN,
     from_ordered_bits,
     streams_of,
 )
+from gltf_ext.document.document import Document
+from gltf_ext.document.nodes import MAX_SIZE
 from gltf_ext.errors import MeshletError
-from gltf_ext.gltf.document import Document
-from gltf_ext.gltf.importers import open_model
-from gltf_ext.gltf.nodes import MAX_SIZE
 from gltf_ext.lod.reading import LodPrimitive, read_lod
 from gltf_ext.ranges import begins
+from gltf_ext.sources.importers import open_model
+from gltf_ext.sources.primitives import EXTENSION
 from gltf_scene.scene import (
     PlacedPrimitive,
     ValueFormat,

@@ -26,7 +26,7 @@ from gltf_ext.batches.storage import (
 )
 from gltf_ext.errors import MeshletError
 from gltf_ext.files import identity
-from gltf_ext.gltf.importers import SUFFIXES
+from gltf_ext.sources.importers import SUFFIXES
 
 GLOB = re.compile(r"[*?\[]")
 NO_MODEL = f"is no model; use {' '.join(SUFFIXES)}"

@@ -8,9 +8,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from gltf_ext.batches.storage import folder_of
-from gltf_ext.compression.options import Options
-from gltf_ext.gltf import ply, stl
-from gltf_ext.gltf.container import CHUNK_HEADER, GLB_HEADER
+from gltf_ext.document.container import CHUNK_HEADER, GLB_HEADER
+from gltf_ext.options import Options
+from gltf_ext.sources import ply, stl
 
 # Measured for compress and verify: 201 to 238 bytes of a triangle of a single large primitive, 290
 # to 423 with levels of detail, both with the file; less for many small primitives.

@@ -18,8 +18,8 @@ from gltf_ext.batches.page import page
 from gltf_ext.batches.planning import PAGE, REPORT, Plan
 from gltf_ext.batches.storage import Folder
 from gltf_ext.batches.task import DONE, FAILED, UNCHANGED, Job, Record
-from gltf_ext.compression.options import Options
 from gltf_ext.errors import MeshletError
+from gltf_ext.options import Options
 from gltf_ext.progress import Advance, progress_bar
 from gltf_ext.scheduler import MEMORY, Workers, connected, require_dask, silence
 

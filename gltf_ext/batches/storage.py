@@ -15,9 +15,9 @@ from pathlib import Path
 from typing import Any
 
 from gltf_ext import portable
+from gltf_ext.document.container import fallback_of
 from gltf_ext.errors import MeshletError
 from gltf_ext.files import identity, rename_all
-from gltf_ext.gltf.container import fallback_of
 from gltf_ext.portable import remove
 
 STATE = ".gltf-meshlet"  # folder in a destination: records, and what is being written

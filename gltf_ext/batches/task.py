@@ -22,8 +22,8 @@ from gltf_ext.checks.verify import verify
 from gltf_ext.commands.compress import compress
 from gltf_ext.errors import MeshletError
 from gltf_ext.files import refuse_overwriting
-from gltf_ext.gltf.importers import referenced_files
 from gltf_ext.portable import is_relative
+from gltf_ext.sources.importers import referenced_files
 
 Record = dict[str, Any]
 VERSION = importlib.metadata.version("gltf-meshlet")

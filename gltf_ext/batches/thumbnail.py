@@ -9,10 +9,11 @@ from pathlib import Path
 
 import numpy as np
 
-from gltf_ext.compression.extension import is_compressed, read_compressed, read_triangles
-from gltf_ext.gltf.document import TRIANGLE_MODES, Document, item
-from gltf_ext.gltf.importers import open_model
-from gltf_ext.gltf.nodes import placed
+from gltf_ext.attributes.extension import read_compressed, read_triangles
+from gltf_ext.document.document import TRIANGLE_MODES, Document, item
+from gltf_ext.document.nodes import placed
+from gltf_ext.sources.importers import open_model
+from gltf_ext.sources.primitives import is_compressed
 
 PIXELS = 96
 SAMPLES = 12 * PIXELS * PIXELS  # on all surfaces: more than one for nearly every pixel

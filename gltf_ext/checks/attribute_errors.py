@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gltf_ext._codec import Stream
-from gltf_ext.compression.streams import (
+from gltf_ext.attributes.streams import (
     GRID,
     OCT,
     SIGN,

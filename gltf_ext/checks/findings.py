@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from gltf_ext.attributes.extension import Compressed
 from gltf_ext.checks.attribute_errors import Errors
-from gltf_ext.compression.extension import Compressed
 
 OfMeshes = list[tuple[float, list[Errors]]]  # factor from an error to percent, errors; of each mesh
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from gltf_ext.checks.samples import shading_differences, surface_distances
-from gltf_ext.gltf.document import Document
+from gltf_ext.document.document import Document
 from gltf_ext.lod.cuts import cut_at_level, error_of
 from gltf_ext.lod.reading import LodPrimitive, levels_of
 

@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 from gltf_ext import _codec
-from gltf_ext.checks.coverage import check_coverage
-from gltf_ext.compression.extension import EXTENSION as EDGEBREAKER
-from gltf_ext.compression.extension import (
+from gltf_ext.attributes.extension import (
     compressed_primitives,
-    is_compressed,
     malformed,
     malformed_from,
     require_unused_by_accessors,
 )
-from gltf_ext.compression.primitives import all_primitives
-from gltf_ext.gltf.document import Document
+from gltf_ext.checks.coverage import check_coverage
+from gltf_ext.document.document import Document
 from gltf_ext.lod.reading import COUNTS, LodPrimitive, read_lod
 from gltf_ext.lod.tables import EXTENSION
 from gltf_ext.progress import Advance, shared_progress
+from gltf_ext.sources.primitives import EXTENSION as EDGEBREAKER
+from gltf_ext.sources.primitives import all_primitives, is_compressed
 
 
 def lod_problems(document: Document, advance: Advance | None = None) -> list[str]:

@@ -8,15 +8,16 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from gltf_ext.attributes.extension import read_compressed, source_of
+from gltf_ext.attributes.records import RecordFormat
 from gltf_ext.checks.attribute_errors import Errors, errors_of
 from gltf_ext.checks.findings import Findings
 from gltf_ext.checks.triangles import Comparison, keys_of
-from gltf_ext.compression.extension import is_compressed, read_compressed, source_of
-from gltf_ext.compression.records import RecordFormat
-from gltf_ext.compression.sources import Rows, Source, blocks
+from gltf_ext.document.document import Document
 from gltf_ext.errors import blaming
-from gltf_ext.gltf.document import Document
 from gltf_ext.progress import Advance
+from gltf_ext.sources.primitives import is_compressed
+from gltf_ext.sources.source import Rows, Source, blocks
 
 
 def read_original(document: Document, mesh: int, index: int) -> Source:

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from gltf_ext import _codec
-from gltf_ext.compression.primitives import Primitive
-from gltf_ext.compression.streams import semantic
+from gltf_ext.attributes.streams import semantic
+from gltf_ext.sources.primitives import Primitive
 
 
 @dataclass(frozen=True)

@@ -7,11 +7,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from gltf_ext import _codec
-from gltf_ext.compression.extension import Compressed, malformed_from, parts_of
-from gltf_ext.compression.records import HASH, RecordFormat, weld_rows
-from gltf_ext.compression.sources import Source, blocks
-from gltf_ext.out_of_core.encoding import gathered
+from gltf_ext.attributes.extension import Compressed, malformed_from, parts_of
+from gltf_ext.attributes.records import HASH, RecordFormat, weld_rows
+from gltf_ext.encode.primitive import gathered
 from gltf_ext.progress import Advance
+from gltf_ext.sources.source import Source, blocks
 from gltf_ext.work_files import Buckets, WorkFile, hashes
 
 # Of a triangle, and where it is: in the source, in the source but a writer may leave it out because

@@ -10,24 +10,22 @@ import numpy as np
 import pygltflib
 
 from gltf_ext import _codec
-from gltf_ext.checks.levels import lod_problems
-from gltf_ext.compression.extension import (
-    EXTENSION,
+from gltf_ext.attributes.extension import (
     Compressed,
     compressed_primitives,
     has_compressed,
-    is_compressed,
     read_compressed,
     require_unused_by_accessors,
 )
-from gltf_ext.compression.primitives import all_primitives
+from gltf_ext.checks.levels import lod_problems
+from gltf_ext.document import json_values
+from gltf_ext.document.accessors import accessor_format, bounds, read_accessor, stated_bounds
+from gltf_ext.document.buffer_layout import Renumber, map_accessors, map_views
+from gltf_ext.document.document import Document, item
 from gltf_ext.errors import MeshletError
-from gltf_ext.gltf import json_values
-from gltf_ext.gltf.accessors import accessor_format, bounds, read_accessor, stated_bounds
-from gltf_ext.gltf.buffer_layout import Renumber, map_accessors, map_views
-from gltf_ext.gltf.document import Document, item
-from gltf_ext.gltf.importers import open_model
 from gltf_ext.progress import Advance, progress_bar, shared_progress
+from gltf_ext.sources.importers import open_model
+from gltf_ext.sources.primitives import EXTENSION, all_primitives, is_compressed
 
 BLOBS_SHARE = 0.3  # of the progress; the rest is for levels of detail
 

@@ -11,17 +11,17 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
+from gltf_ext.attributes.extension import has_compressed
 from gltf_ext.checks.findings import Findings, report_of
 from gltf_ext.checks.level_errors import level_problems, measure_levels
 from gltf_ext.checks.primitives import compare, read_original
-from gltf_ext.compression.extension import has_compressed
-from gltf_ext.compression.options import Options
-from gltf_ext.compression.primitives import triangle_primitives
+from gltf_ext.document.document import Document
 from gltf_ext.errors import MeshletError, blaming
-from gltf_ext.gltf.document import Document
-from gltf_ext.gltf.importers import open_model
-from gltf_ext.out_of_core.opening import Larges, open_large
+from gltf_ext.options import Options
 from gltf_ext.progress import progress_bar
+from gltf_ext.sources.importers import open_model
+from gltf_ext.sources.large import Larges, open_large
+from gltf_ext.sources.primitives import triangle_primitives
 
 
 def verify(

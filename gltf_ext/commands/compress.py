@@ -14,11 +14,28 @@ import numpy as np
 import pygltflib
 
 from gltf_ext import _codec
+from gltf_ext.attributes.extension import read_compressed, source_of
+from gltf_ext.attributes.records import RecordFormat
+from gltf_ext.attributes.streams import Bits, Grid, dequantise, position_grid
 from gltf_ext.commands.inspect import inspect_document
 from gltf_ext.commands.transcode import pack_compressed
-from gltf_ext.compression.extension import EXTENSION, read_compressed, source_of
-from gltf_ext.compression.options import MIN_POSITION_BITS, Options
-from gltf_ext.compression.primitives import (
+from gltf_ext.document.buffer_layout import unknown_index_holders
+from gltf_ext.document.container import fallback_of, model_files
+from gltf_ext.document.document import Document
+from gltf_ext.document.draco import DRACO
+from gltf_ext.document.images import embed_images
+from gltf_ext.encode.primitive import Compression, encode
+from gltf_ext.errors import MeshletError, blaming
+from gltf_ext.files import check_output, write_model
+from gltf_ext.lod.document import add_levels, arrange, forget_levels
+from gltf_ext.lod.tables import EXTENSION as LEVELS
+from gltf_ext.options import MIN_POSITION_BITS, Options
+from gltf_ext.progress import Advance, progress_bar, shared_progress
+from gltf_ext.scheduler import LocalThreads, Runner, runner
+from gltf_ext.sources.importers import open_model
+from gltf_ext.sources.large import Larges, open_large
+from gltf_ext.sources.primitives import (
+    EXTENSION,
     Dropped,
     all_primitives,
     describe,
@@ -26,23 +43,7 @@ from gltf_ext.compression.primitives import (
     store_primitive,
     triangle_primitives,
 )
-from gltf_ext.compression.records import RecordFormat
-from gltf_ext.compression.sources import Box, Source
-from gltf_ext.compression.streams import Bits, Grid, dequantise, position_grid
-from gltf_ext.errors import MeshletError, blaming
-from gltf_ext.files import check_output, write_model
-from gltf_ext.gltf.buffer_layout import unknown_index_holders
-from gltf_ext.gltf.container import fallback_of, model_files
-from gltf_ext.gltf.document import Document
-from gltf_ext.gltf.draco import DRACO
-from gltf_ext.gltf.images import embed_images
-from gltf_ext.gltf.importers import open_model
-from gltf_ext.lod.document import add_levels, arrange, forget_levels
-from gltf_ext.lod.tables import EXTENSION as LEVELS
-from gltf_ext.out_of_core.encoding import Compression, encode
-from gltf_ext.out_of_core.opening import Larges, open_large
-from gltf_ext.progress import Advance, progress_bar, shared_progress
-from gltf_ext.scheduler import LocalThreads, Runner, runner
+from gltf_ext.sources.source import Box, Source
 
 PIXELS = 1000  # of a primitive's longest side, to judge whether its levels pay
 DEGENERATE = "every triangle is degenerate"

@@ -10,18 +10,18 @@ from typing import Any
 import numpy as np
 import pygltflib
 
-from gltf_ext.compression.extension import EXTENSION, Compressed, require_compressed
-from gltf_ext.compression.primitives import describe, describe_indices
+from gltf_ext.attributes.extension import Compressed, require_compressed
+from gltf_ext.document.accessors import store_rows, stored_rows, widen_bounds
+from gltf_ext.document.container import model_files
+from gltf_ext.document.document import Document
+from gltf_ext.document.images import embed_images
 from gltf_ext.errors import blaming
 from gltf_ext.files import check_output, write_model
-from gltf_ext.gltf.accessors import store_rows, stored_rows, widen_bounds
-from gltf_ext.gltf.container import model_files
-from gltf_ext.gltf.document import Document
-from gltf_ext.gltf.images import embed_images
-from gltf_ext.gltf.importers import open_model
 from gltf_ext.lod.detail import Detail, missing_levels
 from gltf_ext.lod.document import forget_levels
 from gltf_ext.progress import Advance, progress_bar, shared_progress
+from gltf_ext.sources.importers import open_model
+from gltf_ext.sources.primitives import EXTENSION, describe, describe_indices
 from gltf_ext.work_files import Spool
 
 

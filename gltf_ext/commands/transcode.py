@@ -6,15 +6,15 @@ import os
 from pathlib import Path
 from typing import Any
 
-from gltf_ext.compression.extension import malformed_from, require_compressed
-from gltf_ext.compression.options import Options
+from gltf_ext.attributes.extension import malformed_from, require_compressed
+from gltf_ext.document.container import model_files
+from gltf_ext.document.document import Document, item
+from gltf_ext.document.transport import pack_views
 from gltf_ext.errors import blaming
 from gltf_ext.files import check_output, write_model
-from gltf_ext.gltf.container import model_files
-from gltf_ext.gltf.document import Document, item
-from gltf_ext.gltf.importers import open_model
-from gltf_ext.gltf.transport import pack_views
 from gltf_ext.lod.tables import EXTENSION as LOD
+from gltf_ext.options import Options
+from gltf_ext.sources.importers import open_model
 
 
 def transcode(

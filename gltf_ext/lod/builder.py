@@ -13,13 +13,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from gltf_ext import _codec
-from gltf_ext.compression.options import Options
 from gltf_ext.lod import simplifier
 from gltf_ext.lod.errors import ErrorMeter
 from gltf_ext.lod.pilot import SMALLEST, Pilot, smaller
 from gltf_ext.lod.reduction import SHRINK, reduce_groups
 from gltf_ext.lod.surface import Surface, longest_side
 from gltf_ext.lod.tables import MAX_CLUSTERS
+from gltf_ext.options import Options
 from gltf_ext.ranges import begins, begins_of, members
 
 # Triangles of a level over those of the next: shares of the reduction that the caller asks for. The

@@ -7,14 +7,14 @@ import numbers
 from dataclasses import dataclass
 from typing import Any
 
-from gltf_ext.compression.extension import Compressed
-from gltf_ext.compression.primitives import Primitive
+from gltf_ext.attributes.extension import Compressed
+from gltf_ext.document.accessors import stated_bounds
+from gltf_ext.document.document import Document
 from gltf_ext.errors import MeshletError
-from gltf_ext.gltf.accessors import stated_bounds
-from gltf_ext.gltf.document import Document
 from gltf_ext.lod.cuts import cut_at_error, cut_at_level
 from gltf_ext.lod.reading import read_lod
 from gltf_ext.lod.tables import EXTENSION
+from gltf_ext.sources.primitives import Primitive
 
 
 @dataclass(frozen=True)

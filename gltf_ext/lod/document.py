@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 import pygltflib
 
-from gltf_ext.compression.extension import EXTENSION as EDGEBREAKER
-from gltf_ext.compression.primitives import all_primitives
-from gltf_ext.gltf.buffer_layout import map_views
-from gltf_ext.gltf.document import Document
+from gltf_ext.document.buffer_layout import map_views
+from gltf_ext.document.document import Document
 from gltf_ext.lod.tables import EXTENSION, VERSION, Tables
+from gltf_ext.sources.primitives import EXTENSION as EDGEBREAKER
+from gltf_ext.sources.primitives import all_primitives
 
 
 @dataclass

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from gltf_ext import _codec
-from gltf_ext.compression.extension import (
+from gltf_ext.attributes.extension import (
     Compressed,
     compressed_primitives,
     malformed,
@@ -18,13 +18,13 @@ from gltf_ext.compression.extension import (
     require_compressed,
     require_plain,
 )
-from gltf_ext.compression.primitives import Primitive
+from gltf_ext.document.document import Document, item
 from gltf_ext.errors import MeshletError, blaming
-from gltf_ext.gltf.document import Document, item
-from gltf_ext.gltf.importers import open_model
 from gltf_ext.lod.cuts import Cut
 from gltf_ext.lod.tables import EXTENSION, VERSION, Tables, read_tables
 from gltf_ext.ranges import begins, members
+from gltf_ext.sources.importers import open_model
+from gltf_ext.sources.primitives import Primitive
 from gltf_ext.work_files import release
 
 COUNTS = ("pageCount", "coarsePageCount", "groupCount", "runCount")

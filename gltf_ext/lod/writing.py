@@ -10,12 +10,12 @@ import numpy as np
 
 from gltf_ext import _codec
 from gltf_ext._codec import Stream
-from gltf_ext.compression.options import Options
-from gltf_ext.compression.records import RecordFormat, Vertices, weld_rows
-from gltf_ext.compression.streams import Plan, is_of_target, local_name, semantic
+from gltf_ext.attributes.records import RecordFormat, Vertices, weld_rows
+from gltf_ext.attributes.streams import Plan, is_of_target, local_name, semantic
 from gltf_ext.lod.builder import Hierarchy
 from gltf_ext.lod.surface import Surface, longest_side
 from gltf_ext.lod.tables import GROUP, PAGE, Tables, reach
+from gltf_ext.options import Options
 from gltf_ext.ranges import begins, first_of_each, members, occurring
 
 # Weights of attributes in the choice of edges, beside positions in a box of size 1. Normals: at 0.2

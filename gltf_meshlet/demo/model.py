@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 import pygltflib
 
+from gltf_ext.document.accessors import add_accessor, bounds, set_bounds
+from gltf_ext.document.container import model_files
+from gltf_ext.document.document import Document
 from gltf_ext.files import write_files
-from gltf_ext.gltf.accessors import add_accessor, bounds, set_bounds
-from gltf_ext.gltf.container import model_files
-from gltf_ext.gltf.document import Document
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
 from gltf_ext import _codec
-from gltf_ext.compression import streams as a
+from gltf_ext.attributes import streams as a
 from gltf_ext.errors import MeshletError
 
 floats32 = st.floats(-(2.0**100), 2.0**100, width=32)

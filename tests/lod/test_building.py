@@ -8,11 +8,11 @@ import pytest
 
 import gltf_ext
 from gltf_ext import _codec
-from gltf_ext.gltf.container import read_document
+from gltf_ext.document.container import read_document
+from gltf_ext.encode import levels
 from gltf_ext.lod import LodPrimitive, cut_at_level, error_of, open_lod
 from gltf_ext.lod.tables import EXTENSION
 from gltf_ext.lod.writing import BLOCK_GROUPS, _by_error, paged
-from gltf_ext.out_of_core import levels
 from spec import reference_lod
 from tests.helpers import environment
 from tests.helpers.gltf_builder import Builder, wavy_sheet
@@ -111,8 +111,8 @@ def test_a_file_without_its_levels_is_valid(with_levels, tmp_path, khronos):
     document = read_document(with_levels)
     del document.meshes[0].primitives[0].extensions[EXTENSION]
     document.forget_extension(EXTENSION)
+    from gltf_ext.document.container import model_files
     from gltf_ext.files import write_files
-    from gltf_ext.gltf.container import model_files
 
     path = tmp_path / "dropped.glb"
     write_files(model_files(document, path), read=())

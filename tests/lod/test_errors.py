@@ -3,10 +3,10 @@
 import numpy as np
 
 import gltf_ext
-from gltf_ext.compression.options import Options
 from gltf_ext.lod import builder as levels
 from gltf_ext.lod.errors import VERTEX_SHARE, spread_weights
 from gltf_ext.lod.surface import Surface
+from gltf_ext.options import Options
 from gltf_ext.ranges import members
 from tests.helpers import environment
 from tests.helpers.gltf_builder import Builder, wavy_sheet

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gltf_ext.checks.samples import Places, nearest_places, shading_differences, spread_by_area
-from gltf_ext.compression.primitives import Primitive
+from gltf_ext.sources.primitives import Primitive
 from tests.helpers.vulkan_scenes import ball
 
 

@@ -12,7 +12,7 @@ import pytest
 import gltf_ext
 from gltf_ext import _codec
 from gltf_ext.checks.coverage import check_coverage
-from gltf_ext.gltf.container import read_document
+from gltf_ext.document.container import read_document
 from gltf_ext.lod import View, cut_at_error, cut_at_level, cut_for_view, open_lod
 from gltf_ext.lod.cuts import cut_of
 from gltf_meshlet import cli

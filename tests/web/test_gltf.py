@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from gltf_ext import compress
-from gltf_ext.compression.extension import Compressed, require_compressed
-from gltf_ext.gltf.document import Document
-from gltf_ext.gltf.importers import open_model
+from gltf_ext.attributes.extension import Compressed, require_compressed
+from gltf_ext.document.document import Document
+from gltf_ext.sources.importers import open_model
 from tests.helpers import environment
 from tests.helpers.environment import ROOT, VECTORS
 

@@ -11,8 +11,8 @@ import pytest
 
 import gltf_ext
 from gltf_ext import compress, decompress
-from gltf_ext.compression.extension import require_compressed
-from gltf_ext.gltf.importers import open_model
+from gltf_ext.attributes.extension import require_compressed
+from gltf_ext.sources.importers import open_model
 from tests.helpers import environment, web_package
 
 NAME = "EXT_meshlet_edgebreaker"
