@@ -17,13 +17,13 @@ from gltf_ext.document.accessors import Format, accessor_format
 from gltf_ext.document.document import Document, item
 from gltf_ext.document.json_objects import minified
 from gltf_ext.errors import MeshletError
+from gltf_ext.sources.attribute_names import named
 from gltf_ext.sources.primitives import (
     EXTENSION,
     Dropped,
     Primitive,
     all_primitives,
     is_compressed,
-    named,
     place,
 )
 from gltf_ext.sources.source import Source, read_primitive, read_source

@@ -22,19 +22,18 @@ signed ones and for positions; the options for bits do not apply to it.
 from __future__ import annotations
 
 import math
-import re
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from gltf_ext._codec import GRID_MAX_BITS, STREAM_MAX_ELEMENTS, Stream
 from gltf_ext.errors import MeshletError
+from gltf_ext.sources.attribute_names import is_of_target, local_name, semantic
 
 GRID, OCT, INTEGER, FLOAT32, SIGN = range(5)
 # Skin weights whose sum differs from one by less than this are taken to sum to one.
 WEIGHT_SUM_TOLERANCE = 1e-3
-SMALLEST_STEP = float(np.finfo(np.float32).tiny)  # GPUs flush smaller ones to zero
-OF_TARGET = re.compile(r"targets\[\d+\]\.")  # before the name of a morph target's attribute
+SMALLEST_STEP = float(np.finfo(np.float32).tiny)
 
 
 @dataclass(frozen=True)
@@ -63,21 +62,6 @@ class Grid:
 
     offset: tuple[float, float, float]
     step: float
-
-
-def is_of_target(name: str) -> bool:
-    """Whether a name is "targets[i].NAME"."""
-    return OF_TARGET.match(name) is not None
-
-
-def local_name(name: str) -> str:
-    """The name of an attribute without "targets[i].", if it is of a morph target."""
-    return OF_TARGET.sub("", name, count=1) if is_of_target(name) else name
-
-
-def semantic(name: str) -> str:
-    """TEXCOORD_1 -> TEXCOORD; custom names (leading underscore) -> "_"."""
-    return "_" if name.startswith("_") else name.rsplit("_", 1)[0]
 
 
 # --- grids ---

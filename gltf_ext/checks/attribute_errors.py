@@ -8,14 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from gltf_ext._codec import Stream
-from gltf_ext.attributes.streams import (
-    GRID,
-    OCT,
-    SIGN,
-    WEIGHT_SUM_TOLERANCE,
-    octahedral_bound,
-    semantic,
-)
+from gltf_ext.attributes.streams import GRID, OCT, SIGN, WEIGHT_SUM_TOLERANCE, octahedral_bound
+from gltf_ext.sources.attribute_names import semantic
 
 # Rounding of positions to float32, and of half a step in float64, relative to the value.
 FLOAT_ROUNDING = 2.0**-23

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gltf_ext import _codec
-from gltf_ext.attributes.streams import semantic
+from gltf_ext.sources.attribute_names import semantic
 from gltf_ext.sources.primitives import Primitive
 
 

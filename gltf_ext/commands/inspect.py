@@ -10,10 +10,11 @@ from urllib.parse import unquote_to_bytes
 
 from gltf_ext import _codec
 from gltf_ext.attributes.extension import Compressed, malformed_from, require_compressed
-from gltf_ext.attributes.streams import OCT, semantic
+from gltf_ext.attributes.streams import OCT
 from gltf_ext.document.document import Document, item
 from gltf_ext.errors import blaming
 from gltf_ext.portable import file_name
+from gltf_ext.sources.attribute_names import semantic
 from gltf_ext.sources.importers import open_model
 
 INDEX_BYTES_PER_TRIANGLE = 12

@@ -11,12 +11,13 @@ import numpy as np
 from gltf_ext import _codec
 from gltf_ext._codec import Stream
 from gltf_ext.attributes.records import RecordFormat, Vertices, weld_rows
-from gltf_ext.attributes.streams import Plan, is_of_target, local_name, semantic
+from gltf_ext.attributes.streams import Plan
 from gltf_ext.lod.builder import Hierarchy
 from gltf_ext.lod.surface import Surface, longest_side
 from gltf_ext.lod.tables import GROUP, PAGE, Tables, reach
 from gltf_ext.options import Options
 from gltf_ext.ranges import begins, first_of_each, members, occurring
+from gltf_ext.sources.attribute_names import is_of_target, local_name, semantic
 
 # Weights of attributes in the choice of edges, beside positions in a box of size 1. Normals: at 0.2
 # igea draws 1.25 times the triangles, dragon and beast 1.1 times, over 25 errors. At one pixel of

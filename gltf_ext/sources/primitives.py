@@ -11,6 +11,7 @@ import pygltflib
 
 from gltf_ext.document.accessors import described_by, index_accessor, set_bounds, store
 from gltf_ext.document.document import TRIANGLE_MODES, Document
+from gltf_ext.sources.attribute_names import named
 
 EXTENSION = "EXT_meshlet_edgebreaker"
 
@@ -89,15 +90,6 @@ class Dropped:
 def place(mesh: int, primitive: int) -> str:
     """A primitive's place in its document, for errors."""
     return f"mesh {mesh} primitive {primitive}"
-
-
-def named(sets: list[dict[str, T]]) -> list[tuple[str, T]]:
-    """(name, value) of every attribute, then of the targets as "targets[i].NAME"."""
-    return [
-        (f"targets[{i - 1}].{name}" if i else name, value)
-        for i, values in enumerate(sets)
-        for name, value in values.items()
-    ]
 
 
 def is_compressed(primitive: pygltflib.Primitive) -> bool:

@@ -9,14 +9,14 @@ from typing import Any, Protocol
 import numpy as np
 import pygltflib
 
-from gltf_ext.attributes.streams import is_of_target, local_name
 from gltf_ext.document.accessors import Format, bounds, read_accessor
 from gltf_ext.document.document import Document
 from gltf_ext.document.draco import DRACO, decode_draco
 from gltf_ext.errors import MeshletError
 from gltf_ext.progress import Advance
 from gltf_ext.scheduler import in_order
-from gltf_ext.sources.primitives import Dropped, Primitive, named, place
+from gltf_ext.sources.attribute_names import is_of_target, local_name, named
+from gltf_ext.sources.primitives import Dropped, Primitive, place
 
 # Rows that are read at a time. With 1 << 17, a million triangles in --max-memory 110M peaked at 98
 # to 110 MB, with 1 << 16 at 80 to 87.

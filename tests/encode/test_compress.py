@@ -230,7 +230,7 @@ def other_format(request, tmp_path, small_chunks, monkeypatch):
     points, _, triangles = sheet(64)
     path = tmp_path / f"in.{request.param.__name__[-3:]}"
     request.param(path, points, triangles)
-    monkeypatch.setattr(opening, "MEMORY_OF_FILE", 1 << 30)
+    monkeypatch.setattr(large, "MEMORY_OF_FILE", 1 << 30)
     return path
 
 
@@ -265,7 +265,7 @@ def write_soup(path, points, triangles):
 def test_vertices_of_degenerate_triangles_alone_do_not_count(
     tmp_path, small_chunks, monkeypatch, writer, value
 ):
-    monkeypatch.setattr(opening, "MEMORY_OF_FILE", 1 << 30)
+    monkeypatch.setattr(large, "MEMORY_OF_FILE", 1 << 30)
     points, _, triangles = sheet(64)
     other = len(points)
     points = np.concatenate([points, np.full((1, 3), value, np.float32)])
@@ -286,7 +286,7 @@ def test_many_materials_share_a_work_file(tmp_path, monkeypatch):
     lines = ["v 0 0 0", "v 1 0 0", "v 0 1 0", "vt 0 0", "vn 0 0 1"]
     lines += [f"usemtl m{i}\nf 1/1/1 2/1/1 3/1/1" for i in range(100)]
     (tmp_path / "in.obj").write_text("\n".join(lines))
-    monkeypatch.setattr(opening, "MEMORY_OF_FILE", 1 << 30)
+    monkeypatch.setattr(large, "MEMORY_OF_FILE", 1 << 30)
     options = Options.of({"max_memory": "1G", "work_dir": str(tmp_path)})
     limits = resource.getrlimit(resource.RLIMIT_NOFILE)
     resource.setrlimit(resource.RLIMIT_NOFILE, (len(os.listdir("/proc/self/fd")) + 20, limits[1]))
@@ -343,7 +343,7 @@ def test_too_little_memory_is_refused_first(tube, tmp_path):
 def test_memory_that_the_result_does_not_fit_is_refused_first(
     tube, tmp_path, small_chunks, monkeypatch
 ):
-    monkeypatch.setattr(opening, "RESULT_BYTES", 1 << 20)
+    monkeypatch.setattr(large, "RESULT_BYTES", 1 << 20)
     text = message(tmp_path, tube, max_memory="1G")
     assert "less than the result of 32,768 triangles takes" in text and "at least 32848M" in text
 
