@@ -23,7 +23,7 @@ from gltf_ext.attributes.streams import (
     to_accessor,
 )
 from gltf_ext.document.accessors import Format
-from gltf_ext.ranges import first_of_each, occurring, renumbered
+from gltf_ext.ranges import first_of_each, has_repeats, occurring, renumbered
 from gltf_ext.sources.primitives import Dropped, place
 from gltf_ext.sources.source import Source, blocks
 
@@ -198,8 +198,7 @@ class RecordFormat:
         if triangles.corners is not None and count < len(numbers):
             corners = numbers[corners]
         corners = np.ascontiguousarray(corners.reshape(-1, 3), np.uint32)
-        a, b, c = corners.T
-        is_degenerate = (a == b) | (b == c) | (c == a)
+        is_degenerate = has_repeats(corners)
         remaining = np.arange(count)
         if is_degenerate.any():
             corners = corners[~is_degenerate]

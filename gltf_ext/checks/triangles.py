@@ -11,6 +11,7 @@ from gltf_ext.attributes.extension import Compressed, malformed_from, parts_of
 from gltf_ext.attributes.records import HASH, RecordFormat, weld_rows
 from gltf_ext.encode.primitive import gathered
 from gltf_ext.progress import Advance
+from gltf_ext.ranges import has_repeats
 from gltf_ext.sources.source import Source, blocks
 from gltf_ext.work_files import Buckets, WorkFile, hashes
 
@@ -56,9 +57,9 @@ class Comparison:
     def _add_source(self, progress: Advance) -> None:
         for keys, cells, positions, share in self._source_corners():
             progress(share)
-            is_same = _repeats(positions)
-            self.collapsed += int(np.count_nonzero(_repeats(cells) & ~is_same))
-            is_optional = is_same & _repeats(keys)
+            is_same = has_repeats(positions)
+            self.collapsed += int(np.count_nonzero(has_repeats(cells) & ~is_same))
+            is_optional = is_same & has_repeats(keys)
             self.triangles += len(keys) - int(np.count_nonzero(is_optional))
             self._add(keys, np.where(is_optional, OPTIONAL, NEEDED))
 
@@ -133,10 +134,3 @@ def keys_of(streams: list[np.ndarray]) -> np.ndarray:
     """uint64[...]: hashes of vertices, of integers [..., elements] of each stream."""
     rows = np.concatenate(streams, axis=-1)
     return hashes(rows.reshape(-1, rows.shape[-1])).reshape(rows.shape[:-1])
-
-
-def _repeats(corners: np.ndarray) -> np.ndarray:
-    """bool[T]: whether two of the three values of a triangle are equal."""
-    a, b, c = corners.T
-    result: np.ndarray = (a == b) | (b == c) | (c == a)
-    return result

@@ -14,13 +14,13 @@ from gltf_ext.encode.level_0 import Encoder
 from gltf_ext.encode.totals import Totals
 from gltf_ext.errors import MeshletError
 from gltf_ext.lod import simplifier
-from gltf_ext.lod.builder import Builder, Clusters, ClusterSet, Hierarchy
+from gltf_ext.lod.builder import Builder, ClusterRanges, ClusterSet, Hierarchy
 from gltf_ext.lod.document import Levels
-from gltf_ext.lod.pilot import SMALLEST, Pilot
+from gltf_ext.lod.pilot import SMALLEST_GROUP, Pilot
 from gltf_ext.lod.reduction import SHRINK
 from gltf_ext.lod.surface import Surface
 from gltf_ext.lod.tables import MAX_GROUPS
-from gltf_ext.lod.writing import Pages, error_limit_of, paged, surface_of, tables_of
+from gltf_ext.lod.writing import Pages, error_limit_of, encode_pages, make_surface, make_tables
 from gltf_ext.options import Options
 from gltf_ext.progress import Advance
 from gltf_ext.ranges import begins, members
@@ -29,7 +29,7 @@ from gltf_ext.sources.memory import chunk_size, reading, share_of_chunk
 from gltf_ext.sources.source import blocks
 from gltf_ext.work_files import Spool, WorkFile, give_back_memory, release
 
-NO_CLUSTERS = Clusters(np.empty((0, 3), np.uint32), np.zeros(1, np.int64), np.zeros(1, np.int64))
+NO_RANGES = ClusterRanges(np.empty((0, 3), np.uint32), np.zeros(1, np.int64), np.zeros(1, np.int64))
 ALL_LEVELS = 1.4  # triangles of all levels over those of level 0, for the progress
 BUILD_SHARE = 0.6  # of the progress of a chunk that is alone; the rest is for its pages
 # With more vertices than this for each position, the first step is larger: seams hold coarse levels
@@ -47,29 +47,31 @@ class Remainder:
     Attributes:
         corners: coarse[T, 3]: records of their triangles.
         disks, clusters: int64: number of triangles of each disk, and of disks of each cluster.
-        refined, error, centre, radius: as in ClusterSet.
+        source_group, error, centre, radius: as in ClusterSet.
     """
 
     corners: np.ndarray
     disks: np.ndarray
     clusters: np.ndarray
-    refined: np.ndarray
+    source_group: np.ndarray
     error: np.ndarray
     centre: np.ndarray
     radius: np.ndarray
 
     def with_triangles(self, triangles: np.ndarray) -> ClusterSet:
         """triangles: uint32[T, 3] of the corners."""
-        clusters = Clusters(triangles, begins(self.disks), begins(self.clusters))
-        return ClusterSet(clusters, self.refined, self.error, self.error, self.centre, self.radius)
+        clusters = ClusterRanges(triangles, begins(self.disks), begins(self.clusters))
+        return ClusterSet(
+            clusters, self.source_group, self.error, self.error, self.centre, self.radius
+        )
 
     @classmethod
     def of(cls, pending: ClusterSet, records: np.ndarray) -> Remainder:
         """records: coarse[V], of the vertices."""
-        clusters = pending.clusters
+        clusters = pending.ranges
         disks, counts = np.diff(clusters.disk_begin), np.diff(clusters.cluster_begin)
         corners = records[clusters.triangles]
-        origin = pending.refined, pending.error, pending.centre, pending.radius
+        origin = pending.source_group, pending.error, pending.centre, pending.radius
         return cls(corners, disks, counts, *origin)
 
 
@@ -103,7 +105,7 @@ class ChunkResult:
     Attributes:
         count: of its triangles; totals: of level 0.
         hierarchy: without clusters; None for no groups. coarse, fine: their pages.
-        triangles: of the groups of each level; stuck: of the builder.
+        triangles: of the groups of each level; stuck_triangles: of the builder.
         remainder: clusters for the next level.
     """
 
@@ -113,7 +115,7 @@ class ChunkResult:
     coarse: Pages = field(default_factory=Pages)
     fine: Pages = field(default_factory=Pages)
     triangles: list[int] = field(default_factory=list)
-    stuck: list[int] = field(default_factory=list)
+    stuck_triangles: list[int] = field(default_factory=list)
     remainder: Remainder | None = None
 
 
@@ -131,8 +133,8 @@ def build_chunk(threads: int, encoder: Encoder, options: Options, chunk: Chunk) 
     if not len(vertices.triangles):
         return result
     values = form.values_of(vertices.records)
-    surface = surface_of(form, vertices, values)
-    surface.fixed = is_shared
+    surface = make_surface(form, vertices, values)
+    surface.is_locked = is_shared
     group_size, page_bytes = options.lod_group, options.lod_page_bytes
     while True:
         pilot = Pilot(form.plan.streams, values, surface.position_ids, surface.points, page_bytes)
@@ -146,7 +148,7 @@ def build_chunk(threads: int, encoder: Encoder, options: Options, chunk: Chunk) 
             return result
         hierarchy = builder.result()
         give_back_memory()
-        result.coarse, result.fine = paged(
+        result.coarse, result.fine = encode_pages(
             hierarchy,
             surface,
             form.plan.streams,
@@ -157,18 +159,18 @@ def build_chunk(threads: int, encoder: Encoder, options: Options, chunk: Chunk) 
         )
         give_back_memory()
         largest = max(map(len, result.coarse.blobs + result.fine.blobs))
-        if largest <= page_bytes or group_size <= SMALLEST:
-            sizes = np.diff(hierarchy.clusters.triangle_begin)
-            counts = np.bincount(hierarchy.level[hierarchy.group], sizes)
+        if largest <= page_bytes or group_size <= SMALLEST_GROUP:
+            sizes = np.diff(hierarchy.ranges.triangle_begin)
+            counts = np.bincount(hierarchy.group_level[hierarchy.cluster_group], sizes)
             result.triangles = counts.astype(int).tolist()
-            hierarchy.clusters = NO_CLUSTERS
+            hierarchy.ranges = NO_RANGES
             result.hierarchy = hierarchy
             break
-        group_size = max(group_size // 2, SMALLEST)  # rare: see the pilot
-    result.stuck = builder.stuck
-    if len(builder.pending):
+        group_size = max(group_size // 2, SMALLEST_GROUP)  # rare: see the pilot
+    result.stuck_triangles = builder.stuck_triangles
+    if len(builder.frontier):
         records = form.without_hash(vertices.records)
-        result.remainder = Remainder.of(builder.all.chosen(builder.pending), records)
+        result.remainder = Remainder.of(builder.clusters.select(builder.frontier), records)
     totals.statistics = result.fine.statistics
     if chunk.advance:
         chunk.advance(1.0)
@@ -185,7 +187,7 @@ def _builder(
     pilot: Pilot,
 ) -> Builder:
     """A builder that has built the chunk's levels."""
-    has_seams = len(surface.points) > SEAMS * len(surface.vertex_at)
+    has_seams = len(surface.points) > SEAMS * len(surface.vertex_of_position)
     builder = Builder(
         surface,
         options,
@@ -242,7 +244,7 @@ class NextLevel:
         self._file = self._file or WorkFile(str(self._options.work_dir))
         self._file.append(clusters.corners)
         self.triangles += len(clusters.corners)
-        values = (clusters.refined, clusters.error, clusters.centre, clusters.radius)
+        values = (clusters.source_group, clusters.error, clusters.centre, clusters.radius)
         self._columns.append((clusters.disks, clusters.clusters, *values))
 
     def close(self) -> None:
@@ -373,9 +375,9 @@ class LevelsWriter:
         first_group: the number that the chunk gave its first group.
         """
         self.totals.add(result.totals)
-        self._stuck.update({level + k: count for k, count in enumerate(result.stuck)})
+        self._stuck.update({level + k: count for k, count in enumerate(result.stuck_triangles)})
         if result.remainder:
-            refined = result.remainder.refined
+            refined = result.remainder.source_group
             refined[refined >= first_group] += self._group_count - first_group
             following.add(result.remainder)
         for place, pages in ((max(level, 1), result.coarse), (0, result.fine)):
@@ -386,9 +388,9 @@ class LevelsWriter:
         if not result.hierarchy:
             return
         self._triangles.update(dict(enumerate(result.triangles)))
-        result.hierarchy.group = result.hierarchy.group + self._group_count
+        result.hierarchy.cluster_group = result.hierarchy.cluster_group + self._group_count
         self._hierarchies.append(result.hierarchy)
-        self._group_count += len(result.hierarchy.level)
+        self._group_count += len(result.hierarchy.group_level)
         if self._group_count > MAX_GROUPS:
             where = self._encoder.form.where
             raise MeshletError(f"{where} has more than {MAX_GROUPS} groups", "split it")
@@ -403,11 +405,10 @@ class LevelsWriter:
             coarse.append(pages)
             release(pages)
             self._files[level].close()
-        names = ("group", "refined", "level", "error", "centre", "radius")
-        joined = {n: np.concatenate([getattr(h, n) for h in self._hierarchies]) for n in names}
-        hierarchy = Hierarchy(NO_CLUSTERS, **joined, stuck=[])
+        columns = map(np.concatenate, zip(*(h.columns for h in self._hierarchies)))
+        hierarchy = Hierarchy(NO_RANGES, *columns)
         coarse_pages = len(rows) - len(self._pages[0].rows)
-        tables = tables_of(hierarchy, groups, rows, coarse_pages, form.plan)
+        tables = make_tables(hierarchy, groups, rows, coarse_pages, form.plan)
         levels = range(max(self._triangles) + 1)
         report = {
             "triangles": [self._triangles[level] for level in levels],

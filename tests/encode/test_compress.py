@@ -110,7 +110,7 @@ def test_triangles_that_cannot_be_simplified(tmp_path, small_chunks, monkeypatch
     for count in (6000, 3000, 3000, 3000):
         builder.mesh({"POSITION": points[:count].reshape(-1, 3)}, None)
     path = builder.write(tmp_path / "in.glb")
-    monkeypatch.setattr("gltf_ext.lod.reduction.STUCK", 0.0)
+    monkeypatch.setattr("gltf_ext.lod.reduction.STUCK_FRACTION", 0.0)
     compress(path, tmp_path / "out.glb", lod=True)
     assert gltf_ext.verify(path, tmp_path / "out.glb")["ok"]
     assert gltf_ext.validate(tmp_path / "out.glb") == []
