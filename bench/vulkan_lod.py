@@ -108,7 +108,7 @@ def placed(path: Path, count: int, output: Path) -> Path:
         place = step * np.array([number % side - side // 2, 0.0, number // side - side // 2])
         document.nodes.append(pygltflib.Node(mesh=0, translation=place.tolist(), rotation=turn))
     document.root.scene, document.root.scenes = 0, [pygltflib.Scene(nodes=list(range(count)))]
-    write_files(model_files(document, output), read=())
+    write_files(model_files(document, output), sources=())
     return output
 
 

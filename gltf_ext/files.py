@@ -35,22 +35,22 @@ def identity(path: str | os.PathLike[str]) -> tuple[int, int] | str | None:
     count, and hard links unless the file system has no numbers of files, as some of networks on
     Windows. None if there is no such file."""
     try:
-        found = os.stat(path)
+        status = os.stat(path)
     except (OSError, ValueError):
         return None
-    if not found.st_ino:
+    if not status.st_ino:
         return os.path.normcase(real_path(path))
-    return found.st_dev, found.st_ino
+    return status.st_dev, status.st_ino
 
 
 def refuse_overwriting(
-    read: Iterable[str | os.PathLike[str]], outputs: Iterable[str | os.PathLike[str]]
+    sources: Iterable[str | os.PathLike[str]], outputs: Iterable[str | os.PathLike[str]]
 ) -> None:
     """Raises MeshletError for an output that is one of the files that were read.
 
     Whoever writes files of users calls this, mostly through `write_files`.
     """
-    inputs = {identity(path) for path in read} - {None}
+    inputs = {identity(path) for path in sources} - {None}
     for output in outputs:
         if identity(output) in inputs:
             raise MeshletError("is the input too", "name another output", str(output))
@@ -58,16 +58,16 @@ def refuse_overwriting(
 
 def write_model(
     input: str | os.PathLike[str],
-    read: Sequence[Path],
+    sources: Sequence[Path],
     files: Mapping[Path, Sequence[bytes | memoryview]],
 ) -> dict[str, Any]:
     """Writes the files of a model, as `model_files` gives them, and begins a command's report.
 
-    read: further files that were read. Returns input, output, input_bytes and output_bytes. Raises
+    sources: further files that were read. Returns input, output, input_bytes and output_bytes. Raises
     MeshletError, OSError.
     """
     input_bytes = os.path.getsize(input)
-    write_files(files, [input, *read])
+    write_files(files, [input, *sources])
     *_, model = files
     return {
         "input": str(input),
@@ -79,14 +79,14 @@ def write_model(
 
 def write_files(
     contents: Mapping[Path, Sequence[bytes | memoryview]],
-    read: Iterable[str | os.PathLike[str]],
+    sources: Iterable[str | os.PathLike[str]],
 ) -> None:
     """Writes the pieces of each file beside its path, then renames all files: all or none.
 
-    read: the files that the contents were made from. Raises MeshletError for a path that is one of
+    sources: the files that the contents were made from. Raises MeshletError for a path that is one of
     them, OSError with the final path as its filename. Files that existed are then as before.
     """
-    refuse_overwriting(read, contents)
+    refuse_overwriting(sources, contents)
     # Short names: that of the path may already be as long as the file system allows.
     partials = {path: path.with_name(f".{os.urandom(16).hex()}.part") for path in contents}
     try:
@@ -114,50 +114,50 @@ def rename_all(partials: Mapping[Path, Path]) -> None:
     Call `refuse_overwriting` before, as `write_files` does.
     """
     *paths, last = partials
-    formers: dict[Path, Path | None] = {}  # replaced path -> its file from before, if there was one
+    backups: dict[Path, Path | None] = {}  # replaced path -> its file from before, if there was one
     try:
         for path in paths:
             with _errors_name(path):
                 if path.is_dir():
                     raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
-                former = partials[path].with_suffix(".former") if path.exists() else None
-                formers[path] = former
-                if former is not None:
-                    _set_aside(path, former)
+                backup = partials[path].with_suffix(".former") if path.exists() else None
+                backups[path] = backup
+                if backup is not None:
+                    _set_aside(path, backup)
                 replace(partials[path], path)
         with _errors_name(last):
             replace(partials[last], last)
     except BaseException:
         if partials[last].exists():  # else all are renamed
-            _bring_back(formers)
-        _remove_all(formers.values())
+            _bring_back(backups)
+        _remove_all(backups.values())
         raise
-    _remove_all(formers.values())
+    _remove_all(backups.values())
 
 
-def _bring_back(formers: Mapping[Path, Path | None]) -> None:
-    for path, former in formers.items():
-        if former is None:
+def _bring_back(backups: Mapping[Path, Path | None]) -> None:
+    for path, backup in backups.items():
+        if backup is None:
             remove(path)
-        elif former.exists():
-            replace(former, path)
+        elif backup.exists():
+            replace(backup, path)
 
 
-def _remove_all(formers: Iterable[Path | None]) -> None:
+def _remove_all(backups: Iterable[Path | None]) -> None:
     """Removes former files: also those that are back, since replace keeps two names of one file."""
-    for former in filter(None, formers):
-        remove(former)
+    for backup in filter(None, backups):
+        remove(backup)
 
 
-def _set_aside(path: Path, former: Path) -> None:
+def _set_aside(path: Path, backup: Path) -> None:
     """Gives a file a second name: the first is there all the time, even if the process is killed,
     unless it is a link or the file system has no hard links."""
     check_not_in_use(path)
     with suppress(OSError):
         if not path.is_symlink():
-            os.link(path, former)
+            os.link(path, backup)
             return
-    replace(path, former)
+    replace(path, backup)
 
 
 @contextmanager

@@ -13,7 +13,7 @@ IS_WINDOWS = os.name == "nt"
 # or to delete it.
 PATIENCE, PAUSE = 2.0, 0.05  # seconds
 # Of a path, unless long paths are enabled in Windows: 259, and unfinished files have longer names.
-MOST_CHARACTERS = 239
+MAX_CHARACTERS = 239
 
 
 def replace(source: str | os.PathLike[str], target: str | os.PathLike[str]) -> None:
@@ -63,7 +63,7 @@ def path_beside(folder: Path, name: str) -> Path | None:
 
 def is_too_long(path: str) -> bool:
     """Whether Windows may refuse a path, in words that do not say why, because of its length."""
-    return IS_WINDOWS and len(os.path.abspath(path)) > MOST_CHARACTERS
+    return IS_WINDOWS and len(os.path.abspath(path)) > MAX_CHARACTERS
 
 
 def _patiently(action: Callable[[], None]) -> None:

@@ -41,12 +41,12 @@ def shared_progress(advance: Advance | None, shares: list[float]) -> list[Advanc
     """A function for each of several jobs that run at once. shares: of the whole, summing to 1."""
     if advance is None:
         return [None] * len(shares)
-    whole, lock = advance, threading.Lock()
-    done = [0.0] * len(shares)
+    advance_all, lock = advance, threading.Lock()
+    fractions = [0.0] * len(shares)
 
     def move(i: int, fraction: float) -> None:
         with lock:
-            done[i] = fraction
-            whole(sum(d * share for d, share in zip(done, shares)))
+            fractions[i] = fraction
+            advance_all(sum(d * share for d, share in zip(fractions, shares)))
 
     return [partial(move, i) for i in range(len(shares))]

@@ -137,11 +137,11 @@ class Workers:
     """Runs functions on the workers of a scheduler.
 
     Attributes:
-        again: what errors say to do when scheduler or workers are lost.
+        retry_advice: what errors say to do when scheduler or workers are lost.
     """
 
-    def __init__(self, client: Client, threads: int = 1, again: str = RUN_AGAIN) -> None:
-        self._threads, self.again = threads, again
+    def __init__(self, client: Client, threads: int = 1, retry_advice: str = RUN_AGAIN) -> None:
+        self._threads, self.retry_advice = threads, retry_advice
         self._client = client
         self._last_seen = time.monotonic()
 
@@ -153,7 +153,7 @@ class Workers:
     def _workers(self) -> list[dict[str, Any]]:
         info = self._client.scheduler_info(n_workers=-1)
         if "workers" not in info:  # the connection has ended
-            raise MeshletError(GONE, self.again)
+            raise MeshletError(GONE, self.retry_advice)
         workers = list(info["workers"].values())
         if workers:
             self._last_seen = time.monotonic()
@@ -166,14 +166,14 @@ class Workers:
         or all that any has."""
         import dask
 
-        most = max(map(_memory_of, self._workers()), default=0)
+        largest = max(map(_memory_of, self._workers()), default=0)
         with dask.config.set({"distributed.admin.large-graph-warning-threshold": "1 TiB"}):
             return self._client.submit(
                 function,
                 *arguments,
                 pure=False,
                 retries=retries,
-                resources={MEMORY: min(memory, most)} if most else None,
+                resources={MEMORY: min(memory, largest)} if largest else None,
             )
 
     def wait(self, tasks: Iterable[Future]) -> list[Future]:
@@ -188,7 +188,7 @@ class Workers:
             self._check_workers()
             return []
         except CancelledError:
-            raise MeshletError(GONE, self.again) from None
+            raise MeshletError(GONE, self.retry_advice) from None
 
     def outcome(self, task: Future) -> tuple[Any, BaseException | None]:
         """(result, error) of a task, which is forgotten. Raises MeshletError."""
@@ -205,13 +205,13 @@ class Workers:
             except TimeoutError:  # its worker died, and it runs again
                 self._check_workers()
             except (OSError, CancelledError):  # not of the task: it could not be fetched
-                raise MeshletError(GONE, self.again) from None
+                raise MeshletError(GONE, self.retry_advice) from None
 
     def _check_workers(self) -> None:
         self._workers()
         if time.monotonic() - self._last_seen > NO_WORKERS:
             problem = f"the scheduler has had no workers for {NO_WORKERS} seconds"
-            raise MeshletError(problem, self.again)
+            raise MeshletError(problem, self.retry_advice)
 
     def map(
         self,
@@ -241,7 +241,9 @@ class Workers:
         if isinstance(error, KilledWorker):
             raise MeshletError("a task killed its workers", "give them more memory")
         if error is not None and not isinstance(error, MeshletError):
-            raise MeshletError(f"a worker failed: {type(error).__name__}: {error}", self.again)
+            raise MeshletError(
+                f"a worker failed: {type(error).__name__}: {error}", self.retry_advice
+            )
         if error is not None:
             raise error
         return result

@@ -53,16 +53,17 @@ class Triangles:
         """The number of triangles."""
         return len(self.records) // 3 if self.corners is None else len(self.corners)
 
-    def dropped(self, different: int, remaining: int) -> Dropped:
-        """Counts of vertices that are left out, which only a whole source has.
+    def count_dropped(self, distinct_count: int, remaining_count: int) -> Dropped:
+        """Count the vertices that are left out, which only a whole source has.
 
-        different: number of vertices, equal ones once; remaining: without those of degenerate
-            triangles.
+        Args:
+            distinct_count: number of vertices, equal ones once.
+            remaining_count: the same without those of degenerate triangles only.
         """
         if self.source is None:
             return Dropped()
-        duplicates = len(self.records) - different
-        unreferenced = self.source.vertex_count - duplicates - remaining
+        duplicates = len(self.records) - distinct_count
+        unreferenced = self.source.vertex_count - duplicates - remaining_count
         return Dropped(unreferenced_vertices=unreferenced, duplicate_vertices=duplicates)
 
     def clear(self) -> None:
@@ -121,7 +122,8 @@ class RecordFormat:
     ) -> RecordFormat:
         """With streams that are there. first: of each attribute."""
         numbers = {
-            name: streams_of(first[name], form[1], streams) for name, form in source.formats.items()
+            name: streams_of(first[name], format_[1], streams)
+            for name, format_ in source.formats.items()
         }
         plan = Plan(streams, numbers, keeps_sums(source.bounds))
         return cls(plan, source.mesh, source.primitive, source.formats)
@@ -151,7 +153,7 @@ class RecordFormat:
         fields += [HASH] * ("POSITION" in names)
         return np.dtype([row for row in self.fine.descr if row[0] in fields])
 
-    def quantised(self, attributes: dict[str, np.ndarray]) -> np.ndarray:
+    def quantise(self, attributes: dict[str, np.ndarray]) -> np.ndarray:
         """part(names)[n]: records of vertices, by name [n, components]."""
         count = len(next(iter(attributes.values())))
         records = np.empty(count, self.part(tuple(attributes)))
@@ -187,8 +189,8 @@ class RecordFormat:
                 self.quantise_into(records[first:last], source.vertices(names, first, last))
             return Triangles(records, corners, source)
         for first, last in blocks(len(rows)):
-            chosen = source.chosen_vertices(names, rows[first:last])
-            self.quantise_into(records[first:last], chosen)
+            vertices = source.chosen_vertices(names, rows[first:last])
+            self.quantise_into(records[first:last], vertices)
         return Triangles(records, renumbered(corners, rows, count), source, rows)
 
     def vertices_of(self, triangles: Triangles) -> Vertices:
@@ -199,19 +201,19 @@ class RecordFormat:
             corners = numbers[corners]
         corners = np.ascontiguousarray(corners.reshape(-1, 3), np.uint32)
         is_degenerate = has_repeats(corners)
-        remaining = np.arange(count)
+        numbers_left = np.arange(count)
         if is_degenerate.any():
             corners = corners[~is_degenerate]
-            remaining = occurring(corners, count)
-        dropped = triangles.dropped(count, len(remaining))
-        dropped.degenerate_triangles = int(np.count_nonzero(is_degenerate))
+            numbers_left = occurring(corners, count)
+        counts = triangles.count_dropped(count, len(numbers_left))
+        counts.degenerate_triangles = int(np.count_nonzero(is_degenerate))
         records, rows = triangles.records, triangles.rows
-        if len(remaining) < len(records):
-            chosen = first_of_each(numbers, count)[remaining]
-            corners, records = renumbered(corners, remaining, count), records[chosen]
-            rows = chosen if rows is None else rows[chosen]
+        if len(numbers_left) < len(records):
+            first_records = first_of_each(numbers, count)[numbers_left]
+            corners, records = renumbered(corners, numbers_left, count), records[first_records]
+            rows = first_records if rows is None else rows[first_records]
         ids = self._position_ids(records)
-        return Vertices(corners, records, ids, dropped, triangles.source, rows)
+        return Vertices(corners, records, ids, counts, triangles.source, rows)
 
     def _position_ids(self, records: np.ndarray) -> np.ndarray:
         fields = [name for name in ("0", HASH) if name in (records.dtype.names or ())]
@@ -241,14 +243,14 @@ class RecordFormat:
         values: of the vertices, of each stream.
         """
         if vertices.source is None:
-            return self.decoded(values, names)
+            return self.dequantise(values, names)
         attributes = vertices.source.attributes
-        whole = {name: attributes[name].rows(0, attributes[name].count) for name in names}
+        all_values = {name: attributes[name].rows(0, attributes[name].count) for name in names}
         if vertices.rows is None:
-            return whole
-        return {name: rows[vertices.rows] for name, rows in whole.items()}
+            return all_values
+        return {name: rows[vertices.rows] for name, rows in all_values.items()}
 
-    def decoded(
+    def dequantise(
         self, values: dict[int, np.ndarray] | list[np.ndarray], names: tuple[str, ...]
     ) -> dict[str, np.ndarray]:
         """Name -> [n, components]: what attributes decode to. values: of each stream."""

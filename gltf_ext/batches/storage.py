@@ -85,10 +85,10 @@ class Folder:
         for one file is as fast. Raises OSError."""
         self.fs.invalidate_cache()
         try:
-            found = self.fs.find(self.path, detail=True)
+            infos = self.fs.find(self.path, detail=True)
         except FileNotFoundError:
             return {}
-        return {path[len(self.path) + 1 :]: stamp_of(info) for path, info in found.items()}
+        return {path[len(self.path) + 1 :]: stamp_of(info) for path, info in infos.items()}
 
     def read(self, name: str, start: int | None = None, end: int | None = None) -> bytes:
         """Some or all bytes of a file. Raises OSError, and what its storage raises."""
@@ -99,10 +99,12 @@ class Folder:
 
     def read_all(self, names: list[str]) -> dict[str, bytes]:
         """Name -> bytes of those that can be read."""
-        found: list[Any] = []
+        contents: list[Any] = []
         if names:  # cat would take brackets in names for patterns
-            found = self.fs.cat_ranges([self.at(n) for n in names], None, None, on_error="return")
-        return {n: data for n, data in zip(names, found) if isinstance(data, bytes)}
+            contents = self.fs.cat_ranges(
+                [self.at(n) for n in names], None, None, on_error="return"
+            )
+        return {n: data for n, data in zip(names, contents) if isinstance(data, bytes)}
 
     def write(self, name: str, data: bytes) -> None:
         """Writes all of a file or nothing. Raises OSError, and what its storage raises."""
@@ -146,8 +148,8 @@ class Folder:
             if partial.suffix in (".part", ".former"):
                 with suppress(FileNotFoundError):
                     # Of a file from before, only the second one is new. See rename_all.
-                    written = max(partial.stat().st_mtime, partial.stat().st_ctime)
-                    if time.time() - written > STALE:
+                    last_change = max(partial.stat().st_mtime, partial.stat().st_ctime)
+                    if time.time() - last_change > STALE:
                         remove(partial)
 
     def ignores_case(self) -> bool:
@@ -178,12 +180,12 @@ def stamp_of_file(path: str) -> str | None:
     which is of its creation on Windows, are the system's.
     """
     try:
-        found = os.stat(path)
+        status = os.stat(path)
     except (OSError, ValueError):
         return None
-    if not stat.S_ISREG(found.st_mode):
+    if not stat.S_ISREG(status.st_mode):
         return None
-    return f"{found.st_size} {found.st_mtime_ns} {found.st_ino} {found.st_ctime_ns}"
+    return f"{status.st_size} {status.st_mtime_ns} {status.st_ino} {status.st_ctime_ns}"
 
 
 def stamp_of(info: Mapping[str, Any]) -> str:
@@ -210,11 +212,11 @@ class Outputs:
         """Raises OSError."""
         self._folder = folder
         self.stamps = {} if folder.is_local else folder.stamps()
-        known = {name.removesuffix(".json") for name in self._records()}
-        listed = self._listed()
+        names = {name.removesuffix(".json") for name in self._records()}
+        listed_names = self._read_list()
         # Without the list, records tell the rest. A file beside an output may be another's.
-        known |= {fallback_name(name) for name in known} if listed is None else listed
-        self.names = {name for name in known if self.exists(name)}
+        names |= {fallback_name(name) for name in names} if listed_names is None else listed_names
+        self.names = {name for name in names if self.exists(name)}
 
     def exists(self, name: str) -> bool:
         return self._folder.exists(name) if self._folder.is_local else name in self.stamps
@@ -239,7 +241,7 @@ class Outputs:
                 return
         self.save({name for name in names if self.exists(name)})
 
-    def _listed(self) -> set[str] | None:
+    def _read_list(self) -> set[str] | None:
         """The list; None before the first batch, or if it is damaged."""
         try:
             names = json.loads(self._folder.read(OUTPUTS))

@@ -74,7 +74,7 @@ class Job:
 
     def is_current(self, record: Any) -> bool:
         """Whether a record was made from a file of this name with these options and version."""
-        wanted = {
+        expected_values = {
             "name": self.name,
             "output": self.output,
             "options": self.options,
@@ -82,7 +82,7 @@ class Job:
         }
         return (
             isinstance(record, dict)
-            and all(record.get(key) == value for key, value in wanted.items())
+            and all(record.get(key) == value for key, value in expected_values.items())
             and all(
                 key in record and isinstance(record[key], kind) for key, kind in RECORDED.items()
             )
@@ -99,12 +99,12 @@ class Job:
         the model names, by its path from the model's folder; output_stamp: of an output."""
         outputs = {name: output.get("stamp") for name, output in record["outputs"].items()}
         return all(
-            value == now(name) and not str(value).endswith(UNSURE)
-            for stamps, now in ((record["inputs"], stamp), (outputs, output_stamp))
+            value == stamp_of(name) and not str(value).endswith(UNSURE)
+            for stamps, stamp_of in ((record["inputs"], stamp), (outputs, output_stamp))
             for name, value in stamps.items()
         )
 
-    def failed(self, error: str, seconds: float = 0.0) -> Record:
+    def failure(self, error: str, seconds: float = 0.0) -> Record:
         return {
             "name": self.name,
             "output": self.output,
@@ -127,9 +127,9 @@ def run(job: Job, scratch: str | None = None) -> Record:
         with _temporary_folder(scratch) as folder:
             return _run(job, Path(folder), start)
     except MeshletError as error:
-        return job.failed(error.message, time.perf_counter() - start)
+        return job.failure(error.message, time.perf_counter() - start)
     except MemoryError:
-        return job.failed("there is not enough memory; split the model")
+        return job.failure("there is not enough memory; split the model")
 
 
 def _temporary_folder(scratch: str | None) -> tempfile.TemporaryDirectory[str]:
@@ -143,16 +143,16 @@ def _temporary_folder(scratch: str | None) -> tempfile.TemporaryDirectory[str]:
 def _run(job: Job, folder: Path, start: float) -> Record:
     destination = Folder(job.destination)
     inputs = _Inputs(job, folder)
-    former = read_record(destination, job)
-    unchanged = _unchanged(destination, job, inputs, former)
-    if unchanged is not None:
-        return unchanged
-    written = written_before(former)
-    _check_outputs(destination, job, written)
+    old_record = read_record(destination, job)
+    unchanged_record = _refresh_record(destination, job, inputs, old_record)
+    if unchanged_record is not None:
+        return unchanged_record
+    old_digests = digests_of_record(old_record)
+    _check_outputs(destination, job, old_digests)
     output = folder / posixpath.basename(job.output)
-    report, checked = _compressed(job, inputs, output, folder)
+    report, verification = _compress_and_verify(job, inputs, output, folder)
     picture = _picture(output)  # before anything is written: it may kill the worker
-    outputs = _write_outputs(destination, job, inputs, folder, written)
+    outputs = _write_outputs(destination, job, inputs, folder, old_digests)
     record = {
         "name": job.name,
         "source": job.source,
@@ -164,12 +164,12 @@ def _run(job: Job, folder: Path, start: float) -> Record:
         "inputs": inputs.stamps,
         "output_digest": outputs[job.output]["digest"],
         "outputs": outputs,
-        "former": {name: written[name] for name in written if name not in outputs},
+        "former": {name: old_digests[name] for name in old_digests if name not in outputs},
         "input_bytes": sum(path.stat().st_size for path in inputs.paths),
         "output_bytes": report["output_bytes"] + report["fallback_bytes"],
         "triangles": report["totals"]["triangles"],
         "ratio": report["totals"]["ratio"],
-        "max_error_percent": checked["max_error_percent"].get("POSITION"),
+        "max_error_percent": verification["max_error_percent"].get("POSITION"),
         "warnings": report["warnings"],
         "seconds": time.perf_counter() - start,
         "thumbnail": base64.b64encode(picture).decode(),
@@ -178,21 +178,21 @@ def _run(job: Job, folder: Path, start: float) -> Record:
     return record
 
 
-def _unchanged(
-    destination: Folder, job: Job, inputs: _Inputs, former: Record | None
+def _refresh_record(
+    destination: Folder, job: Job, inputs: _Inputs, old_record: Record | None
 ) -> Record | None:
     """The record of a job whose outputs are there and were made from the same bytes, else None."""
-    if former and job.is_current(former) and former["input_digest"] == inputs.digest:
-        outputs = _found_outputs(destination, former)
+    if old_record and job.is_current(old_record) and old_record["input_digest"] == inputs.digest:
+        outputs = _current_outputs(destination, old_record)
         if outputs is not None:
-            now = {"source": job.source, "inputs": inputs.stamps, "outputs": outputs}
-            record = {**former, **now}
+            updates = {"source": job.source, "inputs": inputs.stamps, "outputs": outputs}
+            record = {**old_record, **updates}
             destination.write(job.record_name, json.dumps(record).encode())
             return {**record, "status": UNCHANGED}
     return None
 
 
-def _compressed(
+def _compress_and_verify(
     job: Job, inputs: _Inputs, output: Path, folder: Path
 ) -> tuple[dict[str, Any], dict[str, Any]]:
     """Writes and verifies the output on this machine; the reports. Raises MeshletError, OSError."""
@@ -201,30 +201,32 @@ def _compressed(
         raise MeshletError("the result does not fit a .glb", "compress it by itself")
     limits = {"work_dir": str(folder), **job.options}
     limits = {name: limits.get(name) for name in ("max_memory", "work_dir")}
-    checked = verify(inputs.model, output, **limits)
-    if inputs.now() != inputs.stamps:
+    verification = verify(inputs.model, output, **limits)
+    if inputs.current_stamps() != inputs.stamps:
         raise MeshletError("changed while it was read", "run again")
-    if not checked["ok"]:
-        raise MeshletError("; ".join(["is not the same after decoding", *checked["problems"]]))
-    return report, checked
+    if not verification["ok"]:
+        raise MeshletError("; ".join(["is not the same after decoding", *verification["problems"]]))
+    return report, verification
 
 
 def _write_outputs(
-    destination: Folder, job: Job, inputs: _Inputs, folder: Path, written: dict[str, Any]
+    destination: Folder, job: Job, inputs: _Inputs, folder: Path, old_digests: dict[str, Any]
 ) -> dict[str, Any]:
     """Writes the outputs to the destination. Returns name -> stamp and digest of each.
 
-    written: digests of outputs that earlier runs wrote.
+    old_digests: digests of outputs that earlier runs wrote.
     """
     if destination.is_local:
         refuse_overwriting(inputs.paths, map(destination.at, job.outputs))
     files = {name: folder / posixpath.basename(name) for name in reversed(job.outputs)}
     files = {name: path for name, path in files.items() if path.exists()}  # the model is the last
     digests = {name: _digest([path]) for name, path in files.items()}
-    if written:  # the worker may be killed between the outputs and the record
-        both = {name: sorted({*written.get(name, ()), new}) for name, new in digests.items()}
-        begun = {"outputs": {}, "former": {**written, **both}}
-        destination.write(job.record_name, json.dumps(begun).encode())
+    if old_digests:  # the worker may be killed between the outputs and the record
+        all_digests = {
+            name: sorted({*old_digests.get(name, ()), digest}) for name, digest in digests.items()
+        }
+        interim_record = {"outputs": {}, "former": {**old_digests, **all_digests}}
+        destination.write(job.record_name, json.dumps(interim_record).encode())
     destination.write_files(files)
     return {
         name: {"stamp": destination.stamp(name), "digest": digest}
@@ -248,7 +250,7 @@ def read_record(destination: Folder, job: Job) -> Any:
         return None
 
 
-def written_before(record: Any) -> dict[str, list[str]]:
+def digests_of_record(record: Any) -> dict[str, list[str]]:
     """Name -> SHA-256 of all that batches wrote there, or were about to, as a record says."""
     try:
         outputs = {name: [str(output["digest"])] for name, output in record["outputs"].items()}
@@ -258,19 +260,19 @@ def written_before(record: Any) -> dict[str, list[str]]:
     return {**former, **outputs}
 
 
-def _check_outputs(destination: Folder, job: Job, written: dict[str, list[str]]) -> None:
+def _check_outputs(destination: Folder, job: Job, old_digests: dict[str, list[str]]) -> None:
     """Raises MeshletError for an output that is there and that no batch wrote."""
     for name in job.outputs:
-        if name in written and destination.stamp(name) is not None:
+        if name in old_digests and destination.stamp(name) is not None:
             with destination.fs.open(destination.at(name), "rb") as file:
-                if _digest_of(file) not in written[name]:
+                if _digest_of(file) not in old_digests[name]:
                     problem = f"its output {name} is not as a batch wrote it"
                     raise MeshletError(problem, "move it, or delete it to have it made again")
 
 
-def _found_outputs(destination: Folder, record: Record) -> dict[str, Any] | None:
+def _current_outputs(destination: Folder, record: Record) -> dict[str, Any] | None:
     """The outputs of a record with their stamps of now, if all still hold the same bytes."""
-    found = {}
+    current_outputs = {}
     for name, output in record["outputs"].items():
         stamp = destination.stamp(name)
         if stamp is None:
@@ -279,8 +281,8 @@ def _found_outputs(destination: Folder, record: Record) -> dict[str, Any] | None
             with destination.fs.open(destination.at(name), "rb") as file:
                 if _digest_of(file) != output.get("digest"):
                     return None
-        found[name] = {**output, "stamp": stamp}
-    return found
+        current_outputs[name] = {**output, "stamp": stamp}
+    return current_outputs
 
 
 class _Inputs:
@@ -296,7 +298,7 @@ class _Inputs:
     def __init__(self, job: Job, folder: Path) -> None:
         self._source, self._name = folder_of(job.source)
         self._names = {self._name: None}
-        self.stamps = self.now()
+        self.stamps = self.current_stamps()
         if self.stamps[self._name] is None:
             raise MeshletError("is not there, or no file", "check the path")
         self.model = Path(self._source.at(self._name))
@@ -307,17 +309,17 @@ class _Inputs:
             copies.mkdir()
             self.model = copies / self._name
             self._source.fs.get_file(self._source.at(self._name), str(self.model))
-            self.paths = [self.model, *self._copied(copies)]
+            self.paths = [self.model, *self._copy_references(copies)]
         self.digest = _digest(self.paths)
 
-    def now(self) -> dict[str, str | None]:
+    def current_stamps(self) -> dict[str, str | None]:
         """The stamps of this moment."""
         return {name: self._source.stamp(name) for name in self._names}
 
     def _local(self) -> list[Path]:
-        others = dict.fromkeys(referenced_files(self.model))
-        self._add({_relative(path, self.model.parent): path for path in others})
-        return list(filter(os.path.isfile, others))
+        files = dict.fromkeys(referenced_files(self.model))
+        self._add({_relative(path, self.model.parent): path for path in files})
+        return list(filter(os.path.isfile, files))
 
     def _add(self, names: Iterable[str]) -> None:
         """Notes files, and their stamps before they are read."""
@@ -326,8 +328,8 @@ class _Inputs:
                 self._names[name] = None
                 self.stamps[name] = self._source.stamp(name)
 
-    def _copied(self, copies: Path) -> list[Path]:
-        others: list[Path] = []
+    def _copy_references(self, copies: Path) -> list[Path]:
+        files: list[Path] = []
         for _ in range(2):  # an .obj names libraries, and these name images
             for path in referenced_files(self.model):
                 name = posixpath.normpath(_relative(path, copies))
@@ -338,8 +340,8 @@ class _Inputs:
                     raise MeshletError(problem, "put the file into the folder")
                 self._add([name])
                 if self._copy(name, copies / name):
-                    others.append(copies / name)
-        return others
+                    files.append(copies / name)
+        return files
 
     def _copy(self, name: str, path: Path) -> bool:
         """Whether there is a file of this name, which is then copied."""

@@ -39,16 +39,16 @@ def check_coverage(
         rows = np.empty(len(values[0]), vertices.dtype)
         rows["row"], rows["is_fine"] = np.concatenate(values, 1), page >= tables.coarse_pages
         vertices.add(rows, hashes(rows["row"]))
-        found = _borders(primitive, page, triangles, values[0])
-        borders.add(found, hashes(found["ends"].reshape(-1, 6)))
+        page_borders = _borders(primitive, page, triangles, values[0])
+        borders.add(page_borders, hashes(page_borders["ends"].reshape(-1, 6)))
         if advance:
             advance((page + 1) / len(tables.pages))
     for part in vertices.parts():
         numbers, _ = _codec.weld(np.ascontiguousarray(part["row"]).view(np.uint8))
         if not np.isin(numbers[~part["is_fine"]], numbers[part["is_fine"]]).all():
             raise primitive.malformed("a coarse page has a vertex that level 0 does not have")
-    kept = _replacements_keep_borders(tables, borders)
-    if not kept and (strict or not _repeats_edges(primitive)):
+    keeps_borders = _replacements_keep_borders(tables, borders)
+    if not keeps_borders and (strict or not _repeats_edges(primitive)):
         raise primitive.malformed("a replacement has another border than its group")
 
 
@@ -61,9 +61,9 @@ def _repeats_edges(primitive: LodPrimitive) -> bool:
     for page in pages:
         triangles, values = primitive.decoded(page)
         ends = _ends(values[0][triangles])
-        found = np.empty(len(ends), EDGE)
-        found["ends"] = ends
-        edges.add(found, hashes(ends.reshape(-1, 6)))
+        page_edges = np.empty(len(ends), EDGE)
+        page_edges["ends"] = ends
+        edges.add(page_edges, hashes(ends.reshape(-1, 6)))
     return any(
         _codec.weld(part["ends"].reshape(-1, 6).view(np.uint8))[1] < len(part)
         for part in edges.parts()
@@ -73,8 +73,8 @@ def _repeats_edges(primitive: LodPrimitive) -> bool:
 def _ends(corners: np.ndarray) -> np.ndarray:
     """uint32[N, 2, 3]: the ends of the edges of triangles uint32[T, 3, 3] that have length."""
     ends = np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2, 3)
-    long: np.ndarray = ends[(ends[:, 0] != ends[:, 1]).any(axis=1)]
-    return long
+    with_length: np.ndarray = ends[(ends[:, 0] != ends[:, 1]).any(axis=1)]
+    return with_length
 
 
 def _borders(
@@ -92,7 +92,7 @@ def _borders(
     begin = primitive.tables.cluster_begin
     first, last = (int(begin[group]) for group in primitive.groups_of(page))
     cluster = np.repeat(np.arange(first, last), 3 * primitive.cluster_triangles[first:last])
-    owner, edges, sums = _summed(cluster, edge, np.sign(end - start)[:, None])
+    owner, edges, sums = _sum_edges(cluster, edge, np.sign(end - start)[:, None])
     at = cells[first_of_each(ids, count)]
     low, high = at[edges // count], at[edges % count]
     is_turned = _is_less(high, low)
@@ -111,7 +111,7 @@ def _is_less(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return result
 
 
-def _summed(
+def _sum_edges(
     owner: np.ndarray, edge: np.ndarray, values: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Sums values int64[N, K] of equal pairs (owner, edge). Drops pairs whose first sum is 0."""
@@ -120,8 +120,8 @@ def _summed(
     is_new = (np.diff(owner, prepend=-1) != 0) | (np.diff(edge, prepend=-1) != 0)
     starts = np.flatnonzero(is_new)
     sums = np.add.reduceat(values, starts, axis=0) if len(starts) else values
-    kept = sums[:, 0] != 0
-    return owner[starts][kept], edge[starts][kept], sums[kept]
+    is_nonzero = sums[:, 0] != 0
+    return owner[starts][is_nonzero], edge[starts][is_nonzero], sums[is_nonzero]
 
 
 def _replacements_keep_borders(tables: Tables, borders: Buckets) -> bool:
@@ -129,20 +129,23 @@ def _replacements_keep_borders(tables: Tables, borders: Buckets) -> bool:
 
     Edges that replacements add there are outer edges for coarser groups.
     """
-    found = [_changes(tables, part) for part in borders.parts()]
-    group, leaves, changed, outer = (np.concatenate(arrays) for arrays in zip(*found))
-    both = np.concatenate([changed, outer])
-    if not len(changed):
+    changes = [_changes(tables, part) for part in borders.parts()]
+    group, leaves, changed_ends, outer = (np.concatenate(arrays) for arrays in zip(*changes))
+    all_ends = np.concatenate([changed_ends, outer])
+    if not len(changed_ends):
         return True
-    edges, _ = _codec.weld(both.view(np.uint8).reshape(len(both), -1))
-    points, _ = _codec.weld(both.reshape(-1, 3).view(np.uint8))
+    edges, _ = _codec.weld(all_ends.view(np.uint8).reshape(len(all_ends), -1))
+    points, _ = _codec.weld(all_ends.reshape(-1, 3).view(np.uint8))
     ends = points.reshape(-1, 2)
-    outer_edges, outer_ends = np.unique(edges[len(changed) :]), np.unique(ends[len(changed) :])
-    edges, ends = edges[: len(changed)], ends[: len(changed)]
+    outer_edges, outer_ends = (
+        np.unique(edges[len(changed_ends) :]),
+        np.unique(ends[len(changed_ends) :]),
+    )
+    edges, ends = edges[: len(changed_ends)], ends[: len(changed_ends)]
     level = tables.group_level[group]
-    for here in range(tables.level_count):
-        joins = (level == here) & ~leaves
-        if not np.isin(edges[(level == here) & leaves], outer_edges).all():
+    for current_level in range(tables.level_count):
+        joins = (level == current_level) & ~leaves
+        if not np.isin(edges[(level == current_level) & leaves], outer_edges).all():
             return False
         if not np.isin(ends[joins], outer_ends).all():
             return False
@@ -162,23 +165,28 @@ def _changes(
     edge, count = _codec.weld(np.ascontiguousarray(borders["ends"]).reshape(-1, 6).view(np.uint8))
     ends = borders["ends"][first_of_each(edge, count)]
     edge, sign = edge.astype(np.int64), borders["sign"].astype(np.int64)
-    group, refined = (
+    group, source_group = (
         values[borders["cluster"]] for values in (tables.cluster_group, tables.cluster_refined)
     )
     is_replaced = np.isfinite(tables.groups["error"])[group]
-    owner, border, signs = _summed(group[is_replaced], edge[is_replaced], sign[is_replaced, None])
-    is_made = refined >= 0
+    owner, border, signs = _sum_edges(
+        group[is_replaced], edge[is_replaced], sign[is_replaced, None]
+    )
+    is_replacement = source_group >= 0
     # Second column: whether the edge is on the border of the group.
-    group_of, changed, sums = _summed(
-        np.concatenate([refined[is_made], owner]),
-        np.concatenate([edge[is_made], border]),
+    group_of, changed_edges, sums = _sum_edges(
+        np.concatenate([source_group[is_replacement], owner]),
+        np.concatenate([edge[is_replacement], border]),
         np.concatenate(
             [
-                np.stack([sign[is_made], np.zeros(np.count_nonzero(is_made), np.int64)], axis=1),
+                np.stack(
+                    [sign[is_replacement], np.zeros(np.count_nonzero(is_replacement), np.int64)],
+                    axis=1,
+                ),
                 np.concatenate([-signs, np.ones_like(signs)], axis=1),
             ]
         ),
     )
-    fine = edge[~is_made]
-    _, outer, _ = _summed(np.zeros_like(fine), fine, sign[~is_made, None])
-    return group_of, sums[:, 1] > 0, ends[changed], ends[outer]
+    fine = edge[~is_replacement]
+    _, outer_edges, _ = _sum_edges(np.zeros_like(fine), fine, sign[~is_replacement, None])
+    return group_of, sums[:, 1] > 0, ends[changed_edges], ends[outer_edges]

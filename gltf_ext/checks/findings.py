@@ -74,14 +74,16 @@ class Findings:
         return not differences
 
 
-def _attribute_differences(before: dict[str, int], compressed: Compressed) -> str:
+def _attribute_differences(old_widths: dict[str, int], compressed: Compressed) -> str:
     """The attributes that one side lacks or has with other components; empty for none."""
-    after = {name: form[1] for name, _, form in compressed.named_streams}
-    changed = [name for name in before if after.get(name, before[name]) != before[name]]
+    new_widths = {name: format_[1] for name, _, format_ in compressed.named_streams}
+    changed_names = [
+        name for name in old_widths if new_widths.get(name, old_widths[name]) != old_widths[name]
+    ]
     kinds = (
-        ("only in the original", sorted(set(before) - set(after))),
-        ("only in the compressed file", sorted(set(after) - set(before))),
-        ("with other components", sorted(changed)),
+        ("only in the original", sorted(set(old_widths) - set(new_widths))),
+        ("only in the compressed file", sorted(set(new_widths) - set(old_widths))),
+        ("with other components", sorted(changed_names)),
     )
     return ", ".join(f"{' '.join(names)} {kind}" for kind, names in kinds if names)
 
@@ -96,7 +98,7 @@ def report_of(findings: Findings) -> dict[str, Any]:
 
     def each(figure: Callable[[OfMeshes], float]) -> dict[str, float | None]:
         return {
-            name: figure(meshes) if any(e.compared for e in flat[name]) else None
+            name: figure(meshes) if any(e.is_compared for e in flat[name]) else None
             for name, meshes in by_name.items()
         }
 

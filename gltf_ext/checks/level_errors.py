@@ -32,14 +32,14 @@ def measure_levels(
 
     Raises MeshletError.
     """
-    levels, left = list[Report](), list[Report]()
+    levels, unmeasured = list[Report](), list[Report]()
     for primitive in levels_of(document):
-        place = (primitive.compressed.mesh, primitive.compressed.primitive)
-        if place in large:
-            left.append(dict(zip(("mesh", "primitive"), place)))
+        location = (primitive.compressed.mesh, primitive.compressed.primitive)
+        if location in large:
+            unmeasured.append(dict(zip(("mesh", "primitive"), location)))
         else:
             levels += _measure(primitive, samples)
-    return levels, left
+    return levels, unmeasured
 
 
 def _measure(primitive: LodPrimitive, samples: int) -> list[Report]:
@@ -50,21 +50,23 @@ def _measure(primitive: LodPrimitive, samples: int) -> list[Report]:
         cut = cut_at_level(primitive.tables, level)
         mesh = primitive.mesh(cut)
         distances = surface_distances(finest, mesh, samples)
-        stated = error_of(primitive.tables, cut)
+        stated_error = error_of(primitive.tables, cut)
         result.append(
             {
                 "mesh": primitive.compressed.mesh,
                 "primitive": primitive.compressed.primitive,
                 "level": level,
                 "triangles": primitive.drawn_triangles(cut),
-                "stated_error": stated,
+                "stated_error": stated_error,
                 "measured_error": float(np.percentile(distances, WITHIN)),
                 "rounding": largest * DISTANCE_ROUNDING,
                 "largest_distance": float(distances.max()),
-                "share_within": float((distances <= stated).mean()),
+                "share_within": float((distances <= stated_error).mean()),
                 "shading": {
-                    name: dict(zip(("median", f"p{SHADING}"), np.percentile(found, [50, SHADING])))
-                    for name, found in shading_differences(mesh, finest, samples).items()
+                    name: dict(
+                        zip(("median", f"p{SHADING}"), np.percentile(differences, [50, SHADING]))
+                    )
+                    for name, differences in shading_differences(mesh, finest, samples).items()
                 },
             }
         )

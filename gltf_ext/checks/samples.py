@@ -36,11 +36,11 @@ def spread_by_area(primitive: Primitive, samples: int) -> Places:
     area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
     if not area.sum() > 0.0:
         return Places(np.zeros(1, np.int64), np.array([[1.0, 0.0, 0.0]]))
-    chosen = random.choice(len(area), samples, p=area / area.sum())
+    triangle = random.choice(len(area), samples, p=area / area.sum())
     u, v = random.random(samples), random.random(samples)
     beyond = u + v > 1.0
     u[beyond], v[beyond] = 1.0 - u[beyond], 1.0 - v[beyond]
-    return Places(chosen, np.stack([1.0 - u - v, u, v], axis=1))
+    return Places(triangle, np.stack([1.0 - u - v, u, v], axis=1))
 
 
 def sample_surface(primitive: Primitive, samples: int) -> np.ndarray:
@@ -70,11 +70,11 @@ def shading_differences(
 ) -> dict[str, np.ndarray]:
     """float64[samples] for each set of normals (degrees) and texture coordinates (units of uv): how
     far the surface's value is from the original's at the nearest place."""
-    here = spread_by_area(surface, samples)
-    _, there = nearest_places(here.of(surface, "POSITION").astype(np.float32), original)
+    samples_ = spread_by_area(surface, samples)
+    _, nearest = nearest_places(samples_.of(surface, "POSITION").astype(np.float32), original)
     differences = {}
     for name in original.attributes:
-        a, b = here.of(surface, name), there.of(original, name)
+        a, b = samples_.of(surface, name), nearest.of(original, name)
         if semantic(name) == "TEXCOORD":
             differences[name] = np.linalg.norm(a - b, axis=1)
         elif name == "NORMAL":
@@ -95,19 +95,19 @@ def _nearest_weights(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
     best = np.full(len(points), np.inf)
     weights = np.zeros((len(points), 3))
 
-    def offer(found: np.ndarray, allowed: np.ndarray) -> None:
-        distance = np.linalg.norm((found[:, :, None] * corners).sum(axis=1) - points, axis=1)
-        better = allowed & (distance < best)
-        best[better], weights[better] = distance[better], found[better]
+    def offer(candidate: np.ndarray, is_valid: np.ndarray) -> None:
+        distance = np.linalg.norm((candidate[:, :, None] * corners).sum(axis=1) - points, axis=1)
+        better = is_valid & (distance < best)
+        best[better], weights[better] = distance[better], candidate[better]
 
     for k in range(3):  # on each edge
         a, b = corners[:, k], corners[:, (k + 1) % 3]
         length = np.square(b - a).sum(axis=1)
         along = ((points - a) * (b - a)).sum(axis=1) / np.where(length > 0.0, length, 1.0)
-        found = np.zeros((len(points), 3))
-        found[:, (k + 1) % 3] = along.clip(0.0, 1.0)
-        found[:, k] = 1.0 - found[:, (k + 1) % 3]
-        offer(found, np.ones(len(points), bool))
+        candidate = np.zeros((len(points), 3))
+        candidate[:, (k + 1) % 3] = along.clip(0.0, 1.0)
+        candidate[:, k] = 1.0 - candidate[:, (k + 1) % 3]
+        offer(candidate, np.ones(len(points), bool))
     a, b, c = corners.transpose(1, 0, 2)
     normal = np.cross(b - a, c - a)
     area = np.square(normal).sum(axis=1)

@@ -11,7 +11,7 @@ import numpy as np
 from gltf_ext.attributes.records import RecordFormat, Triangles
 from gltf_ext.options import Options
 from gltf_ext.progress import Advance
-from gltf_ext.sources.memory import share_of_chunk
+from gltf_ext.sources.memory import plan_chunk_memory
 from gltf_ext.work_files import WorkFile, hashes
 
 SAMPLES = 1 << 18  # of triangles, to place the planes
@@ -45,8 +45,8 @@ class Cells:
             return cls(first, count)
         axis = int(np.argmax(np.ptp(points, axis=0)))
         below = max(count // (3 if level % 2 else 2), 1)
-        place = len(points) * below // count
-        split = int(np.partition(points[:, axis], place)[place])
+        middle = len(points) * below // count
+        split = int(np.partition(points[:, axis], middle)[middle])
         is_low = points[:, axis] < split
         return cls(
             first,
@@ -110,8 +110,10 @@ def are_among(keys: np.ndarray, positions: np.ndarray) -> np.ndarray:
     """bool[N]: whether several chunks may have a position, int[N, 3]. keys: in ascending order."""
     if not len(keys):
         return np.zeros(len(positions), bool)
-    own = hashes(positions)
-    result: np.ndarray = keys[np.minimum(np.searchsorted(keys, own), len(keys) - 1)] == own
+    position_keys = hashes(positions)
+    result: np.ndarray = (
+        keys[np.minimum(np.searchsorted(keys, position_keys), len(keys) - 1)] == position_keys
+    )
     return result
 
 
@@ -125,15 +127,15 @@ class ChunkFiles:
 
     advance = None
 
-    def __init__(self, cells: Cells, form: RecordFormat, folder: str) -> None:
+    def __init__(self, cells: Cells, record_format: RecordFormat, folder: str) -> None:
         """Opens a work file for each cell, for records of this form. Raises OSError."""
         self.cells, self.folder = cells, folder
         self.counts = np.zeros(cells.count, np.int64)
-        self._form = form
+        self._record_format = record_format
         self._files = [WorkFile(folder) for _ in range(cells.count)]
         self._keys: list[np.ndarray] = []
 
-    def sorted(self, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def sort(self, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Sorts triangles by chunk.
 
         Returns (triangles, fine[T, 3], in the order of their chunks, int64: number of those of
@@ -154,20 +156,20 @@ class ChunkFiles:
         self._keys.append(keys)
 
     @cached_property
-    def shared(self) -> np.ndarray:
+    def border_keys(self) -> np.ndarray:
         """uint64: keys of positions that several chunks may have, once all triangles are added."""
         keys, self._keys = union(self._keys), []
         return keys
 
     def take(self, chunk: int) -> Triangles:
         """The triangles of a chunk, whose file is given back."""
-        rows = self._files[chunk].rows(self._form.fine, 0, 3 * int(self.counts[chunk]))
+        rows = self._files[chunk].rows(self._record_format.fine, 0, 3 * int(self.counts[chunk]))
         self._files[chunk].close()
         return Triangles(rows)
 
-    def share(self, options: Options) -> tuple[int, int]:
+    def memory_plan(self, options: Options) -> tuple[int, int]:
         """(number of chunks that fit memory at a time, bytes that one takes with a process)."""
-        return share_of_chunk(options, int(self.counts.sum()), int(self.counts.max()))
+        return plan_chunk_memory(options, int(self.counts.sum()), int(self.counts.max()))
 
 
 class OneChunk:
@@ -181,7 +183,7 @@ class OneChunk:
 
     def __init__(self, triangles: Triangles, advance: Advance | None) -> None:
         """Takes all triangles of a source."""
-        self.counts, self.shared = np.array([triangles.count]), np.empty(0, np.uint64)
+        self.counts, self.border_keys = np.array([triangles.count]), np.empty(0, np.uint64)
         self.advance = advance
         self._triangles: Triangles | None = triangles
 
@@ -191,7 +193,7 @@ class OneChunk:
         assert triangles is not None and chunk == 0
         return triangles
 
-    def share(self, options: Options) -> tuple[int, int]:
+    def memory_plan(self, options: Options) -> tuple[int, int]:
         """As that of ChunkFiles."""
         return 1, 0
 

@@ -48,7 +48,7 @@ class LodPrimitive:
     tables: Tables
     coarse: memoryview
     streams: tuple[Any, ...]
-    _sound: set[int] = field(default_factory=set, init=False, repr=False)  # checked pages
+    _checked_pages: set[int] = field(default_factory=set, init=False, repr=False)  # checked pages
 
     def page(self, number: int) -> bytes:
         """The blob of a page."""
@@ -91,32 +91,32 @@ class LodPrimitive:
         count = 0
         for page in cut.pages:
             corners, vertices = self._drawn_of(int(page), cut.drawn)
-            used, local = np.unique(corners, return_inverse=True)
+            vertex_ids, local = np.unique(corners, return_inverse=True)
             triangles.append(local.reshape(-1, 3).astype(np.uint32) + np.uint32(count))
-            values.append([v[used] for v in vertices])
-            count += len(used)
-        joined = [np.concatenate(column) for column in zip(*values)]
-        return self.compressed.as_primitive(np.concatenate(triangles), joined)
+            values.append([v[vertex_ids] for v in vertices])
+            count += len(vertex_ids)
+        all_values = [np.concatenate(column) for column in zip(*values)]
+        return self.compressed.as_primitive(np.concatenate(triangles), all_values)
 
     def drawn_of_page(self, page: int, drawn: np.ndarray) -> np.ndarray:
         """int64: the meshlets of a page's blob that a cut draws. Checks the page the first time.
 
         drawn: of the cut. Raises MeshletError.
         """
-        if page not in self._sound:
+        if page not in self._checked_pages:
             self.check_page(page)
-            self._sound.add(page)
+            self._checked_pages.add(page)
         begin = self.tables.cluster_begin
         first, last = self.groups_of(page)
         return np.flatnonzero(drawn[begin[first] : begin[last]])
 
     def _drawn_of(self, page: int, drawn: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:
         """(triangles to draw in the page's vertices, its values)."""
-        chosen, blob = self.drawn_of_page(page, drawn), self.page(page)
+        selection, blob = self.drawn_of_page(page, drawn), self.page(page)
         with malformed_from(f"{self.where}: page {page}"):
             triangles, values = _codec.decode_values(blob, threads=1)
         triangle_begin = begins(_codec.Header(blob).meshlet_triangles)
-        return triangles[members(triangle_begin, chosen)], values
+        return triangles[members(triangle_begin, selection)], values
 
     def check_page(self, number: int, blob: bytes | None = None) -> None:
         """Compares a page's header with the tables and level 0. Raises MeshletError.
@@ -128,8 +128,8 @@ class LodPrimitive:
             header = _codec.Header(blob)
         row, begin = self.tables.pages[number], self.tables.cluster_begin
         first, last = self.groups_of(number)
-        stated = (row["triangles"], row["vertices"], begin[last] - begin[first])
-        if (header.triangle_count, header.vertex_count, header.meshlet_count) != stated:
+        stated_counts = (row["triangles"], row["vertices"], begin[last] - begin[first])
+        if (header.triangle_count, header.vertex_count, header.meshlet_count) != stated_counts:
             raise self.malformed(f"page {number} has other counts than the tables say")
         if streams_of_blob(blob) != self.streams:
             raise self.malformed(f"page {number} has other streams than level 0")

@@ -47,13 +47,13 @@ def _library() -> ctypes.CDLL:
     if hasattr(codec_library, PARTITION):
         return _typed(codec_library)
     remedy = f"install it: pip install meshoptimizer=={VERSION}"
-    found = importlib.util.find_spec("meshoptimizer")
-    if found is None or found.origin is None:
+    spec = importlib.util.find_spec("meshoptimizer")
+    if spec is None or spec.origin is None:
         raise MeshletError("levels of detail need the package meshoptimizer", remedy)
     version = importlib.metadata.version("meshoptimizer")
     if version != VERSION:
         raise MeshletError(f"meshoptimizer {version} cannot build levels of detail", remedy)
-    folder = Path(found.origin).parent
+    folder = Path(spec.origin).parent
     for suffix in importlib.machinery.EXTENSION_SUFFIXES:
         path = folder / f"_meshoptimizer{suffix}"
         if path.exists():
@@ -92,7 +92,7 @@ def simplify(
     """
     result = np.empty(triangles.size, np.uint32)
     error = ctypes.c_float()
-    used = len(weights)
+    attribute_count = len(weights)
     count = _library().meshopt_simplifyWithAttributes(
         _pointer(result, np.uint32),
         _pointer(triangles, np.uint32),
@@ -100,10 +100,10 @@ def simplify(
         _pointer(positions, np.float32),
         ctypes.c_size_t(len(positions)),
         ctypes.c_size_t(positions.strides[0]),
-        _pointer(attributes, np.float32) if used else None,
-        ctypes.c_size_t(attributes.strides[0] if used else 0),
-        _pointer(weights, np.float32) if used else None,
-        ctypes.c_size_t(used),
+        _pointer(attributes, np.float32) if attribute_count else None,
+        ctypes.c_size_t(attributes.strides[0] if attribute_count else 0),
+        _pointer(weights, np.float32) if attribute_count else None,
+        ctypes.c_size_t(attribute_count),
         _pointer(locked, np.uint8),
         ctypes.c_size_t(3 * target),
         ctypes.c_float(min(error_limit, LARGEST_ERROR)),

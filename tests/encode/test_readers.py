@@ -51,7 +51,7 @@ def small_chunks(monkeypatch):
 
 @pytest.mark.parametrize("share", [0.3, 5e-5], ids=["one pass", "several passes"])
 def test_verify_finds_the_same(tmp_path, small_chunks, monkeypatch, share):
-    monkeypatch.setattr(memory, "VERTEX_SHARE", share)
+    monkeypatch.setattr(memory, "VERTEX_FRACTION", share)
     source = write(tmp_path / "in.glb", 100)
     gltf_ext.compress(source, tmp_path / "out.glb", position_bits=5)
     whole = gltf_ext.verify(source, tmp_path / "out.glb")

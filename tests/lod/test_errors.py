@@ -57,7 +57,7 @@ def test_samples_stay_on_groups_of_level_0_that_are_stuck():
     builder.add_level(may_end=False)
     assert builder.stuck_triangles[0] > 0
     ungrouped = members(builder.clusters.ranges.triangle_begin, builder.frontier)
-    assert np.isin(builder.meter._on, ungrouped).all()
+    assert np.isin(builder.meter._sample_triangle_id, ungrouped).all()
     sides = np.diff(points[triangles], axis=1)
     area = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1).sum() / 2
     assert area * (1 - VERTEX_FRACTION) <= 1.001 * builder.meter._sample_areas.sum() <= 1.01 * area
