@@ -8,7 +8,7 @@ from itertools import islice
 import numpy as np
 
 from bench.common import progress
-from gltf_ext.checks.samples import nearest_places, sample_surface
+from gltf_ext.checks.samples import distances_to, sample_surface
 from gltf_ext.lod import Cut, LodPrimitive, View, cut_at_level, cut_for_view, error_of, open_lod
 from gltf_ext.lod.tables import Tables
 from gltf_ext.sources.primitives import Primitive
@@ -72,4 +72,4 @@ def shares_within(primitive: LodPrimitive, cuts: list[Cut]) -> list[Shares]:
 
 
 def distances_to(mesh: Primitive, points: np.ndarray) -> np.ndarray:
-    return nearest_places(points, mesh)[0]
+    return distances_to(points, mesh)

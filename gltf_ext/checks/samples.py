@@ -10,6 +10,8 @@ from gltf_ext import _codec
 from gltf_ext.sources.attribute_names import semantic
 from gltf_ext.sources.primitives import Primitive
 
+Pair = tuple[np.ndarray, np.ndarray]
+
 
 @dataclass(frozen=True)
 class Places:
@@ -24,8 +26,8 @@ class Places:
     def of(self, primitive: Primitive, attribute: str) -> np.ndarray:
         """float64[N, C]: the attribute at the places."""
         corners = primitive.indices[self.triangle]
-        values = primitive.attributes[attribute].astype(np.float64)[corners]
-        result: np.ndarray = (self.weights[:, :, None] * values).sum(axis=1)
+        values = primitive.attributes[attribute][corners].astype(np.float64)
+        result: np.ndarray = np.einsum("nk,nkc->nc", self.weights, values)
         return result
 
 
@@ -49,19 +51,28 @@ def sample_surface(primitive: Primitive, samples: int) -> np.ndarray:
     return places.of(primitive, "POSITION").astype(np.float32)
 
 
+def distances_to(points: np.ndarray, primitive: Primitive) -> np.ndarray:
+    """float32[N]: distances of points, float32[N, 3], to a surface."""
+    return _nearest_triangles(points, primitive)[0]
+
+
 def nearest_places(points: np.ndarray, primitive: Primitive) -> tuple[np.ndarray, Places]:
     """(float32[N]: distances of points, float32[N, 3], to a surface; the nearest places)."""
-    positions = primitive.attributes["POSITION"].astype(np.float32)
-    distances, triangle = _codec.surface_distances(points, positions, primitive.indices)
+    distances, triangle = _nearest_triangles(points, primitive)
     corners = _corners(primitive, triangle)
     return distances, Places(triangle, _nearest_weights(points.astype(np.float64), corners))
+
+
+def _nearest_triangles(points: np.ndarray, primitive: Primitive) -> tuple[np.ndarray, np.ndarray]:
+    positions = primitive.attributes["POSITION"].astype(np.float32)
+    return _codec.surface_distances(points, positions, primitive.indices)
 
 
 def surface_distances(first: Primitive, second: Primitive, samples: int) -> np.ndarray:
     """float32[2 * samples]: distances of points on each surface to the other one."""
     pairs = ((first, second), (second, first))
     return np.concatenate(
-        [nearest_places(sample_surface(one, samples), other)[0] for one, other in pairs]
+        [distances_to(sample_surface(one, samples), other) for one, other in pairs]
     )
 
 
@@ -85,38 +96,54 @@ def shading_differences(
 
 def _corners(primitive: Primitive, triangles: np.ndarray) -> np.ndarray:
     """float64[N, 3, 3]: the positions of the triangles' corners."""
-    positions = primitive.attributes["POSITION"].astype(np.float64)
-    corners: np.ndarray = positions[primitive.indices[triangles]]
+    positions = primitive.attributes["POSITION"]
+    corners: np.ndarray = positions[primitive.indices[triangles]].astype(np.float64)
     return corners
 
 
 def _nearest_weights(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    """float64[N, 3]: weights of the corners, [N, 3, 3], at the nearest point of each triangle."""
-    best = np.full(len(points), np.inf)
-    weights = np.zeros((len(points), 3))
+    """float64[N, 3]: weights of the corners, [N, 3, 3], at the nearest point of each triangle.
 
-    def offer(found: np.ndarray, allowed: np.ndarray) -> None:
-        distance = np.linalg.norm((found[:, :, None] * corners).sum(axis=1) - points, axis=1)
-        better = allowed & (distance < best)
-        best[better], weights[better] = distance[better], found[better]
-
-    for k in range(3):  # on each edge
-        a, b = corners[:, k], corners[:, (k + 1) % 3]
-        length = np.square(b - a).sum(axis=1)
-        along = ((points - a) * (b - a)).sum(axis=1) / np.where(length > 0.0, length, 1.0)
-        found = np.zeros((len(points), 3))
-        found[:, (k + 1) % 3] = along.clip(0.0, 1.0)
-        found[:, k] = 1.0 - found[:, (k + 1) % 3]
-        offer(found, np.ones(len(points), bool))
+    Source: C. Ericson, Real-Time Collision Detection, 2005, section 5.1.5.
+    """
     a, b, c = corners.transpose(1, 0, 2)
-    normal = np.cross(b - a, c - a)
-    area = np.square(normal).sum(axis=1)
-    inside = np.stack(
-        [
-            (np.cross(q - p, points - p) * normal).sum(axis=1) / np.where(area > 0.0, area, 1.0)
-            for p, q in ((b, c), (c, a), (a, b))
-        ],
-        axis=1,
+    ab, ac = b - a, c - a
+    from_a, from_b, from_c = (
+        (_dot(ab, points - corner), _dot(ac, points - corner)) for corner in (a, b, c)
     )
-    offer(inside, (area > 0.0) & (inside >= 0.0).all(axis=1))
+    inside = np.stack(
+        [_cross(from_b, from_c), _cross(from_c, from_a), _cross(from_a, from_b)], axis=1
+    )
+    beside_c, beside_b = from_b[1] - from_b[0], from_c[0] - from_c[1]
+    zero = np.zeros(len(points))
+    cases = (
+        ((from_a[0] <= 0) & (from_a[1] <= 0), (zero + 1, zero, zero)),
+        ((from_b[0] >= 0) & (from_b[1] <= from_b[0]), (zero, zero + 1, zero)),
+        ((from_c[1] >= 0) & (from_c[0] <= from_c[1]), (zero, zero, zero + 1)),
+        (
+            (inside[:, 2] <= 0) & (from_a[0] >= 0) & (from_b[0] <= 0),
+            (-from_b[0], from_a[0], zero),
+        ),
+        (
+            (inside[:, 1] <= 0) & (from_a[1] >= 0) & (from_c[1] <= 0),
+            (-from_c[1], zero, from_a[1]),
+        ),
+        ((inside[:, 0] <= 0) & (beside_c >= 0) & (beside_b >= 0), (zero, beside_b, beside_c)),
+    )
+    weights = inside.clip(0.0)
+    for is_nearest, case in reversed(cases):
+        weights[is_nearest] = np.stack(case, axis=1)[is_nearest]
+    sums = weights.sum(axis=1, keepdims=True)
+    weights[sums[:, 0] <= 0] = 1.0  # of a triangle that is a point
+    weights /= np.where(sums > 0.0, sums, 3.0)
     return weights
+
+
+def _dot(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """float64[N]: the dot products of vectors, [N, 3]."""
+    result: np.ndarray = np.einsum("nc,nc->n", first, second)
+    return result
+
+
+def _cross(first: Pair, second: Pair) -> np.ndarray:
+    return first[0] * second[1] - second[0] * first[1]
