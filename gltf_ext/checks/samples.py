@@ -10,8 +10,6 @@ from gltf_ext import _codec
 from gltf_ext.sources.attribute_names import semantic
 from gltf_ext.sources.primitives import Primitive
 
-Pair = tuple[np.ndarray, np.ndarray]
-
 
 @dataclass(frozen=True)
 class Places:
@@ -104,38 +102,37 @@ def _corners(primitive: Primitive, triangles: np.ndarray) -> np.ndarray:
 def _nearest_weights(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
     """float64[N, 3]: weights of the corners, [N, 3, 3], at the nearest point of each triangle.
 
-    Source: C. Ericson, Real-Time Collision Detection, 2005, section 5.1.5.
+    Tries the three edges and the projection into the triangle, so that degenerate ones need no
+    cases of their own.
     """
+    best = np.full(len(points), np.inf)
+    weights = np.zeros((len(points), 3))
+
+    def offer(candidate: np.ndarray, allowed: np.ndarray) -> None:
+        apart = np.einsum("nk,nkc->nc", candidate, corners) - points
+        distance = _dot(apart, apart)
+        better = allowed & (distance < best)
+        best[better], weights[better] = distance[better], candidate[better]
+
+    for k in range(3):
+        a, b = corners[:, k], corners[:, (k + 1) % 3]
+        length = _dot(b - a, b - a)
+        along = _dot(points - a, b - a) / np.where(length > 0.0, length, 1.0)
+        candidate = np.zeros((len(points), 3))
+        candidate[:, (k + 1) % 3] = along.clip(0.0, 1.0)
+        candidate[:, k] = 1.0 - candidate[:, (k + 1) % 3]
+        offer(candidate, np.ones(len(points), bool))
     a, b, c = corners.transpose(1, 0, 2)
-    ab, ac = b - a, c - a
-    from_a, from_b, from_c = (
-        (_dot(ab, points - corner), _dot(ac, points - corner)) for corner in (a, b, c)
-    )
+    normal = np.cross(b - a, c - a)
+    area = _dot(normal, normal)
     inside = np.stack(
-        [_cross(from_b, from_c), _cross(from_c, from_a), _cross(from_a, from_b)], axis=1
+        [
+            _dot(np.cross(q - p, points - p), normal) / np.where(area > 0.0, area, 1.0)
+            for p, q in ((b, c), (c, a), (a, b))
+        ],
+        axis=1,
     )
-    beside_c, beside_b = from_b[1] - from_b[0], from_c[0] - from_c[1]
-    zero = np.zeros(len(points))
-    cases = (
-        ((from_a[0] <= 0) & (from_a[1] <= 0), (zero + 1, zero, zero)),
-        ((from_b[0] >= 0) & (from_b[1] <= from_b[0]), (zero, zero + 1, zero)),
-        ((from_c[1] >= 0) & (from_c[0] <= from_c[1]), (zero, zero, zero + 1)),
-        (
-            (inside[:, 2] <= 0) & (from_a[0] >= 0) & (from_b[0] <= 0),
-            (-from_b[0], from_a[0], zero),
-        ),
-        (
-            (inside[:, 1] <= 0) & (from_a[1] >= 0) & (from_c[1] <= 0),
-            (-from_c[1], zero, from_a[1]),
-        ),
-        ((inside[:, 0] <= 0) & (beside_c >= 0) & (beside_b >= 0), (zero, beside_b, beside_c)),
-    )
-    weights = inside.clip(0.0)
-    for is_nearest, case in reversed(cases):
-        weights[is_nearest] = np.stack(case, axis=1)[is_nearest]
-    sums = weights.sum(axis=1, keepdims=True)
-    weights[sums[:, 0] <= 0] = 1.0  # of a triangle that is a point
-    weights /= np.where(sums > 0.0, sums, 3.0)
+    offer(inside, (area > 0.0) & (inside >= 0.0).all(axis=1))
     return weights
 
 
@@ -143,7 +140,3 @@ def _dot(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     """float64[N]: the dot products of vectors, [N, 3]."""
     result: np.ndarray = np.einsum("nc,nc->n", first, second)
     return result
-
-
-def _cross(first: Pair, second: Pair) -> np.ndarray:
-    return first[0] * second[1] - second[0] * first[1]
