@@ -61,10 +61,19 @@ def write_model(
     sources: Sequence[Path],
     files: Mapping[Path, Sequence[bytes | memoryview]],
 ) -> dict[str, Any]:
-    """Writes the files of a model, as `model_files` gives them, and begins a command's report.
+    """Write the files of a model, and begin a command's report.
 
-    sources: further files that were read. Returns input, output, input_bytes and output_bytes. Raises
-    MeshletError, OSError.
+    Args:
+        input: path of the model that was read.
+        sources: further files that were read.
+        files: path -> pieces of its contents, as `model_files` returns them; the model is last.
+
+    Returns:
+        input, output, input_bytes and output_bytes.
+
+    Raises:
+        MeshletError: an output is one of the files that were read.
+        OSError: a file cannot be written.
     """
     input_bytes = os.path.getsize(input)
     write_files(files, [input, *sources])

@@ -12,7 +12,9 @@ from gltf_ext.document.document import Document
 from gltf_ext.lod.cuts import cut_at_level, error_of
 from gltf_ext.lod.reading import LodPrimitive, levels_of
 
-SAMPLES = 50_000  # of a surface, for measured errors
+# Samples of a surface, for measured errors: by its triangles, within these bounds. Fewer than the
+# least say little about the WITHIN percent of them.
+SAMPLES_PER_TRIANGLE, LEAST_SAMPLES, MOST_SAMPLES = 8, 2_000, 50_000
 WITHIN = 99.9  # percent of the samples that a stated error must hold
 # Of measured distances, which are float32, relative to the largest coordinate: on planes, 2^-19.5
 # beyond the stated error was seen.
@@ -25,7 +27,7 @@ Report = dict[str, Any]
 
 
 def measure_levels(
-    document: Document, samples: int = SAMPLES, large: Container[tuple[int, int]] = ()
+    document: Document, most_samples: int = MOST_SAMPLES, large: Container[tuple[int, int]] = ()
 ) -> tuple[list[Report], list[Report]]:
     """(stated errors, distances and differences in shading at surface samples, for each level but
     0; mesh and primitive of those that are `large`, which are not measured).
@@ -38,13 +40,15 @@ def measure_levels(
         if location in large:
             unmeasured.append(dict(zip(("mesh", "primitive"), location)))
         else:
-            levels += _measure(primitive, samples)
+            levels += _measure(primitive, most_samples)
     return levels, unmeasured
 
 
-def _measure(primitive: LodPrimitive, samples: int) -> list[Report]:
+def _measure(primitive: LodPrimitive, most_samples: int) -> list[Report]:
     finest = primitive.compressed.decode()
     largest = float(np.abs(finest.attributes["POSITION"]).max(initial=0.0))
+    by_size = SAMPLES_PER_TRIANGLE * len(finest.indices)
+    samples = min(max(by_size, LEAST_SAMPLES), most_samples)
     result = []
     for level in range(1, primitive.tables.level_count):
         cut = cut_at_level(primitive.tables, level)

@@ -17,7 +17,7 @@ from gltf_ext.work_files import Buckets, WorkFile, hashes
 
 # Of a triangle, and where it is: in the source, in the source but a writer may leave it out because
 # two corners are equal, or in the compressed primitive.
-TRIANGLE = np.dtype([("key", "<u8"), ("place", "u1")])
+TRIANGLE = np.dtype([("key", "<u8"), ("origin", "u1")])
 IN_SOURCE, OPTIONAL_IN_SOURCE, IN_COMPRESSED = range(3)
 READ_END = 0.5  # of the progress
 
@@ -109,7 +109,7 @@ class Comparison:
     def _add(self, corners: np.ndarray, origin: np.ndarray | int) -> None:
         """corners: uint64[T, 3]."""
         rows = np.empty(len(corners), TRIANGLE)
-        rows["key"], rows["place"] = hashes(rotated(corners)), origin
+        rows["key"], rows["origin"] = hashes(rotated(corners)), origin
         self._buckets.add(rows, rows["key"])
 
 
@@ -120,7 +120,7 @@ def difference(rows: np.ndarray) -> tuple[int, int]:
     """
     numbers, count = weld_rows(rows["key"].reshape(-1, 1))
     needed_counts, optional_counts, compressed_counts = (
-        np.bincount(numbers[rows["place"] == origin], minlength=count)
+        np.bincount(numbers[rows["origin"] == origin], minlength=count)
         for origin in (IN_SOURCE, OPTIONAL_IN_SOURCE, IN_COMPRESSED)
     )
     missing_counts = np.maximum(needed_counts - compressed_counts, 0)

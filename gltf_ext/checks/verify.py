@@ -129,6 +129,7 @@ def _differing_places(
     differing = sorted(set(places) ^ set(compressed_places))
     mesh, index = differing[0]
     return (
-        f"{len(places)} triangle primitives in the original, {len(compressed_places)} in the compressed file; "
+        f"{len(places)} triangle primitives in the original, {len(compressed_places)} in the "
+        "compressed file; "
         f"{len(differing)} are only in one, first mesh {mesh} primitive {index}"
     )
