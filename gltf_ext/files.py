@@ -17,7 +17,7 @@ BLOCK_BYTES = 1 << 24
 
 
 def check_output(path: Path, input: str | os.PathLike[str]) -> None:
-    """Checks an output path before any work. Raises MeshletError.
+    """Check an output path before any work. Raises MeshletError.
 
     The output must be a .glb or .gltf in an existing folder, and not the input.
     """
@@ -31,9 +31,11 @@ def check_output(path: Path, input: str | os.PathLike[str]) -> None:
 
 
 def identity(path: str | os.PathLike[str]) -> tuple[int, int] | str | None:
-    """Equal for two paths of the same file: through links, "..", letter case where it does not
-    count, and hard links unless the file system has no numbers of files, as some of networks on
-    Windows. None if there is no such file."""
+    """Return a value that is equal for two paths of the same file; None if there is no file.
+
+    Knows links, "..", letter case where the system ignores it, and hard links unless the file
+    system does not number files, as some network drives of Windows.
+    """
     try:
         status = os.stat(path)
     except (OSError, ValueError):
@@ -46,7 +48,7 @@ def identity(path: str | os.PathLike[str]) -> tuple[int, int] | str | None:
 def refuse_overwriting(
     sources: Iterable[str | os.PathLike[str]], outputs: Iterable[str | os.PathLike[str]]
 ) -> None:
-    """Raises MeshletError for an output that is one of the files that were read.
+    """Raise MeshletError for an output that is one of the files that were read.
 
     Whoever writes files of users calls this, mostly through `write_files`.
     """
@@ -90,10 +92,17 @@ def write_files(
     contents: Mapping[Path, Sequence[bytes | memoryview]],
     sources: Iterable[str | os.PathLike[str]],
 ) -> None:
-    """Writes the pieces of each file beside its path, then renames all files: all or none.
+    """Write each file beside its path, then rename all: all or none.
 
-    sources: the files that the contents were made from. Raises MeshletError for a path that is one of
-    them, OSError with the final path as its filename. Files that existed are then as before.
+    Files that existed are as before if it fails.
+
+    Args:
+        contents: path -> pieces of the file.
+        sources: the files that the contents were made from.
+
+    Raises:
+        MeshletError: a path is one of the sources.
+        OSError: a file cannot be written; its filename is the final path.
     """
     refuse_overwriting(sources, contents)
     # Short names: that of the path may already be as long as the file system allows.
@@ -110,17 +119,22 @@ def write_files(
 
 
 def _write(file: BinaryIO, piece: bytes | memoryview) -> None:
-    """Writes a piece; if it is of a mapped file, without keeping it in memory."""
+    """Write a piece; if it is of a mapped file, without keeping it in memory."""
     for first in range(0, len(piece), BLOCK_BYTES):
         file.write(memoryview(piece)[first : first + BLOCK_BYTES])
         release(piece)
 
 
 def rename_all(partials: Mapping[Path, Path]) -> None:
-    """Renames finished files to their paths, path -> file: all or none, also if Ctrl-C interrupts
-    it. Raises OSError.
+    """Rename complete files to their paths, all or none, even if Ctrl-C interrupts it.
 
     Call `refuse_overwriting` before, as `write_files` does.
+
+    Args:
+        partials: path -> complete file.
+
+    Raises:
+        OSError: with the path as its filename.
     """
     *paths, last = partials
     backups: dict[Path, Path | None] = {}  # replaced path -> its file from before, if there was one
@@ -153,14 +167,17 @@ def _bring_back(backups: Mapping[Path, Path | None]) -> None:
 
 
 def _remove_all(backups: Iterable[Path | None]) -> None:
-    """Removes former files: also those that are back, since replace keeps two names of one file."""
+    """Remove former files: also those that are back, since replace keeps two names of one file."""
     for backup in filter(None, backups):
         remove(backup)
 
 
 def _set_aside(path: Path, backup: Path) -> None:
-    """Gives a file a second name: the first is there all the time, even if the process is killed,
-    unless it is a link or the file system has no hard links."""
+    """Give a file a second name, from which it can be restored.
+
+    The first name exists all the time, even if the process is killed, unless it is a link or the
+    file system has no hard links.
+    """
     check_not_in_use(path)
     with suppress(OSError):
         if not path.is_symlink():

@@ -35,12 +35,12 @@ class WorkFile:
             self._file = tempfile.TemporaryFile(dir=folder, buffering=0)  # noqa: SIM115  kept open
 
     def append(self, data: Data) -> None:
-        """Writes bytes, or an array as it lies in memory. Raises OSError."""
+        """Write bytes, or an array as it lies in memory. Raises OSError."""
         with self._turn:
             self.write(data, self.size)
 
     def write(self, data: Data, offset: int) -> None:
-        """The same, from byte `offset` on."""
+        """Return the same, from byte `offset` on."""
         if isinstance(data, np.ndarray):
             data = np.ascontiguousarray(data).reshape(-1).view(np.uint8).data
         remainder = memoryview(data)
@@ -51,13 +51,13 @@ class WorkFile:
             self.size = max(self.size, self._file.tell())
 
     def truncate(self, size: int) -> None:
-        """Gives back the space of all bytes from `size` on."""
+        """Give back the space of all bytes from `size` on."""
         with self._turn, _naming(self._folder):
             self._file.truncate(size)
             self.size = size
 
     def rows(self, dtype: np.dtype, first: int, count: int) -> np.ndarray:
-        """dtype[count], from row `first` on. Raises OSError."""
+        """Return dtype[count], from row `first` on. Raises OSError."""
         result = np.empty(count, dtype)
         remainder = result.view(np.uint8).data
         with self._turn, _naming(self._folder):
@@ -70,13 +70,13 @@ class WorkFile:
         return result
 
     def mapped(self) -> memoryview:
-        """The contents, mapped into memory."""
+        """Return the contents, mapped into memory."""
         if not self.size:
             return memoryview(b"")
         return memoryview(mmap.mmap(self._file.fileno(), self.size, access=mmap.ACCESS_READ))
 
     def close(self) -> None:
-        """Gives the space on the disk back."""
+        """Give the space on the disk back."""
         self._file.close()
 
 
@@ -90,7 +90,7 @@ class Spool:
         self._file: WorkFile | None = None
 
     def append(self, data: Data) -> None:
-        """Adds bytes, or an array as it lies in memory. Raises OSError."""
+        """Add bytes, or an array as it lies in memory. Raises OSError."""
         size = len(data) if isinstance(data, bytes) else data.nbytes
         if self._folder is not None and self._size + size > self._max_memory:
             self._file = self._file or WorkFile(self._folder)
@@ -102,7 +102,7 @@ class Spool:
             self._size += size
 
     def contents(self) -> memoryview:
-        """All bytes; those of a work file are mapped into memory."""
+        """Return all bytes; those of a work file are mapped into memory."""
         tail = b"".join(self._parts)
         if self._file is None:
             return memoryview(tail)
@@ -110,7 +110,7 @@ class Spool:
         return self._file.mapped()
 
     def close(self) -> None:
-        """Gives memory and disk back."""
+        """Give memory and disk back."""
         self._parts = []
         if self._file is not None:
             self._file.close()
@@ -140,7 +140,7 @@ class Buckets:
             file.append(rows[selection])
 
     def parts(self) -> Iterator[np.ndarray]:
-        """The rows of each part; their file is given back. Raises OSError."""
+        """Return the rows of each part; their file is given back. Raises OSError."""
         if self.count == 1:
             yield np.concatenate(self._rows) if self._rows else np.empty(0, self.dtype)
         for file in self._files:
@@ -149,7 +149,7 @@ class Buckets:
 
 
 def hashes(rows: np.ndarray) -> np.ndarray:
-    """uint64[n]: of the rows of an array of integers, [n, columns]. Rarely equal for two."""
+    """Return uint64[n]: of the rows of an array of integers, [n, columns]. Rarely equal for two."""
     result = np.zeros(len(rows), np.uint64)
     for column in rows.T:
         result = (result + column.astype(np.uint64)) * np.uint64(0x9E3779B97F4A7C15)
@@ -158,7 +158,7 @@ def hashes(rows: np.ndarray) -> np.ndarray:
 
 
 def release(view: memoryview | bytes) -> None:
-    """Gives back the memory of a mapped file, which is read again when it is used again."""
+    """Give back the memory of a mapped file, which is read again when it is used again."""
     source = view.obj if isinstance(view, memoryview) else None
     if isinstance(source, mmap.mmap) and sys.platform != "win32":
         source.madvise(mmap.MADV_DONTNEED)
@@ -174,7 +174,7 @@ def _naming(folder: str) -> Iterator[None]:
 
 
 def give_back_memory() -> None:
-    """Returns freed memory to the system, which glibc keeps for each thread.
+    """Return freed memory to the system, which glibc keeps for each thread.
 
     With 16 threads and 14 M triangles that was 55 MB more than with 2.
     """

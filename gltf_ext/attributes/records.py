@@ -67,7 +67,7 @@ class Triangles:
         return Dropped(unreferenced_vertices=unreferenced, duplicate_vertices=duplicates)
 
     def clear(self) -> None:
-        """Gives the memory of the records back."""
+        """Give the memory of the records back."""
         self.records = np.empty(0, self.records.dtype)
 
     def corners_between(self, first: int, last: int) -> np.ndarray:
@@ -148,7 +148,7 @@ class RecordFormat:
         return np.dtype([*self.coarse.descr, (HASH, "<u4")])
 
     def part(self, names: tuple[str, ...]) -> np.dtype:
-        """The fields of `fine` that hold these attributes."""
+        """Return the fields of `fine` that hold these attributes."""
         fields = [str(s) for name in names for s in self.plan.attributes[name]]
         fields += [HASH] * ("POSITION" in names)
         return np.dtype([row for row in self.fine.descr if row[0] in fields])
@@ -161,21 +161,21 @@ class RecordFormat:
         return records
 
     def quantise_into(self, records: np.ndarray, attributes: dict[str, np.ndarray]) -> None:
-        """Sets the records of vertices, by name [n, components]."""
+        """Set the records of vertices, by name [n, components]."""
         for number, values in self.plan.quantise(attributes).items():
             records[str(number)] = values
         if "POSITION" in attributes:
             records[HASH] = _hashes(attributes["POSITION"])
 
     def without_hash(self, records: np.ndarray) -> np.ndarray:
-        """coarse[...] of fine[...], or the same records if they are coarse."""
+        """Return coarse[...] of fine[...], or the same records if they are coarse."""
         result = np.empty(records.shape, self.coarse)
         for name in self.coarse.names or ():
             result[name] = records[name]
         return result
 
     def triangles_of(self, source: Source) -> Triangles:
-        """All triangles of a source in memory whose attributes have the same numbers.
+        """Return all triangles of a source in memory whose attributes have the same numbers.
 
         Takes only the vertices that they use: many primitives may share the attributes.
         """
@@ -194,7 +194,7 @@ class RecordFormat:
         return Triangles(records, renumbered(corners, rows, count), source, rows)
 
     def vertices_of(self, triangles: Triangles) -> Vertices:
-        """Joins equal vertices; leaves out triangles with two equal ones, and unused vertices."""
+        """Join equal vertices; leaves out triangles with two equal ones, and unused vertices."""
         numbers, count = weld_rows(triangles.records)
         corners = numbers if triangles.corners is None else triangles.corners
         if triangles.corners is not None and count < len(numbers):
@@ -225,11 +225,11 @@ class RecordFormat:
         return weld_rows(positions)[0]
 
     def values_of(self, records: np.ndarray) -> list[np.ndarray]:
-        """uint32[n, elements] of each stream."""
+        """Return uint32[n, elements] of each stream."""
         return [records[str(s)].astype(np.uint32) for s in range(len(self.plan.streams))]
 
     def mesh_of(self, vertices: Vertices) -> Mesh:
-        """The first arguments of _codec.encode."""
+        """Return the first arguments of _codec.encode."""
         values = self.values_of(vertices.records)
         positions = self.attributes_of(vertices, values, ("POSITION",))["POSITION"]
         positions = np.ascontiguousarray(positions, np.float32)
@@ -238,7 +238,7 @@ class RecordFormat:
     def attributes_of(
         self, vertices: Vertices, values: list[np.ndarray], names: tuple[str, ...]
     ) -> dict[str, np.ndarray]:
-        """Name -> [V, components]: as in the source, or what is left of it.
+        """Return name -> [V, components]: as in the source, or what is left of it.
 
         values: of the vertices, of each stream.
         """
@@ -253,7 +253,7 @@ class RecordFormat:
     def dequantise(
         self, values: dict[int, np.ndarray] | list[np.ndarray], names: tuple[str, ...]
     ) -> dict[str, np.ndarray]:
-        """Name -> [n, components]: what attributes decode to. values: of each stream."""
+        """Return name -> [n, components]: what attributes decode to. values: of each stream."""
         return {
             name: to_accessor(
                 [dequantise(values[s], self.plan.streams[s]) for s in self.plan.attributes[name]],
@@ -264,14 +264,14 @@ class RecordFormat:
 
 
 def weld_rows(rows: np.ndarray) -> tuple[np.ndarray, int]:
-    """(uint32 numbers of equal rows, in order of first occurrence, how many there are)."""
+    """Return (uint32 numbers of equal rows, in order of first occurrence, how many there are)."""
     rows = np.ascontiguousarray(rows)
     size = rows[:1].nbytes if len(rows) else 0
     return _codec.weld(rows.view(np.uint8).reshape(len(rows), size))
 
 
 def _hashes(positions: np.ndarray) -> np.ndarray:
-    """uint32[n]: of positions; equal for negative and positive zero."""
+    """Return uint32[n]: of positions; equal for negative and positive zero."""
     words = np.ascontiguousarray(positions.astype(np.float32) + np.float32(0)).view(np.uint32)
     result = np.zeros(len(words), np.uint32)
     for column in words.T:

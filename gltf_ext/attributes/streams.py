@@ -68,7 +68,7 @@ class Grid:
 
 
 def position_grid(low: np.ndarray, high: np.ndarray, bits: int, step: float | None) -> Grid:
-    """The grid of a box low..high (float[3] each).
+    """Return the grid of a box low..high (float[3] each).
 
     Its step is `step`, or the longest side / (2^bits - 1). Raises MeshletError for a step that
     needs more than 24 bits.
@@ -118,7 +118,7 @@ def grid_values(values: np.ndarray, stream: Stream) -> np.ndarray:
 
 
 def _fit_bits(name: str, stream: Stream, bounds: np.ndarray) -> Stream:
-    """The stream with the bits that values within bounds need. Raises MeshletError."""
+    """Return the stream with the bits that values within bounds need. Raises MeshletError."""
     integers = grid_values(bounds, stream)
     ends = bounds[1].astype(np.float64) - stream.offset  # integers are modulo 2^32
     bits = max(_needed_bits(integers.max()), _needed_bits(int(ends.max() / stream.step)))
@@ -165,7 +165,10 @@ def _is_within(bounds: np.ndarray, full_scale: float) -> bool:
 
 
 def _delta_grid(name: str, bounds: np.ndarray, step: float) -> Stream:
-    """A grid on which zero decodes to exactly zero: -offset is a power of two times the step."""
+    """Return a grid on which zero decodes to exactly zero.
+
+    Its -offset is a power of two times the step.
+    """
     lowest, highest = np.rint(bounds.astype(np.float64) / step)
     below = [2 ** int(-k - 1).bit_length() if k < 0 else 0 for k in lowest]
     if max(highest + below) >= 2**GRID_MAX_BITS:
@@ -203,7 +206,10 @@ def octahedral(vectors: np.ndarray, bits: int) -> np.ndarray:
 
 
 def octahedral_directions(integers: np.ndarray, bits: int) -> np.ndarray:
-    """uint32[V, 2] -> unit vectors float32[V, 3], by the specification's binary32 operations."""
+    """Decode directions: uint32[V, 2] -> unit vectors float32[V, 3].
+
+    Uses the binary32 operations of the specification.
+    """
     one = np.float32(1.0)
     scale = np.float32(2.0) / np.float32(2**bits - 2)
     x, y = (integers.astype(np.float32) * scale - one).T
@@ -226,13 +232,13 @@ def octahedral_bound(bits: int) -> float:
 
 
 def ordered_bits(values: np.ndarray) -> np.ndarray:
-    """float32 -> uint32 in the same order, without loss."""
+    """Return float32 -> uint32 in the same order, without loss."""
     bits = np.ascontiguousarray(values, np.float32).view(np.uint32)
     return np.where(bits >> 31, ~bits, bits ^ np.uint32(0x80000000))
 
 
 def from_ordered_bits(integers: np.ndarray) -> np.ndarray:
-    """The inverse of ordered_bits."""
+    """Return the inverse of ordered_bits."""
     bits = np.where(integers >> 31, integers ^ np.uint32(0x80000000), ~integers)
     return bits.astype(np.uint32).view(np.float32)
 
@@ -277,7 +283,7 @@ class Plan:
     keeps_sums: bool = True
 
     def streams_of(self, name: str) -> list[Stream]:
-        """The streams of an attribute."""
+        """Return the streams of an attribute."""
         return [self.streams[s] for s in self.attributes[name]]
 
     @property
@@ -311,7 +317,7 @@ class Plan:
         return result
 
     def _weights(self, attributes: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-        """uint32[n, 4] of each set of skin weights that are rounded together."""
+        """Return uint32[n, 4] of each set of skin weights that are rounded together."""
         sets = [name for name, values in attributes.items() if _is_float_weights(name, values)]
         result = {}
         for index, name in enumerate(sets if self.keeps_sums else ()):
@@ -324,7 +330,7 @@ class Plan:
 
 
 def plan_streams(bounds: dict[str, np.ndarray], grid: Grid | None, bits: Bits, where: str) -> Plan:
-    """The streams for attributes within bounds: integers grow with values.
+    """Return the streams for attributes within bounds: integers grow with values.
 
     bounds: name -> [2, components], smallest and largest values; of morph targets as
         "targets[i].NAME". grid: for float positions; where: the primitive's place, for errors.
@@ -346,7 +352,7 @@ def plan_streams(bounds: dict[str, np.ndarray], grid: Grid | None, bits: Bits, w
 
 
 def keeps_sums(bounds: dict[str, np.ndarray]) -> bool:
-    """Whether all skin weights are in [0, 1]. bounds: as in plan_streams."""
+    """Return whether all skin weights are in [0, 1]. bounds: as in plan_streams."""
     return all(_is_within(b, 1.0) for name, b in bounds.items() if _is_float_weights(name, b))
 
 
@@ -397,7 +403,7 @@ def _target_streams(name: str, bounds: np.ndarray, grid: Grid | None, bits: Bits
 
 
 def quantise_columns(columns: np.ndarray, stream: Stream) -> np.ndarray:
-    """uint32[n, elements] of an attribute's components that a stream stands for."""
+    """Return uint32[n, elements] of an attribute's components that a stream stands for."""
     if stream.kind == OCT:
         return octahedral(columns, stream.bits)
     if stream.kind == SIGN:
@@ -410,7 +416,7 @@ def quantise_columns(columns: np.ndarray, stream: Stream) -> np.ndarray:
 
 
 def dequantise(integers: np.ndarray, stream: Stream) -> np.ndarray:
-    """uint32[V, elements] -> float32[V, width], or uint32 for INTEGER.
+    """Return uint32[V, elements] -> float32[V, width], or uint32 for INTEGER.
 
     Gives the same values as _codec.decode_values.
     """
@@ -427,7 +433,7 @@ def dequantise(integers: np.ndarray, stream: Stream) -> np.ndarray:
 
 
 def streams_of(first: int, components: int, streams: list[Stream]) -> range:
-    """The consecutive streams, from `first` on, that fill an accessor's components.
+    """Return the consecutive streams, from `first` on, that fill an accessor's components.
 
     Raises ValueError when they do not.
     """

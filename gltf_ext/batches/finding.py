@@ -67,7 +67,7 @@ class Search:
 
 
 def find_models(source: str | Sequence[str], goal: Folder, outputs: Outputs) -> Search:
-    """Finds the models of a batch. goal: its destination; outputs: what is in it.
+    """Find the models of a batch. goal: its destination; outputs: what is in it.
 
     source: a folder, searched with all folders below it; a glob; a file; a .txt with a path or URL
     in each line; or a list of those. What is wrong with a single model is its problem. Raises
@@ -121,8 +121,11 @@ def _lines(path: str) -> list[str]:
 
 
 def _from_list(entries: Sequence[str], search: Search) -> dict[str, Model]:
-    """Path or URL -> model, of each entry. Names are from the last folder that holds all, and begin
-    with the protocol if there are several."""
+    """Return path or URL -> model, for each entry of a list.
+
+    Names start below the last folder that contains all models, with the protocol if there are
+    several.
+    """
     models: dict[str, Model] = {}
     parts_of: dict[str, tuple[str, ...]] = {}
     for entry in entries:
@@ -142,7 +145,7 @@ def _from_list(entries: Sequence[str], search: Search) -> dict[str, Model]:
 
 
 def _entry(entry: str) -> tuple[Model, tuple[str, ...]]:
-    """(a model of a list, its protocol and the parts of its path)."""
+    """Return (a model of a list, its protocol and the parts of its path)."""
     if "://" not in entry or entry.startswith(("file://", "local://")):
         path = Folder("/").fs._strip_protocol(entry)
         # With a zero byte, which _local reports, there are no links.
@@ -167,7 +170,7 @@ def _entry(entry: str) -> tuple[Model, tuple[str, ...]]:
 
 
 def _local(path: str, name: str = "") -> Model:
-    """A model on a disk, where it may be missing or something else."""
+    """Return a model on a disk, where it may be missing or something else."""
     try:
         status = os.stat(path)
     except OSError as error:
@@ -187,8 +190,10 @@ def _local(path: str, name: str = "") -> Model:
 
 
 def _from_folder(source: str, search: Search) -> dict[str, Model]:
-    """Path or URL -> model, of all in a folder, of a glob or of a file; names are from the folder,
-    of a glob from the last folder without a pattern."""
+    """Return path or URL -> model, for a folder, a glob or a file.
+
+    Names start below the folder; of a glob, below the last folder without a pattern.
+    """
     folder = Folder(source)
     root, _, last_part = folder.path.rpartition("/")
     if folder.is_local:
@@ -225,7 +230,7 @@ def _is_model(path: str) -> bool:
 
 
 def _split_pattern(path: str) -> tuple[str, str]:
-    """(the folder before the first pattern, the rest)."""
+    """Return (the folder before the first pattern, the rest)."""
     pattern = GLOB.search(path)
     assert pattern
     at = path.rfind("/", 0, pattern.start())
@@ -245,7 +250,7 @@ def _from_walk(root: str, pattern: str, search: Search) -> dict[str, Model]:
 
 
 def _matchers(pattern: str) -> tuple[Callable[[str], Any], Callable[[str], Any]]:
-    """(whether a name matches a pattern, whether one below a folder of this name may)."""
+    """Return (whether a name matches a pattern, whether one below a folder of this name may)."""
     from fsspec.utils import glob_translate
 
     parts = pattern.split("/")
@@ -269,8 +274,13 @@ def _matchers(pattern: str) -> tuple[Callable[[str], Any], Callable[[str], Any]]
 
 
 def _walk(root: str, may_hold: Callable[[str], Any], search: Search) -> Iterator[tuple[str, bool]]:
-    """(path, whether it is a folder) of all in a folder and in those below it that may hold any, as
-    their names from the first one tell."""
+    """Yield (path, whether it is a folder) of everything in a folder and the folders below it.
+
+    Args:
+        root: path of the folder.
+        may_hold: whether a folder, by its name below the root, may contain models.
+        search: gets the folders that are left out.
+    """
     queue = [root]
     while queue:
         folder = queue.pop()
@@ -302,7 +312,7 @@ def _is_folder(entry: os.DirEntry[str]) -> bool:
 
 
 def _is_junction(entry: os.DirEntry[str]) -> bool:
-    """Whether it is Windows' other kind of link to a folder."""
+    """Return whether it is Windows' other kind of link to a folder."""
     try:
         tag = getattr(entry.stat(follow_symlinks=False), "st_reparse_tag", 0)
     except OSError:
@@ -319,7 +329,7 @@ class _Below:
         self._names: dict[str, str | None] = {}  # of folders
 
     def name_of(self, url: str) -> str | None:
-        """The name that a model has in the folder; None if it is not in it."""
+        """Return the name that a model has in the folder; None if it is not in it."""
         if not self._folder.is_local:
             start = f"{self._folder.url}/"
             return url[len(start) :] if url.startswith(start) else None
@@ -345,10 +355,14 @@ class _Below:
 
 
 def output_names(names: Sequence[str], ignore_case: bool = False) -> dict[str, str]:
-    """Name of a model -> of its output: with the suffix .glb, added where two would be the same, or
-    one a folder of the other. No two outputs are the same.
+    """Return the name of a model -> the name of its output, all different.
 
-    ignore_case: for a destination that takes "a" and "A" for the same name.
+    An output has the suffix .glb. It is added to the whole name if two outputs would be equal, or
+    one would be a folder of the other.
+
+    Args:
+        names: of the models.
+        ignore_case: for a destination that does not distinguish "a" and "A".
     """
     number_of = dict.fromkeys(names, 0)
     while True:
@@ -373,7 +387,7 @@ def _output_name(name: str, number: int) -> str:
 
 
 def is_safe(name: str) -> bool:
-    """Whether a name of a model, from a storage or a list, stays in the destination."""
+    """Return whether a name of a model, from a storage or a list, stays in the destination."""
     parts = name.split("/")
     reserved = "\\:" if os.sep == "\\" else ""
     return not ({"", ".", ".."} & {*parts} or STATE in parts or any(c in name for c in reserved))

@@ -22,7 +22,7 @@ PER_TEXT_TRIANGLE = 30
 
 
 def estimate(url: str, size: int, options: Mapping[str, Any]) -> int:
-    """Bytes that compressing and verifying a model takes.
+    """Return bytes that compressing and verifying a model takes.
 
     url: its path or URL; size: of the file in bytes; options: of compress.
     """

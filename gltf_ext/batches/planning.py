@@ -31,7 +31,7 @@ class Plan:
     """
 
     def __init__(self, source: str | Sequence[str], goal: Folder, options: dict[str, Any]) -> None:
-        """Raises MeshletError, OSError. Writes into the destination what the run may write."""
+        """Raise MeshletError, OSError. Writes into the destination what the run may write."""
         self.outputs = Outputs(goal)
         search = find_models(source, goal, self.outputs)
         self._goal = goal
@@ -61,7 +61,7 @@ class Plan:
         }
 
     def _refused_records(self) -> dict[str, Record]:
-        """Records of the jobs that cannot be done."""
+        """Return the records of the jobs that cannot be done."""
         models = {self._file_key(model.url): model for model in self.models.values()}
         output_keys = {self._key(name) for name in self.outputs.names}
         problems = ((job, self._problem(job, models, output_keys)) for job in self.jobs)
@@ -72,7 +72,7 @@ class Plan:
         return (identity(url) if "://" not in url else None) or url
 
     def _problem(self, job: Job, models: Mapping[Any, Model], output_keys: set[str]) -> str:
-        """Why a job must not be done; empty if it can be.
+        """Return why a job must not be done; empty if it can be.
 
         models: by their places; output_keys: keys of outputs of former batches.
         """
@@ -92,7 +92,7 @@ class Plan:
         return ""
 
     def _unchanged_records(self, jobs: list[Job]) -> dict[str, Record]:
-        """Records of the files that need no work: nothing that was read or written changed."""
+        """Return the records of the jobs whose inputs and outputs have not changed."""
         goal = self._goal
         texts = goal.read_all([j.record_name for j in jobs if self.outputs.exists(j.record_name)])
         folders: dict[str, Folder] = {}

@@ -109,7 +109,7 @@ def batch(
 
 
 def _check_cluster(scheduler: Any, workers: Any) -> None:
-    """Raises MeshletError for a value that these options of batch cannot have."""
+    """Raise MeshletError for a value that these options of batch cannot have."""
     if not (scheduler is None or isinstance(scheduler, str)):
         require_dask()
         from distributed import Client
@@ -202,14 +202,14 @@ class _Run:
         self.flight: dict[Future, tuple[Job, int]] = {}
 
     def run_all(self, jobs: list[Job]) -> None:
-        """Runs all jobs. Raises MeshletError when the scheduler or all workers are lost."""
+        """Run all jobs. Raises MeshletError when the scheduler or all workers are lost."""
         suspects = self.run_some(deque(jobs))
         for job in suspects:
             if self.run_some(deque([job])):
                 self.note(job.failure("it killed its worker, twice"))
 
     def run_some(self, queue: deque[Job]) -> list[Job]:
-        """Runs jobs; returns those whose worker died."""
+        """Run jobs; returns those whose worker died."""
         from distributed import KilledWorker
 
         lost_jobs = []
@@ -232,7 +232,7 @@ class _Run:
             self.advance((self.finished_count + len(self.records)) / self.total)
 
     def submit(self, queue: deque[Job]) -> None:
-        """Submits jobs while workers are free and have the memory; one in any case."""
+        """Submit jobs while workers are free and have the memory; one in any case."""
         threads, memory = self.workers.free()
         while queue and len(self.flight) <= 2 * threads:
             job = queue[0]

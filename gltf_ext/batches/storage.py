@@ -35,7 +35,7 @@ class Folder:
     """
 
     def __init__(self, url: str) -> None:
-        """Raises MeshletError for a protocol that no installed package handles."""
+        """Raise MeshletError for a protocol that no installed package handles."""
         try:
             from fsspec.core import url_to_fs
             from fsspec.implementations.local import LocalFileSystem
@@ -61,17 +61,17 @@ class Folder:
         return url
 
     def at(self, name: str) -> str:
-        """The path of a file in it."""
+        """Return the path of a file in it."""
         return f"{self.path}/{name}"
 
     def exists(self, name: str) -> bool:
-        """Whether there is anything of this name, a broken link included."""
+        """Return whether there is anything of this name, a broken link included."""
         if self.is_local:
             return os.path.lexists(self.at(name))
         return bool(self.fs.exists(self.at(name)))
 
     def stamp(self, name: str) -> str | None:
-        """Changes whenever the file does; None if there is no such file."""
+        """Change whenever the file does; None if there is no such file."""
         if self.is_local:
             return stamp_of_file(name if os.path.isabs(name) else self.at(name))
         self.fs.invalidate_cache()
@@ -81,8 +81,10 @@ class Folder:
             return None
 
     def stamps(self) -> dict[str, str]:
-        """Name -> stamp of all files in it, which may not exist yet. Not on a disk, where asking
-        for one file is as fast. Raises OSError."""
+        """Return name -> stamp of all files in the folder, which may not exist yet. Raises OSError.
+
+        Not for folders on a disk, where asking for single files is as fast.
+        """
         self.fs.invalidate_cache()
         try:
             infos = self.fs.find(self.path, detail=True)
@@ -91,14 +93,14 @@ class Folder:
         return {path[len(self.path) + 1 :]: stamp_of(info) for path, info in infos.items()}
 
     def read(self, name: str, start: int | None = None, end: int | None = None) -> bytes:
-        """Some or all bytes of a file. Raises OSError, and what its storage raises."""
+        """Return some or all bytes of a file. Raises OSError, and what its storage raises."""
         if self.is_local and self.stamp(name) is None:  # a pipe would wait for its writer
             raise FileNotFoundError(f"{self.at(name)} is no file")
         data: bytes = self.fs.cat_file(self.at(name), start=start, end=end)
         return data
 
     def read_all(self, names: list[str]) -> dict[str, bytes]:
-        """Name -> bytes of those that can be read."""
+        """Return name -> bytes of those that can be read."""
         contents: list[Any] = []
         if names:  # cat would take brackets in names for patterns
             contents = self.fs.cat_ranges(
@@ -107,7 +109,7 @@ class Folder:
         return {n: data for n, data in zip(names, contents) if isinstance(data, bytes)}
 
     def write(self, name: str, data: bytes) -> None:
-        """Writes all of a file or nothing. Raises OSError, and what its storage raises."""
+        """Write all of a file or nothing. Raises OSError, and what its storage raises."""
         if not self.is_local:
             self.fs.pipe_file(self.at(name), data)  # one request: nobody sees a part
             return
@@ -116,8 +118,11 @@ class Folder:
                 partial.write_bytes(data)
 
     def write_files(self, files: Mapping[str, Path]) -> None:
-        """Writes copies of files, by their names here: on a disk all or none, elsewhere each of
-        them whole, the last one last. Raises OSError, and what its storage raises."""
+        """Write copies of files, by their names in this folder: on a disk all or none.
+
+        Elsewhere each file is written as a whole, the last one last. Raises OSError, and what the
+        storage raises.
+        """
         if not self.is_local:
             for name, file in files.items():
                 self.write(name, file.read_bytes())
@@ -141,7 +146,7 @@ class Folder:
                 remove(partial)
 
     def remove_partials(self) -> None:
-        """Removes what killed writers left behind, but not what another batch is writing."""
+        """Remove what killed writers left behind, but not what another batch is writing."""
         if not self.is_local:
             return
         for partial in Path(self.at(STATE)).iterdir():
@@ -153,7 +158,7 @@ class Folder:
                         remove(partial)
 
     def ignores_case(self) -> bool:
-        """Whether "a" and "A" are the same file. On a disk, its folder STATE must exist."""
+        """Return whether "a" and "A" are the same file. On a disk, its folder STATE must exist."""
         state = identity(self.at(STATE)) if self.is_local else None
         return state is not None and identity(self.at(STATE.upper())) == state
 
@@ -164,7 +169,7 @@ def fallback_name(output: str) -> str:
 
 
 def as_folder(path: str) -> str:
-    """A path without its last slash as systems take it: "/" and "C:/" need it."""
+    """Return a path without its last slash as systems take it: "/" and "C:/" need it."""
     return f"{path}/" if not path or path.endswith(":") else path
 
 
@@ -195,7 +200,7 @@ def stamp_of(info: Mapping[str, Any]) -> str:
 
 
 def folder_of(url: str) -> tuple[Folder, str]:
-    """(the folder of a file by its path or URL, the file's name in it)."""
+    """Return (the folder of a file by its path or URL, the file's name in it)."""
     above, _, name = url.rpartition("/")
     return Folder(above if "://" in above else f"{above}/"), name
 
@@ -209,7 +214,7 @@ class Outputs:
     """
 
     def __init__(self, folder: Folder) -> None:
-        """Raises OSError."""
+        """Raise OSError."""
         self._folder = folder
         self.stamps = {} if folder.is_local else folder.stamps()
         names = {name.removesuffix(".json") for name in self._records()}
@@ -219,17 +224,19 @@ class Outputs:
         self.names = {name for name in names if self.exists(name)}
 
     def exists(self, name: str) -> bool:
+        """Return whether a file exists."""
         return self._folder.exists(name) if self._folder.is_local else name in self.stamps
 
     def stamp(self, name: str) -> str | None:
+        """Return the stamp of a file; None if it does not exist."""
         return self._folder.stamp(name) if self._folder.is_local else self.stamps.get(name)
 
     def save(self, names: set[str]) -> None:
-        """Adds files that are about to be written to the list. Raises OSError."""
+        """Add files that are about to be written to the list. Raises OSError."""
         self._folder.write(OUTPUTS, json.dumps(sorted(self.names | names), indent=0).encode())
 
     def settle(self, names: set[str]) -> None:
-        """Takes from the list what was planned and is not there. Raises OSError.
+        """Take from the list what was planned and is not there. Raises OSError.
 
         What is there was written, even by a job that failed: its record may be what it could not
         write.
@@ -242,7 +249,7 @@ class Outputs:
         self.save({name for name in names if self.exists(name)})
 
     def _read_list(self) -> set[str] | None:
-        """The list; None before the first batch, or if it is damaged."""
+        """Return the list; None before the first batch, or if it is damaged."""
         try:
             names = json.loads(self._folder.read(OUTPUTS))
         except (FileNotFoundError, ValueError, RecursionError):
@@ -251,7 +258,7 @@ class Outputs:
         return set(names) if is_list else None
 
     def _records(self) -> list[str]:
-        """Names of records, without the folder STATE."""
+        """Name of records, without the folder STATE."""
         if not self._folder.is_local:
             start = f"{STATE}/"
             return [name[len(start) :] for name in self.stamps if name.startswith(start)]

@@ -50,8 +50,14 @@ NO_NAME = (errno.ENAMETOOLONG, errno.ENOTDIR, errno.EEXIST)
 
 @dataclass(frozen=True)
 class Job:
-    """source: the model's path or URL; name: among all models; destination: URL of a folder;
-    output: in it; options: of compress."""
+    """A model to compress.
+
+    Attributes:
+        source: the model's path or URL; name: among all models.
+        destination: URL of the folder for outputs; output: name in it.
+        options: of compress.
+        version: of gltf-meshlet that made the job.
+    """
 
     source: str
     name: str
@@ -62,6 +68,7 @@ class Job:
 
     @property
     def record_name(self) -> str:
+        """Name of the job's record in the destination."""
         name = f"{STATE}/{self.output}.json"
         if len(os.fsencode(posixpath.basename(name))) <= LONGEST_RECORD:
             return name
@@ -73,7 +80,7 @@ class Job:
         return [self.output] + [fallback_name(self.output)] * bool(self.options.get("fallback"))
 
     def is_current(self, record: Any) -> bool:
-        """Whether a record was made from a file of this name with these options and version."""
+        """Return whether a record is of a file with this name, options and version."""
         expected_values = {
             "name": self.name,
             "output": self.output,
@@ -95,8 +102,13 @@ class Job:
         stamp: Callable[[str], str | None],
         output_stamp: Callable[[str], str | None],
     ) -> bool:
-        """Whether no file that was read or written has another stamp since. stamp: of a file that
-        the model names, by its path from the model's folder; output_stamp: of an output."""
+        """Return whether the stamps of all files that were read or written are as in a record.
+
+        Args:
+            record: of this job.
+            stamp: returns the stamp of a file that was read, by its path from the model's folder.
+            output_stamp: returns the stamp of an output.
+        """
         outputs = {name: output.get("stamp") for name, output in record["outputs"].items()}
         return all(
             value == stamp_of(name) and not str(value).endswith(UNSURE)
@@ -105,6 +117,7 @@ class Job:
         )
 
     def failure(self, error: str, seconds: float = 0.0) -> Record:
+        """Return the record of this job for an error."""
         return {
             "name": self.name,
             "output": self.output,
@@ -115,7 +128,7 @@ class Job:
 
 
 def run(job: Job, scratch: str | None = None) -> Record:
-    """Does a job unless its record says that it is done.
+    """Do a job unless its record says that it is done.
 
     scratch: a folder for temporary files. A file that cannot be compressed gives a record with the
     status "failed"; what may pass, such as an OSError of a network, is raised.
@@ -133,8 +146,11 @@ def run(job: Job, scratch: str | None = None) -> Record:
 
 
 def _temporary_folder(scratch: str | None) -> tempfile.TemporaryDirectory[str]:
-    """Windows deletes no file that is mapped into memory or that a virus scanner reads: then it
-    goes with the worker's folder, and the model is done all the same."""
+    """Return a folder for temporary files that is deleted at the end.
+
+    Windows deletes no file that is mapped into memory or that a virus scanner reads: such a file is
+    deleted with the worker's folder, and does not fail the model.
+    """
     return tempfile.TemporaryDirectory(
         dir=scratch, prefix="gltf-meshlet-", ignore_cleanup_errors=True
     )
@@ -181,7 +197,7 @@ def _run(job: Job, folder: Path, start: float) -> Record:
 def _refresh_record(
     destination: Folder, job: Job, inputs: _Inputs, old_record: Record | None
 ) -> Record | None:
-    """The record of a job whose outputs are there and were made from the same bytes, else None."""
+    """Return the record of a job whose outputs are made from the same bytes; None without one."""
     if old_record and job.is_current(old_record) and old_record["input_digest"] == inputs.digest:
         outputs = _current_outputs(destination, old_record)
         if outputs is not None:
@@ -195,7 +211,7 @@ def _refresh_record(
 def _compress_and_verify(
     job: Job, inputs: _Inputs, output: Path, folder: Path
 ) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Writes and verifies the output on this machine; the reports. Raises MeshletError, OSError."""
+    """Write and verifies the output on this machine; the reports. Raises MeshletError, OSError."""
     report = compress(inputs.model, output, **{"threads": 1, **job.options})
     if report["output"] != str(output):
         raise MeshletError("the result does not fit a .glb", "compress it by itself")
@@ -212,7 +228,7 @@ def _compress_and_verify(
 def _write_outputs(
     destination: Folder, job: Job, inputs: _Inputs, folder: Path, old_digests: dict[str, Any]
 ) -> dict[str, Any]:
-    """Writes the outputs to the destination. Returns name -> stamp and digest of each.
+    """Write the outputs to the destination. Returns name -> stamp and digest of each.
 
     old_digests: digests of outputs that earlier runs wrote.
     """
@@ -235,7 +251,7 @@ def _write_outputs(
 
 
 def _picture(output: Path) -> bytes:
-    """The thumbnail of an output; empty if there can be none: that is no reason to fail."""
+    """Return the thumbnail of an output; empty if there can be none: that is no reason to fail."""
     try:
         return thumbnail(output)
     except (MeshletError, MemoryError):
@@ -243,7 +259,7 @@ def _picture(output: Path) -> bytes:
 
 
 def read_record(destination: Folder, job: Job) -> Any:
-    """What is in the record of the output; None if it cannot be read."""
+    """Return the record of the output; None if it cannot be read."""
     try:
         return json.loads(destination.read(job.record_name))
     except (FileNotFoundError, ValueError, RecursionError):
@@ -251,7 +267,7 @@ def read_record(destination: Folder, job: Job) -> Any:
 
 
 def digests_of_record(record: Any) -> dict[str, list[str]]:
-    """Name -> SHA-256 of all that batches wrote there, or were about to, as a record says."""
+    """Return name -> SHA-256 of the outputs that batches wrote, or meant to write."""
     try:
         outputs = {name: [str(output["digest"])] for name, output in record["outputs"].items()}
         former = {name: [*map(str, all_)] for name, all_ in record.get("former", {}).items()}
@@ -261,7 +277,7 @@ def digests_of_record(record: Any) -> dict[str, list[str]]:
 
 
 def _check_outputs(destination: Folder, job: Job, old_digests: dict[str, list[str]]) -> None:
-    """Raises MeshletError for an output that is there and that no batch wrote."""
+    """Raise MeshletError for an output that is there and that no batch wrote."""
     for name in job.outputs:
         if name in old_digests and destination.stamp(name) is not None:
             with destination.fs.open(destination.at(name), "rb") as file:
@@ -271,7 +287,7 @@ def _check_outputs(destination: Folder, job: Job, old_digests: dict[str, list[st
 
 
 def _current_outputs(destination: Folder, record: Record) -> dict[str, Any] | None:
-    """The outputs of a record with their stamps of now, if all still hold the same bytes."""
+    """Return the outputs of a record with their stamps of now, if all still hold the same bytes."""
     current_outputs = {}
     for name, output in record["outputs"].items():
         stamp = destination.stamp(name)
@@ -286,13 +302,14 @@ def _current_outputs(destination: Folder, record: Record) -> dict[str, Any] | No
 
 
 class _Inputs:
-    """The model of a job and the files that it names, on this machine: copies, unless they lie on
-    a disk here.
+    """The model of a job and the files that it names, as files of this machine.
+
+    They are copied unless they lie on a disk of it.
 
     Attributes:
-        model; paths: of the model and all others that there are.
-        stamps: path from the model's folder -> stamp, None for a file that is not there.
-        digest: SHA-256 of the lengths and bytes of all.
+        model: path of the model; paths: of it and of all other files that exist.
+        stamps: path from the model's folder -> stamp, None for a file that does not exist.
+        digest: SHA-256 of the lengths and bytes of all files.
     """
 
     def __init__(self, job: Job, folder: Path) -> None:
@@ -313,7 +330,7 @@ class _Inputs:
         self.digest = _digest(self.paths)
 
     def current_stamps(self) -> dict[str, str | None]:
-        """The stamps of this moment."""
+        """Return the stamps of this moment."""
         return {name: self._source.stamp(name) for name in self._names}
 
     def _local(self) -> list[Path]:
@@ -322,7 +339,7 @@ class _Inputs:
         return list(filter(os.path.isfile, files))
 
     def _add(self, names: Iterable[str]) -> None:
-        """Notes files, and their stamps before they are read."""
+        """Note files, and their stamps before they are read."""
         for name in names:
             if name not in self._names:
                 self._names[name] = None
@@ -344,7 +361,7 @@ class _Inputs:
         return files
 
     def _copy(self, name: str, path: Path) -> bool:
-        """Whether there is a file of this name, which is then copied."""
+        """Return whether there is a file of this name, which is then copied."""
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             self._source.fs.get_file(self._source.at(name), str(path))
@@ -358,9 +375,9 @@ class _Inputs:
 
 
 def _relative(path: Path, folder: Path) -> str:
-    """A path from a folder, with forward slashes; the path itself if a model names an absolute one.
+    """Return a path relative to a folder, with forward slashes; absolute paths stay as they are.
 
-    It may hold "..", which no text can resolve where there are links.
+    It may contain "..", which no text can resolve where there are links.
     """
     try:
         return path.relative_to(folder).as_posix()
@@ -369,7 +386,7 @@ def _relative(path: Path, folder: Path) -> str:
 
 
 def _leaves(name: str) -> bool:
-    """Whether a path without needless ".." leads out of the folder that it starts from."""
+    """Return whether a path without needless ".." leads out of the folder that it starts from."""
     return name.split("/")[0] == ".." or not is_relative(name)
 
 

@@ -26,7 +26,7 @@ LIGHT = np.array([0.3, 0.5, 0.81])
 
 
 def thumbnail(path: Path) -> bytes:
-    """A PNG of the default scene in grey. Raises MeshletError."""
+    """Return a PNG of the default scene in grey. Raises MeshletError."""
     from PIL import Image
 
     document = open_model(path)
@@ -47,7 +47,7 @@ def thumbnail(path: Path) -> bytes:
 
 
 def _instances(document: Document) -> Iterator[tuple[tuple[int, int], np.ndarray]]:
-    """((mesh, primitive), matrix to world space) of each triangle primitive of each node."""
+    """Return ((mesh, primitive), matrix to world space) of each triangle primitive of each node."""
     for node, matrix in placed(document):
         if node.mesh is None:
             continue
@@ -57,8 +57,10 @@ def _instances(document: Document) -> Iterator[tuple[tuple[int, int], np.ndarray
 
 
 def _triangles(document: Document, mesh: int, primitive: int, max_triangles: int) -> np.ndarray:
-    """[t, 3, 3]: corners of about so many triangles of a primitive, or of all. Decodes some blobs
-    of a large one at a time."""
+    """Return corners of about `max_triangles` of a primitive's triangles: [t, 3, 3].
+
+    Decodes some blobs of a large primitive at a time.
+    """
     if not is_compressed(document.meshes[mesh].primitives[primitive]):
         geometry, _ = read_triangles(document, mesh, primitive)
         step = 1 + len(geometry.indices) // max_triangles

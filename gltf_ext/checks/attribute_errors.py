@@ -38,7 +38,7 @@ class Errors:
     is_compared: bool = False
 
     def join(self, other: Errors) -> None:
-        """Adds the errors of other vertices."""
+        """Add the errors of other vertices."""
         self.max, self.over_bound = max(self.max, other.max), max(self.over_bound, other.over_bound)
         self.squares, self.count = self.squares + other.squares, self.count + other.count
         if other.degrees is not None:
@@ -48,6 +48,7 @@ class Errors:
         self.is_compared |= other.is_compared
 
     def add(self, distances: np.ndarray, over_bound: float) -> None:
+        """Add distances of vertices, [n], and their largest error as a fraction of the bound."""
         if len(distances):
             self.max = max(self.max, float(distances.max()))
         self.squares += float(np.square(distances).sum())
@@ -58,7 +59,7 @@ class Errors:
 def errors_of(
     name: str, values: np.ndarray, decoded_values: np.ndarray, streams: list[Stream]
 ) -> Errors:
-    """Errors of one attribute of vertices, [n, components] before and after."""
+    """Return errors of one attribute of vertices, [n, components] before and after."""
     source, result = values.astype(np.float64), decoded_values.astype(np.float64)
     box = np.array([values.min(axis=0), values.max(axis=0)], np.float64)
     errors = Errors(box=box, is_compared=True)
@@ -97,7 +98,7 @@ def _add_grid(
 
 
 def _add_directions(errors: Errors, source: np.ndarray, result: np.ndarray, stream: Stream) -> None:
-    """Distances of unit vectors. Ignores source vectors of length zero: they have no direction."""
+    """Add distances of unit vectors, except from source vectors of length zero."""
     length = np.linalg.norm(source, axis=1)
     usable = length > 0.0
     if usable.any():

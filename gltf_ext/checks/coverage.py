@@ -24,10 +24,18 @@ EDGE = np.dtype([("ends", CORNERS)])
 def check_coverage(
     primitive: LodPrimitive, strict: bool = False, advance: Advance | None = None
 ) -> None:
-    """Raises MeshletError unless replacements have vertices of level 0 and the borders of their
-    groups. Decodes all pages, one at a time.
+    """Check that replacements use vertices of level 0 and keep the borders of their groups.
 
-    strict: also where level 0 has surfaces that touch, for which the borders are a recommendation.
+    Decodes all pages, one at a time.
+
+    Args:
+        primitive: with levels.
+        strict: require equal borders also where level 0 has surfaces that touch; the specification
+            only recommends them there.
+        advance: moves the progress bar.
+
+    Raises:
+        MeshletError: the check fails, or a page is malformed.
     """
     tables = primitive.tables
     size = TRIANGLE_BYTES * int(tables.pages["triangles"].sum(dtype=np.int64))
@@ -53,7 +61,7 @@ def check_coverage(
 
 
 def _repeats_edges(primitive: LodPrimitive) -> bool:
-    """Whether triangles of level 0 pass an edge twice in one direction: surfaces touch there."""
+    """Return whether two triangles of level 0 use an edge in one direction: surfaces touch."""
     tables = primitive.tables
     pages = range(tables.coarse_pages, len(tables.pages))
     count = int(tables.pages["triangles"][tables.coarse_pages :].sum(dtype=np.int64))
@@ -71,7 +79,7 @@ def _repeats_edges(primitive: LodPrimitive) -> bool:
 
 
 def _ends(corners: np.ndarray) -> np.ndarray:
-    """uint32[N, 2, 3]: the ends of the edges of triangles uint32[T, 3, 3] that have length."""
+    """Return uint32[N, 2, 3]: the ends of the edges, with length, of triangles uint32[T, 3, 3]."""
     ends = np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2, 3)
     with_length: np.ndarray = ends[(ends[:, 0] != ends[:, 1]).any(axis=1)]
     return with_length
@@ -80,10 +88,13 @@ def _ends(corners: np.ndarray) -> np.ndarray:
 def _borders(
     primitive: LodPrimitive, page: int, triangles: np.ndarray, cells: np.ndarray
 ) -> np.ndarray:
-    """BORDER[N]: the undirected edges that do not cancel in their cluster; sign: how often they are
-    passed toward the end with the larger number in the page.
+    """Return BORDER[N]: the undirected edges that do not cancel within their cluster.
 
-    triangles: uint32[T, 3], cluster after cluster; cells: uint32[V, 3].
+    Args:
+        primitive: with levels.
+        page: number of a page.
+        triangles: uint32[T, 3], cluster after cluster.
+        cells: uint32[V, 3]: positions on the grid.
     """
     ids, count = _codec.weld(np.ascontiguousarray(cells).view(np.uint8))
     corners = ids.astype(np.int64)[triangles]
@@ -104,7 +115,7 @@ def _borders(
 
 
 def _is_less(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """bool[N]: whether points uint32[N, 3] come before others, by x, then y, then z."""
+    """Return bool[N]: whether points uint32[N, 3] come before others, by x, then y, then z."""
     result: np.ndarray = a[:, 2] < b[:, 2]
     for axis in (1, 0):
         result = (a[:, axis] < b[:, axis]) | ((a[:, axis] == b[:, axis]) & result)
@@ -114,7 +125,7 @@ def _is_less(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 def _sum_edges(
     owner: np.ndarray, edge: np.ndarray, values: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Sums values int64[N, K] of equal pairs (owner, edge). Drops pairs whose first sum is 0."""
+    """Sum values int64[N, K] of equal pairs (owner, edge). Drops pairs whose first sum is 0."""
     order = np.lexsort((edge, owner))
     owner, edge, values = owner[order], edge[order], values[order]
     is_new = (np.diff(owner, prepend=-1) != 0) | (np.diff(edge, prepend=-1) != 0)
@@ -125,7 +136,7 @@ def _sum_edges(
 
 
 def _replacements_keep_borders(tables: Tables, borders: Buckets) -> bool:
-    """Whether borders of groups and of their replacements differ along the outer border only.
+    """Return whether replacements keep the borders of their groups, but for the outer border.
 
     Edges that replacements add there are outer edges for coarser groups.
     """
@@ -157,10 +168,15 @@ def _replacements_keep_borders(tables: Tables, borders: Buckets) -> bool:
 def _changes(
     tables: Tables, borders: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """(group, whether it leaves, ends) of the edges that differ between the border of a group and
-    that of its replacement, and the ends of the outer edges of level 0.
+    """Compare the borders of groups with those of their replacements.
 
-    borders: BORDER[N], all of these edges.
+    Args:
+        tables: the hierarchy.
+        borders: BORDER[N], with all edges that are equal to one of them.
+
+    Returns:
+        int64[K], bool[K], CORNERS[K]: the group, whether the group alone has the edge, its ends,
+        for each edge on one of the borders only; CORNERS[M]: the outer edges of level 0.
     """
     edge, count = _codec.weld(np.ascontiguousarray(borders["ends"]).reshape(-1, 6).view(np.uint8))
     ends = borders["ends"][first_of_each(edge, count)]

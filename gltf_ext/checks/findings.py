@@ -32,12 +32,13 @@ class Findings:
     problems: list[str] = field(default_factory=list)
 
     def add_errors(self, mesh: int, name: str, errors: Errors) -> None:
+        """Add the errors of an attribute of a primitive."""
         self.errors.setdefault(name, {}).setdefault(mesh, []).append(errors)
 
     def add_value_errors(
         self, mesh: int, compressed: Compressed, name: str, errors: Errors
     ) -> None:
-        """Adds the errors of an attribute of a primitive."""
+        """Add the errors of an attribute of a primitive."""
         self.add_errors(mesh, name, errors)
         if errors.over_bound > 1.0:
             self.problems.append(
@@ -47,7 +48,7 @@ class Findings:
     def add_triangles(
         self, compressed: Compressed, missing: int, extra: int, collapsed: int
     ) -> None:
-        """Adds the counts of a primitive."""
+        """Add the counts of a primitive."""
         self.collapsed_triangles += collapsed
         self.missing_triangles += missing
         self.extra_triangles += extra
@@ -57,12 +58,12 @@ class Findings:
             )
 
     def differs(self, problem: str) -> None:
-        """Notes a primitive that cannot be compared."""
+        """Note a primitive that cannot be compared."""
         self.differing_primitives += 1
         self.problems.append(problem)
 
     def has_attributes(self, mesh: int, widths: dict[str, int], compressed: Compressed) -> bool:
-        """Whether a compressed primitive has attributes of these numbers of components.
+        """Return whether a compressed primitive has attributes of these numbers of components.
 
         Notes the differences otherwise.
         """
@@ -75,7 +76,7 @@ class Findings:
 
 
 def _attribute_differences(old_widths: dict[str, int], compressed: Compressed) -> str:
-    """The attributes that one side lacks or has with other components; empty for none."""
+    """Return the attributes that one side lacks or has with other components; empty for none."""
     new_widths = {name: format_[1] for name, _, format_ in compressed.named_streams}
     changed_names = [
         name for name in old_widths if new_widths.get(name, old_widths[name]) != old_widths[name]
@@ -89,7 +90,7 @@ def _attribute_differences(old_widths: dict[str, int], compressed: Compressed) -
 
 
 def report_of(findings: Findings) -> dict[str, Any]:
-    """What verify returns, without the levels of detail."""
+    """Return the report of verify, without levels of detail."""
     by_name = {
         name: [(_percent(errors), errors) for errors in meshes.values()]
         for name, meshes in findings.errors.items()

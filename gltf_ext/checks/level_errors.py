@@ -29,10 +29,17 @@ Report = dict[str, Any]
 def measure_levels(
     document: Document, most_samples: int = MOST_SAMPLES, large: Container[tuple[int, int]] = ()
 ) -> tuple[list[Report], list[Report]]:
-    """(stated errors, distances and differences in shading at surface samples, for each level but
-    0; mesh and primitive of those that are `large`, which are not measured).
+    """Measure distances and differences in shading between each level and the finest one.
 
     Raises MeshletError.
+
+    Args:
+        document: compressed.
+        most_samples: largest number of sample points on each surface.
+        large: (mesh, primitive) of primitives that are not measured.
+
+    Returns:
+        A report for each level but the finest; mesh and primitive of those that are not measured.
     """
     levels, unmeasured = list[Report](), list[Report]()
     for primitive in levels_of(document):
@@ -78,7 +85,7 @@ def _measure(primitive: LodPrimitive, most_samples: int) -> list[Report]:
 
 
 def level_problems(levels: list[Report]) -> list[str]:
-    """A line for each level that is off by more than it states."""
+    """Return a line for each level that is off by more than it states."""
     return [
         f"mesh {level['mesh']} primitive {level['primitive']}: level {level['level']} is off by "
         f"{level['measured_error']:g}, more than the stated {level['stated_error']:g}"

@@ -19,7 +19,7 @@ from gltf_ext.sources.primitives import all_primitives, is_compressed
 
 
 def lod_problems(document: Document, advance: Advance | None = None) -> list[str]:
-    """Problems of the tables, pages and replacements of all primitives, one line each."""
+    """Return problems of the tables, pages and replacements of all primitives, one line each."""
     problems = []
     users = [p for _, _, p in all_primitives(document) if EXTENSION in (p.extensions or {})]
     if users and EXTENSION not in document.extensionsUsed:
@@ -36,7 +36,7 @@ def lod_problems(document: Document, advance: Advance | None = None) -> list[str
 
 
 def _check_primitives(document: Document, advance: Advance | None) -> None:
-    """Raises ValueError for the first primitive with levels that are malformed."""
+    """Raise ValueError for the first primitive with levels that are malformed."""
     levels_of: dict[int, list[int]] = {}  # view of level 0 -> its levels' views and counts
     level_0_of: dict[int, int] = {}  # the reverse, for each of these views
     primitives = compressed_primitives(document)

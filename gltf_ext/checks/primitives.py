@@ -21,7 +21,7 @@ from gltf_ext.sources.source import Rows, Source, blocks
 
 
 def read_original(document: Document, mesh: int, index: int) -> Source:
-    """A primitive of a document, in memory, without its bounds. Raises MeshletError."""
+    """Return a primitive of a document, in memory, without its bounds. Raises MeshletError."""
     return source_of(document, mesh, index)[0]
 
 
@@ -33,7 +33,7 @@ def compare(
     folder: str,
     advance: Advance | None,
 ) -> None:
-    """Compares a primitive of the original with the one at the same place of the document.
+    """Compare a primitive of the original with the one at the same place of the document.
 
     Values that are quantised to equal integers decode to equal values, so that errors need the
     source and the compressed accessors' types only. Where triangles are missing, only vertices that
@@ -104,7 +104,7 @@ def _errors_of_parts(
 
 
 def _is_same(a: Source, b: Source) -> bool:
-    """Whether two sources have the same bytes."""
+    """Return whether two sources have the same bytes."""
     if a.attributes.keys() != b.attributes.keys():
         return False
     pairs = [(rows, b.attributes[name]) for name, rows in a.attributes.items()]

@@ -52,7 +52,7 @@ class Comparison:
         self.vertices: list[np.ndarray] = []
 
     def run(self, advance: Advance | None) -> None:
-        """Sets the counts. Raises MeshletError, OSError."""
+        """Set the counts. Raises MeshletError, OSError."""
         progress = advance or (lambda fraction: None)
         self._add_source(lambda fraction: progress(READ_END * fraction))
         self._add_compressed(lambda fraction: progress(READ_END + (1 - READ_END) * fraction))
@@ -71,7 +71,7 @@ class Comparison:
             self._add(keys, np.where(is_optional, OPTIONAL_IN_SOURCE, IN_SOURCE))
 
     def _source_corners(self) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray, float]]:
-        """(keys of vertices, of points of the grid, of positions: [T, 3] each, share of all)."""
+        """Yield keys of vertices, grid points and positions, [T, 3] each, and the progress."""
         source, record_format = self._source, self._record_format
         if source.is_in_memory:
             triangles = record_format.triangles_of(source)
@@ -90,7 +90,7 @@ class Comparison:
         soup.close()
 
     def _columns(self, records: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """The keys of _source_corners, of records [...]."""
+        """Return the keys of _source_corners, of records [...]."""
         streams = [records[str(s)] for s in range(len(self._record_format.plan.streams))]
         return keys_of(streams), keys_of(streams[:1]), records[HASH]
 
@@ -114,7 +114,7 @@ class Comparison:
 
 
 def difference(rows: np.ndarray) -> tuple[int, int]:
-    """(number of triangles that only the source has, and only the compressed primitive).
+    """Return (number of triangles that only the source has, and only the compressed primitive).
 
     rows: TRIANGLE[N], those of equal keys all.
     """
@@ -129,7 +129,7 @@ def difference(rows: np.ndarray) -> tuple[int, int]:
 
 
 def rotated(triangles: np.ndarray) -> np.ndarray:
-    """Each triangle, [T, 3], rotated to a canonical order: its smallest corner first."""
+    """Return each triangle, [T, 3], rotated to a canonical order: its smallest corner first."""
     a, b, c = triangles.T
     turn = np.where((b < a) & (b <= c), 1, np.where((c < a) & (c < b), 2, 0))
     # Two equal smallest corners: (x, x, y), never (x, y, x).
@@ -138,6 +138,6 @@ def rotated(triangles: np.ndarray) -> np.ndarray:
 
 
 def keys_of(streams: list[np.ndarray]) -> np.ndarray:
-    """uint64[...]: hashes of vertices, of integers [..., elements] of each stream."""
+    """Return uint64[...]: hashes of vertices, of integers [..., elements] of each stream."""
     rows = np.concatenate(streams, axis=-1)
     return hashes(rows.reshape(-1, rows.shape[-1])).reshape(rows.shape[:-1])

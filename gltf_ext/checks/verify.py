@@ -75,7 +75,7 @@ def verify(
 def _compare_files(
     original: str | os.PathLike[str], compressed: str | os.PathLike[str], options: Options
 ) -> dict[str, Any]:
-    """What verify returns. options: max_memory, work_dir and progress."""
+    """Return the report of verify. options: max_memory, work_dir and progress."""
     large: Larges = {}
     with blaming(original):
         if options.memory:
@@ -102,7 +102,7 @@ def _compare_files(
 
 
 def _misplaced(original: Document, path: str) -> MeshletError:
-    """The error for a second file that is not compressed."""
+    """Return the error for a second file that is not compressed."""
     swapped = ""
     if has_compressed(original):
         swapped = ", but the first file is: the arguments are swapped"
@@ -114,7 +114,7 @@ def _misplaced(original: Document, path: str) -> MeshletError:
 def _places_of_both(
     original: Document, compressed: Document, findings: Findings
 ) -> list[tuple[int, int]]:
-    """(mesh, primitive) of all triangle primitives; none, and a finding, if the files differ."""
+    """Return (mesh, primitive) of all triangle primitives; none, and a finding, if files differ."""
     places = [row[:2] for row in triangle_primitives(original)]
     compressed_places = [row[:2] for row in triangle_primitives(compressed)]
     if places == compressed_places:

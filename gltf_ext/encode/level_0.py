@@ -34,7 +34,7 @@ class Encoder:
     def of(
         cls, record_format: RecordFormat, options: Options, triangles: int, is_whole: bool
     ) -> Encoder:
-        """An encoder of a primitive of so many triangles, in one chunk or in several."""
+        """Return an encoder of a primitive of so many triangles, in one chunk or in several."""
         page_bytes = options.page_bytes_of(triangles)
         if not is_whole:
             page_bytes = page_bytes or DEFAULT_PAGE_BYTES
@@ -43,7 +43,7 @@ class Encoder:
     def view_of(
         self, mesh: Mesh, threads: int, progress: Advance | None
     ) -> tuple[bytes, dict[str, Any]]:
-        """(blobs, their statistics), as _codec.encode gives them. mesh: of RecordFormat.mesh_of."""
+        """Return (blobs, statistics) of _codec.encode. mesh: as RecordFormat.mesh_of returns it."""
         return _codec.encode(
             *mesh,
             progress=progress,
@@ -60,7 +60,7 @@ def encode_chunk(
     border_keys: np.ndarray,
     progress: Advance | None = None,
 ) -> tuple[bytes, Totals]:
-    """The pages of a chunk. border_keys: keys of positions that others have."""
+    """Return the pages of a chunk. border_keys: keys of positions that others have."""
     record_format = encoder.record_format
     vertices = record_format.vertices_of(triangles)
     is_shared = are_among(border_keys, vertices.records["0"])

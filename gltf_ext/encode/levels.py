@@ -67,7 +67,7 @@ class Remainder:
 
     @classmethod
     def of(cls, frontier: ClusterSet, records: np.ndarray) -> Remainder:
-        """records: coarse[V], of the vertices."""
+        """Return a remainder of clusters. records: coarse[V], of their vertices."""
         ranges = frontier.ranges
         disks, counts = np.diff(ranges.disk_begin), np.diff(ranges.cluster_begin)
         corners = records[ranges.triangles]
@@ -120,7 +120,7 @@ class ChunkResult:
 
 
 def build_chunk(threads: int, encoder: Encoder, options: Options, chunk: Chunk) -> ChunkResult:
-    """Builds and encodes the groups of a chunk. Raises MeshletError."""
+    """Build and encodes the groups of a chunk. Raises MeshletError."""
     record_format = encoder.record_format
     count = chunk.triangles.count
     vertices = record_format.vertices_of(chunk.triangles)
@@ -188,7 +188,7 @@ def _builder(
     group_size: int,
     pilot: Pilot,
 ) -> Builder:
-    """A builder that has built the chunk's levels."""
+    """Return a builder that has built the chunk's levels."""
     has_seams = len(surface.points) > SEAMS * len(surface.vertex_of_position)
     builder = Builder(
         surface,
@@ -219,7 +219,7 @@ def _builder(
 
 
 def _is_without_levels(builder: Builder, chunk: Chunk) -> bool:
-    """Whether a primitive of one chunk cannot be simplified, or has too many groups."""
+    """Return whether a primitive of one chunk cannot be simplified, or has too many groups."""
     is_whole = chunk.is_last and chunk.level == 0
     return is_whole and (np.isinf(builder.groups[0][1]) or len(builder.groups) > MAX_GROUPS)
 
@@ -235,14 +235,14 @@ class NextLevel:
     """
 
     def __init__(self, record_format: RecordFormat, options: Options) -> None:
-        """Holds no clusters yet. record_format: of the records of their corners."""
+        """Hold no clusters yet. record_format: of the records of their corners."""
         self._record_format, self._options = record_format, options
         self._file: WorkFile | None = None
         self._columns: list[tuple[np.ndarray, ...]] = []
         self.triangles = 0
 
     def add(self, clusters: Remainder) -> None:
-        """Adds those of a chunk of the level before. Raises OSError."""
+        """Add those of a chunk of the level before. Raises OSError."""
         self._file = self._file or WorkFile(str(self._options.work_dir))
         self._file.append(clusters.corners)
         self.triangles += len(clusters.corners)
@@ -250,12 +250,12 @@ class NextLevel:
         self._columns.append((clusters.disks, clusters.clusters, *values))
 
     def close(self) -> None:
-        """Gives the space on the disk back."""
+        """Give the space on the disk back."""
         if self._file is not None:
             self._file.close()
 
     def chunks(self, count: int, level: int, first_group: int, must_end: bool) -> Iterator[Chunk]:
-        """The clusters in about `count` chunks."""
+        """Return the clusters in about `count` chunks."""
         disks, in_cluster, *values = (np.concatenate(column) for column in zip(*self._columns))
         cluster_begin = begins(in_cluster)
         triangle_begin = begins(disks)[cluster_begin]
@@ -275,7 +275,10 @@ class NextLevel:
             yield Chunk(level, first_group, triangles, clusters, border_keys, count == 1, must_end)
 
     def _border_keys(self, cells: Cells, chunk: np.ndarray) -> np.ndarray:
-        """uint64: keys of the positions that several chunks may have. chunk: of each triangle."""
+        """Return the keys of positions that several chunks may have, uint64.
+
+        chunk: of each triangle.
+        """
 
         def keys(first: int, last: int) -> np.ndarray:
             return cells.keys_outside(chunk[first:last], self._rows(first, last)["0"])
@@ -284,7 +287,7 @@ class NextLevel:
         return union(in_order(keys, parts, reading(self._options)[1]))
 
     def _corners(self, triangle_begin: np.ndarray, selection: np.ndarray) -> np.ndarray:
-        """coarse[T, 3]: the triangles of clusters, in ascending order of their numbers."""
+        """Return coarse[T, 3]: the triangles of clusters, in ascending order of their numbers."""
         starts = np.flatnonzero(np.diff(selection, prepend=-2) != 1)
         ends = np.append(starts[1:], len(selection)) - 1
         runs = zip(triangle_begin[selection[starts]], triangle_begin[selection[ends] + 1])
@@ -324,7 +327,7 @@ class LevelsWriter:
         self._stuck_triangles: Counter[int] = Counter()
 
     def write(self, chunks: Chunks, progress: Advance) -> tuple[memoryview, Levels | None]:
-        """(the pages of level 0, all other levels; None if simplification leaves too much).
+        """Return (the pages of level 0, all other levels; None if simplification leaves too much).
 
         Raises MeshletError, OSError.
         """
@@ -361,7 +364,7 @@ class LevelsWriter:
         memory_plan: tuple[int, int],
         progress: _Progress,
     ) -> NextLevel:
-        """Builds all chunks of a level; returns what is left for the next one.
+        """Build all chunks of a level; returns what is left for the next one.
 
         memory_plan: number of chunks at a time, and bytes that one takes.
         """
@@ -374,7 +377,7 @@ class LevelsWriter:
         return following
 
     def _add(self, result: ChunkResult, level: int, first_group: int, following: NextLevel) -> None:
-        """Writes the groups of a chunk; its replacements go to the next level.
+        """Write the groups of a chunk; its replacements go to the next level.
 
         first_group: the number that the chunk gave its first group.
         """
@@ -436,7 +439,7 @@ class _Progress:
 
 
 def _chunks_of(chunks: Chunks) -> Iterator[Chunk]:
-    """The chunks of level 0."""
+    """Return the chunks of level 0."""
     count = len(chunks.counts)
     for number in range(count):
         triangles = chunks.take(number)

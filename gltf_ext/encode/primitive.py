@@ -60,7 +60,7 @@ def encode(
     runner: Runner,
     advance: Advance | None,
 ) -> Compression:
-    """Encodes a primitive in chunks, which are the runner's tasks. Raises MeshletError, OSError."""
+    """Encode a primitive in chunks, which are the runner's tasks. Raises MeshletError, OSError."""
     chunks: Chunks
     progress: Advance = _silent
     if source.is_in_memory:
@@ -99,7 +99,7 @@ def _silent(fraction: float) -> None:
 
 
 def _check_space(source: Source, record_format: RecordFormat, options: Options) -> None:
-    """Raises MeshletError when the work files do not fit their disk."""
+    """Raise MeshletError when the work files do not fit their disk."""
     folder = str(options.work_dir)
     of_levels = math.ceil(LEVELS_SHARE * record_format.coarse.itemsize) if options.lod else 0
     corner_bytes = max(record_format.fine.itemsize, of_levels)
@@ -120,7 +120,7 @@ def _check_space(source: Source, record_format: RecordFormat, options: Options) 
 def sort_corners(
     source: Source, record_format: RecordFormat, options: Options, progress: Advance
 ) -> ChunkFiles:
-    """The triangles as records of their corners, in chunks."""
+    """Return the triangles as records of their corners, in chunks."""
     folder, limit = str(options.work_dir), chunk_size(options, source.triangle_count)
     size, total = 3 * record_format.fine.itemsize, source.triangle_count
     soup, sample = WorkFile(folder), []
@@ -156,7 +156,7 @@ def sort_corners(
 def gather_corners(
     source: Source, record_format: RecordFormat, soup: WorkFile
 ) -> Iterator[tuple[int, int, np.ndarray, float]]:
-    """(first, last, their corners: fine[last - first, 3], share of the passes) of triangles.
+    """Return (first, last, their corners: fine[last - first, 3], share of the passes) of triangles.
 
     Vertices are in memory as far as they fit. Then each pass over the triangles completes the
     records that the one before has written to `soup`.
@@ -192,7 +192,7 @@ class _Table:
         high: int,
         is_all: bool,
     ) -> None:
-        """Reads vertices.
+        """Read vertices.
 
         names, numbers: one of source.indices; low, high: of the vertices; is_all: whether these are
         all of the primitive.
@@ -214,7 +214,10 @@ class _Table:
         self._record_format.quantise_into(self._records[first:last], vertices)
 
     def corners(self, soup: WorkFile | None, first: int, last: int) -> np.ndarray:
-        """fine[last - first, 3]: the corners of triangles; as before where the table has none."""
+        """Return the corners of triangles: fine[last - first, 3].
+
+        Vertices that the table does not have are as in the work file `soup`.
+        """
         low, records = self._low, self._records
         if self._numbers is None:
             low = 3 * first
@@ -238,7 +241,7 @@ class _Table:
 
 
 def _rows(soup: WorkFile, record_format: RecordFormat, first: int, last: int) -> np.ndarray:
-    """fine[last - first, 3]: corners of triangles."""
+    """Return fine[last - first, 3]: corners of triangles."""
     return soup.rows(record_format.fine, 3 * first, 3 * (last - first)).reshape(-1, 3)
 
 
@@ -248,7 +251,7 @@ def _rows(soup: WorkFile, record_format: RecordFormat, first: int, last: int) ->
 def _level_0(
     encoder: Encoder, chunks: Chunks, options: Options, runner: Runner, progress: Advance
 ) -> tuple[memoryview, Totals]:
-    """Encodes each chunk by itself."""
+    """Encode each chunk by itself."""
     counts, totals = chunks.counts, Totals()
     output = Spool(chunks.folder, max_memory=0)
     tasks = (

@@ -46,7 +46,7 @@ class Totals:
         return totals
 
     def add(self, other: Totals) -> None:
-        """Adds other chunks."""
+        """Add other chunks."""
         self.dropped.add(other.dropped)
         for stream, ends in other.bounds.items():
             rows = np.concatenate([self.bounds.get(stream, ends), ends])
@@ -57,7 +57,7 @@ class Totals:
             self.add_statistics(other.statistics)
 
     def add_statistics(self, other: dict[str, Any]) -> None:
-        """Adds those of pages with the same streams, as _codec.encode gives them."""
+        """Add those of pages with the same streams, as _codec.encode gives them."""
         sums = self.statistics
         if not sums:
             self.statistics = other

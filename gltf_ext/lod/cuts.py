@@ -39,10 +39,15 @@ class View:
         return cls(eye, height / (2.0 * math.tan(math.radians(vertical_degrees) / 2.0)))
 
     def pixels(self, tables: Tables, matrix: np.ndarray | None = None) -> np.ndarray:
-        """float64[G]: the error of each group on the screen, at the nearest point of its sphere.
+        """Return the error of each group on the screen, at the nearest point of its sphere.
 
-        matrix: float64[4, 4], from POSITION to the camera's coordinates. Spheres and errors are
-        multiplied by its largest scale.
+        Args:
+            tables: the hierarchy.
+            matrix: float64[4, 4], from POSITION to the camera's coordinates; by default the
+                identity. Spheres and errors are multiplied by its largest scale.
+
+        Returns:
+            float64[G], in pixels.
         """
         groups = tables.groups
         error, radius = groups["error"].astype(np.float64), groups["radius"].astype(np.float64)
@@ -78,7 +83,7 @@ class Cut:
 
 
 def active_groups(tables: Tables, is_needed: np.ndarray) -> np.ndarray:
-    """bool[G]: the needed groups whose coarser groups are all active.
+    """Return bool[G]: the needed groups whose coarser groups are all active.
 
     is_needed: bool[G]; must not hold groups whose page is not resident.
     """
@@ -92,8 +97,10 @@ def active_groups(tables: Tables, is_needed: np.ndarray) -> np.ndarray:
 
 
 def cut_of(tables: Tables, is_needed: np.ndarray) -> Cut:
-    """The cut for needed groups: a cluster is drawn if its group is active, and the group that it
-    was made from is not."""
+    """Return the cut for a set of groups.
+
+    A cluster is drawn if its group is active and the finer group that it replaces is not.
+    """
     active = active_groups(tables, is_needed)
     source_group = tables.cluster_refined
     drawn = active[tables.cluster_group] & ~(active[source_group] & (source_group >= 0))
@@ -110,7 +117,7 @@ def cut_for_view(
     resident: np.ndarray | None = None,
     matrix: np.ndarray | None = None,
 ) -> Cut:
-    """The coarsest cut whose error is at most max_pixels on the screen.
+    """Return the coarsest cut whose error is at most max_pixels on the screen.
 
     resident: bool[P], pages in memory; coarser clusters stand in for those that are not.
     matrix: as in View.pixels.
@@ -122,35 +129,39 @@ def cut_for_view(
 
 
 def cut_at_error(tables: Tables, error: float) -> Cut:
-    """The coarsest cut whose error is at most this one, in units of POSITION."""
+    """Return the coarsest cut whose error is at most this one, in units of POSITION."""
     return cut_of(tables, tables.groups["error"].astype(np.float64) > error)
 
 
 def cut_at_level(tables: Tables, level: int) -> Cut:
-    """A level as a whole: the groups of this level and coarser ones. The coarsest for more."""
+    """Return the cut of a whole level.
+
+    Args:
+        tables: the hierarchy.
+        level: 0 is the finest; the coarsest level stands for larger numbers.
+    """
     is_top = np.isinf(tables.groups["error"])
     return cut_of(tables, is_top | (tables.group_level >= level))
 
 
 def held_bytes(tables: Tables, cut: Cut) -> int:
-    """Bytes that a stream holds for a cut: those of its loaded pages and of the tables, as far as
-    it reads them."""
+    """Return the bytes that a stream holds for a cut: its pages, and the tables that it reads."""
     return table_bytes(tables, known_groups(tables, cut)) + page_bytes(tables, cut)
 
 
 def page_bytes(tables: Tables, cut: Cut) -> int:
-    """Bytes of the loaded pages of a cut."""
+    """Return bytes of the loaded pages of a cut."""
     return int(tables.pages["byteLength"][cut.loaded].sum())
 
 
 def table_bytes(tables: Tables, group_count: int) -> int:
-    """Bytes of the page table, of so many groups and of their runs."""
+    """Return bytes of the page table, of so many groups and of their runs."""
     runs = int(tables.run_begin[group_count])
     return tables.pages.nbytes + GROUP.itemsize * group_count + RUN_BYTES * runs
 
 
 def known_groups(tables: Tables, cut: Cut) -> int:
-    """Groups that a stream (web/stream) knows for a cut, of a file that begins with the tables.
+    """Group that a stream (web/stream) knows for a cut, of a file that begins with the tables.
 
     It knows all if they lie within its first request. Else it reads parts: up to those of the root
     pages and of the first picture, then as far as runs of active groups point.
@@ -172,6 +183,6 @@ def known_groups(tables: Tables, cut: Cut) -> int:
 
 
 def error_of(tables: Tables, cut: Cut) -> float:
-    """The largest error of the groups that are replaced in a cut."""
+    """Return the largest error of the groups that are replaced in a cut."""
     errors = tables.groups["error"][~cut.active]
     return float(errors.max(initial=0.0))

@@ -47,8 +47,10 @@ class Pilot:
         """Return the size of a group as a fraction of a page; 0 if it certainly fits.
 
         Args:
-            triangles, disk_begin, cluster_begin: the group's clusters, as in ClusterRanges.
-            source_group: int64[N]: of each cluster, as in ClusterSet.
+            triangles: uint32[T, 3], as in ClusterRanges.
+            disk_begin: int64[D + 1], as in ClusterRanges.
+            cluster_begin: int64[N + 1], as in ClusterRanges.
+            source_group: int64[N], as in ClusterSet.
         """
         vertices = len(occurring(triangles, len(self.points)))
         bits = sum(stream.elements * stream.bits for stream in self.streams)

@@ -14,9 +14,9 @@ Report = dict[str, Any]
 
 
 def describe_levels(document: Document) -> list[Report]:
-    """What inspect shows of each primitive with levels. Primitives that share data count once.
+    """Return the report of inspect on each primitive with levels. Raises MeshletError.
 
-    Raises MeshletError.
+    Primitives that share data are reported once.
     """
     return [_describe(primitive) for primitive in levels_of(document)]
 
@@ -53,8 +53,10 @@ def _describe(primitive: LodPrimitive) -> Report:
 
 
 def _stuck_clusters(primitive: LodPrimitive) -> np.ndarray:
-    """bool[C]: clusters that could not be simplified where they were made: copied from level 0, or
-    grouped again one level up or more."""
+    """Return bool[C]: clusters that could not be simplified in the level that formed them.
+
+    They are copied from level 0, or grouped again one level later or more.
+    """
     tables = primitive.tables
     group, source_group = tables.cluster_group, tables.cluster_refined
     is_copied = (source_group < 0) & (tables.groups["error"][group] == 0.0)

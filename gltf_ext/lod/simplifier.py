@@ -32,12 +32,12 @@ PARTITION = "meshopt_partitionClusters"  # in a library that has both functions
 
 
 def require_simplifier() -> None:
-    """Raises MeshletError when meshoptimizer is missing or of another version."""
+    """Raise MeshletError when meshoptimizer is missing or of another version."""
     _library()
 
 
 def has_simplifier() -> bool:
-    """Whether meshoptimizer is there, in the codec's library or as a package."""
+    """Return whether meshoptimizer is there, in the codec's library or as a package."""
     inside = hasattr(codec_library, PARTITION)
     return inside or importlib.util.find_spec("meshoptimizer") is not None
 
@@ -81,7 +81,7 @@ def simplify(
     target: int,
     error_limit: float = math.inf,
 ) -> tuple[np.ndarray, float]:
-    """Collapses edges onto existing vertices until at most `target` triangles are left.
+    """Collapse edges onto existing vertices until at most `target` triangles are left.
 
     triangles: uint32[T, 3]; positions: float32[V, 3]; attributes: float32[V, A] with weights
     float32[A], which count in the choice of edges, A at most 32 (meshoptimizer checks nothing);
@@ -114,7 +114,7 @@ def simplify(
 
 
 def partition(indices: np.ndarray, counts: np.ndarray, vertices: int, size: int) -> np.ndarray:
-    """Groups clusters that share vertices, about `size` in a group.
+    """Group clusters that share vertices, about `size` in a group.
 
     indices: uint32, the vertices of one cluster after the other; counts: uint32 per cluster.
     Returns the group of each cluster, uint32[N].

@@ -304,8 +304,9 @@ def _pack(
         streams: the stream table.
         threads: number of threads, 0 for all processors.
         triangles: uint32[T, 3]: the triangles of all clusters.
-        position_ids, positions, values: uint32[V], float32[V, 3], uint32[V, elements] of each
-            stream: the vertices of the triangles.
+        position_ids: uint32[V], of the vertices of the triangles.
+        positions: float32[V, 3].
+        values: uint32[V, elements] of each stream.
     """
     ranges = _GroupRanges(hierarchy)
     numbers = ranges.numbers_of(groups)
@@ -400,7 +401,7 @@ def _corner_keys(base: np.ndarray, counts: np.ndarray, numbers: np.ndarray) -> n
 
 
 def _number_keys(keys: np.ndarray) -> tuple[np.ndarray, int]:
-    """Number equal int64 keys: uint32, and their count. Faster than np.unique."""
+    """Return number equal int64 keys: uint32, and their count. Faster than np.unique."""
     ids, count = _codec.weld(keys.view(np.uint8).reshape(-1, 8))
     return ids, count
 
@@ -413,8 +414,10 @@ def _find_clashes(
     Meshlets are made in each replacement alone, where such an edge may lie inside a disk.
 
     Args:
-        corners: the corners of the clusters' triangles.
-        counts, level, cluster_source: of each cluster.
+        corners: int64: the corners of the clusters' triangles.
+        counts: int64[N]: number of corners of each cluster.
+        level: int64[N]: level of each cluster.
+        cluster_source: int64[N]: source group of each cluster.
 
     Returns:
         bool[G]: whether the replacement of each group has such an edge.

@@ -19,14 +19,14 @@ UNEVEN = 1.5  # triangles of a chunk over those that it aims at, which memory is
 
 
 def reading(options: Options) -> tuple[int, int]:
-    """(bytes of memory that vertices may take at a time, number of blocks at a time)."""
+    """Return (bytes of memory that vertices may take at a time, number of blocks at a time)."""
     free = options.memory - BASE_BYTES
     room = int(VERTEX_FRACTION * free)
     return room, min(options.threads or os.cpu_count() or 1, 1 + (free - room) // BLOCK_BYTES)
 
 
 def chunk_size(options: Options, triangles: int) -> int:
-    """The number of triangles of a chunk, of so many in all.
+    """Return the number of triangles of a chunk, of so many in all.
 
     Raises MeshletError if memory does not hold one of MOST_CHUNKS.
     """
@@ -37,7 +37,7 @@ def chunk_size(options: Options, triangles: int) -> int:
 
 
 def plan_chunk_memory(options: Options, triangles: int, largest: int = 0) -> tuple[int, int]:
-    """(number of chunks that fit memory at a time, bytes that one takes with a process).
+    """Return (number of chunks that fit memory at a time, bytes that one takes with a process).
 
     largest: triangles of the largest one; up to UNEVEN times the size that chunks aim at is usual.
     """
@@ -48,7 +48,7 @@ def plan_chunk_memory(options: Options, triangles: int, largest: int = 0) -> tup
 
 
 def fitting(options: Options) -> int:
-    """The number of triangles that fit memory. Raises MeshletError for too few."""
+    """Return the number of triangles that fit memory. Raises MeshletError for too few."""
     count = (options.memory - BASE_BYTES) // _triangle_bytes(options)
     if count < SMALLEST_CHUNK:
         raise _needs(options, SMALLEST_CHUNK)
@@ -60,7 +60,7 @@ def _triangle_bytes(options: Options) -> int:
 
 
 def _needs(options: Options, triangles: int) -> MeshletError:
-    """The error for less memory than a chunk of so many triangles takes."""
+    """Return the error for less memory than a chunk of so many triangles takes."""
     needed_bytes = BASE_BYTES + triangles * _triangle_bytes(options)
     return MeshletError(
         f"max_memory is {options.max_memory}",
