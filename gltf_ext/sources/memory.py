@@ -28,7 +28,7 @@ def reading(options: Options) -> tuple[int, int]:
 def chunk_size(options: Options, triangles: int) -> int:
     """Return the number of triangles of a chunk, of so many in all.
 
-    Raises MeshletError if memory does not hold one of MOST_CHUNKS.
+    Raises MeshletError if memory does not hold one of MAX_CHUNKS.
     """
     max_triangles = fitting(options)
     if triangles > MAX_CHUNKS * max_triangles:
