@@ -26,7 +26,7 @@ class FileArray:
 
     Attributes:
         path, offset, stride: of the first element, in bytes.
-        count: number of elements; form: their type.
+        count: number of elements; format: their type.
         stamp: of the file when it was found.
     """
 
@@ -34,12 +34,12 @@ class FileArray:
     offset: int
     stride: int
     count: int
-    form: Format
+    format: Format
     stamp: tuple[int, int]
 
     def rows(self, first: int, last: int) -> np.ndarray:
         """[last - first, components] elements. Raises MeshletError, OSError."""
-        dtype, components = self.form
+        dtype, components = self.format
         size = dtype.itemsize * components
         length = self.stride * (last - first - 1) + size
         with open(self.path, "rb") as file:
@@ -101,7 +101,9 @@ def _large_primitive(
         reason = "is a strip or a fan"
     if reason:
         raise _too_large(f"{place(mesh, index)} {reason}")
-    return read_source(document, mesh, index, _Files(document, path).array, *reading(options))[0]
+    return read_source(
+        document, mesh, index, _AccessorFiles(document, path).array, *reading(options)
+    )[0]
 
 
 def _too_large(problem: str) -> MeshletError:
@@ -112,7 +114,7 @@ def _too_large(problem: str) -> MeshletError:
     )
 
 
-class _Files:
+class _AccessorFiles:
     """Finds accessors in the files of a document."""
 
     def __init__(self, document: Document, path: Path) -> None:
@@ -122,7 +124,7 @@ class _Files:
         """An accessor, of `count` elements. Raises MeshletError."""
         document = self._document
         accessor = item(document.accessors, index, f"the accessor of {name},")
-        form = accessor_format(accessor, name)
+        format_ = accessor_format(accessor, name)
         if accessor.sparse is not None or accessor.bufferView is None or not accessor.count:
             raise _too_large(f"{name} is sparse or empty")
         if count is not None and accessor.count != count:
@@ -131,13 +133,13 @@ class _Files:
             )
         view = item(document.bufferViews, accessor.bufferView, "bufferView")
         length = len(document.bytes_of_view(accessor.bufferView))
-        size, offset = form[0].itemsize * form[1], accessor.byteOffset or 0
+        size, offset = format_[0].itemsize * format_[1], accessor.byteOffset or 0
         stride = view.byteStride or size
         if offset < 0 or stride < size or offset + stride * (accessor.count - 1) + size > length:
             raise MeshletError(f"{name} reaches beyond bufferView {accessor.bufferView}", DAMAGED)
         file, start = self._file_of(view.buffer, name)
         start += (view.byteOffset or 0) + offset
-        return FileArray(file, start, stride, accessor.count, form, stamp_of(file))
+        return FileArray(file, start, stride, accessor.count, format_, stamp_of(file))
 
     def _file_of(self, buffer: int, name: str) -> tuple[Path, int]:
         """(file, byte of it at which the buffer begins)."""
