@@ -22,7 +22,7 @@ class Places:
     weights: np.ndarray
 
     def of(self, primitive: Primitive, attribute: str) -> np.ndarray:
-        """float64[N, C]: the attribute at the places."""
+        """Return float64[N, C]: the attribute at the places."""
         corners = primitive.indices[self.triangle]
         values = primitive.attributes[attribute][corners].astype(np.float64)
         result: np.ndarray = np.einsum("nk,nkc->nc", self.weights, values)
@@ -30,32 +30,32 @@ class Places:
 
 
 def spread_by_area(primitive: Primitive, samples: int) -> Places:
-    """Places spread by area, the same ones each time. One on a surface without any."""
+    """Place spread by area, the same ones each time. One on a surface without any."""
     random = np.random.default_rng(0)
     a, b, c = _corners(primitive, np.arange(len(primitive.indices))).transpose(1, 0, 2)
     area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
     if not area.sum() > 0.0:
         return Places(np.zeros(1, np.int64), np.array([[1.0, 0.0, 0.0]]))
-    chosen = random.choice(len(area), samples, p=area / area.sum())
+    triangle = random.choice(len(area), samples, p=area / area.sum())
     u, v = random.random(samples), random.random(samples)
     beyond = u + v > 1.0
     u[beyond], v[beyond] = 1.0 - u[beyond], 1.0 - v[beyond]
-    return Places(chosen, np.stack([1.0 - u - v, u, v], axis=1))
+    return Places(triangle, np.stack([1.0 - u - v, u, v], axis=1))
 
 
 def sample_surface(primitive: Primitive, samples: int) -> np.ndarray:
-    """float32[samples, 3]: points spread by area, the same ones each time."""
+    """Return float32[samples, 3]: points spread by area, the same ones each time."""
     places = spread_by_area(primitive, samples)
     return places.of(primitive, "POSITION").astype(np.float32)
 
 
 def distances_to(points: np.ndarray, primitive: Primitive) -> np.ndarray:
-    """float32[N]: distances of points, float32[N, 3], to a surface."""
+    """Return float32[N]: distances of points, float32[N, 3], to a surface."""
     return _nearest_triangles(points, primitive)[0]
 
 
 def nearest_places(points: np.ndarray, primitive: Primitive) -> tuple[np.ndarray, Places]:
-    """(float32[N]: distances of points, float32[N, 3], to a surface; the nearest places)."""
+    """Return (float32[N]: distances of points, float32[N, 3], to a surface; the nearest places)."""
     distances, triangle = _nearest_triangles(points, primitive)
     corners = _corners(primitive, triangle)
     return distances, Places(triangle, _nearest_weights(points.astype(np.float64), corners))
@@ -67,7 +67,7 @@ def _nearest_triangles(points: np.ndarray, primitive: Primitive) -> tuple[np.nda
 
 
 def surface_distances(first: Primitive, second: Primitive, samples: int) -> np.ndarray:
-    """float32[2 * samples]: distances of points on each surface to the other one."""
+    """Return float32[2 * samples]: distances of points on each surface to the other one."""
     pairs = ((first, second), (second, first))
     return np.concatenate(
         [distances_to(sample_surface(one, samples), other) for one, other in pairs]
@@ -77,13 +77,17 @@ def surface_distances(first: Primitive, second: Primitive, samples: int) -> np.n
 def shading_differences(
     surface: Primitive, original: Primitive, samples: int
 ) -> dict[str, np.ndarray]:
-    """float64[samples] for each set of normals (degrees) and texture coordinates (units of uv): how
-    far the surface's value is from the original's at the nearest place."""
-    here = spread_by_area(surface, samples)
-    _, there = nearest_places(here.of(surface, "POSITION").astype(np.float32), original)
+    """Return differences in shading at the nearest points of the original.
+
+    Returns:
+        Name -> float64[samples] for each set of normals (degrees) and texture coordinates (units of
+        uv).
+    """
+    surface_places = spread_by_area(surface, samples)
+    _, nearest = nearest_places(surface_places.of(surface, "POSITION").astype(np.float32), original)
     differences = {}
     for name in original.attributes:
-        a, b = here.of(surface, name), there.of(original, name)
+        a, b = surface_places.of(surface, name), nearest.of(original, name)
         if semantic(name) == "TEXCOORD":
             differences[name] = np.linalg.norm(a - b, axis=1)
         elif name == "NORMAL":
@@ -93,14 +97,14 @@ def shading_differences(
 
 
 def _corners(primitive: Primitive, triangles: np.ndarray) -> np.ndarray:
-    """float64[N, 3, 3]: the positions of the triangles' corners."""
+    """Return float64[N, 3, 3]: the positions of the triangles' corners."""
     positions = primitive.attributes["POSITION"]
     corners: np.ndarray = positions[primitive.indices[triangles]].astype(np.float64)
     return corners
 
 
 def _nearest_weights(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    """float64[N, 3]: weights of the corners, [N, 3, 3], at the nearest point of each triangle.
+    """Return float64[N, 3]: corner weights of the nearest point of each triangle, [N, 3, 3].
 
     Tries the three edges and the projection into the triangle, so that degenerate ones need no
     cases of their own.
@@ -108,10 +112,10 @@ def _nearest_weights(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
     best = np.full(len(points), np.inf)
     weights = np.zeros((len(points), 3))
 
-    def offer(candidate: np.ndarray, allowed: np.ndarray) -> None:
+    def offer(candidate: np.ndarray, is_valid: np.ndarray) -> None:
         apart = np.einsum("nk,nkc->nc", candidate, corners) - points
         distance = _dot(apart, apart)
-        better = allowed & (distance < best)
+        better = is_valid & (distance < best)
         best[better], weights[better] = distance[better], candidate[better]
 
     for k in range(3):
@@ -137,6 +141,6 @@ def _nearest_weights(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
 
 
 def _dot(first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """float64[N]: the dot products of vectors, [N, 3]."""
+    """Return float64[N]: the dot products of vectors, [N, 3]."""
     result: np.ndarray = np.einsum("nc,nc->n", first, second)
     return result

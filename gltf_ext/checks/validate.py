@@ -176,7 +176,7 @@ def _accessor_problems(
 
 
 def _accessors_of(primitive: gltf.Primitive) -> list[dict[str, int]]:
-    """The accessors of indices, attributes and each target by name."""
+    """Return the accessors of indices, attributes and each target, by name."""
     indices = {"indices": primitive["indices"]} if "indices" in primitive else {}
     return [indices, *gltf.attribute_sets(primitive)]
 

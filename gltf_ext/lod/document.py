@@ -33,7 +33,7 @@ class Levels:
 
 
 def add_levels(document: Document, users: list[gltf.Primitive], levels: Levels) -> None:
-    """Gives the primitives their levels."""
+    """Give the primitives their levels."""
     tables = levels.tables
     tables_view, pages_view = document.add_view(tables.to_bytes()), document.add_view(levels.pages)
     extension = {
@@ -51,7 +51,7 @@ def add_levels(document: Document, users: list[gltf.Primitive], levels: Levels) 
 
 
 def arrange(document: Document) -> None:
-    """Orders the buffer views: tables, coarse pages, level 0, everything else."""
+    """Order the buffer views: tables, coarse pages, level 0, everything else."""
     rank = np.full(len(document.bufferViews), 3)
     for _, _, primitive in all_primitives(document):
         extension = gltf.extension(primitive, EXTENSION)
@@ -67,7 +67,7 @@ def arrange(document: Document) -> None:
 
 
 def forget_levels(document: Document) -> None:
-    """Removes all levels: they describe data that is replaced."""
+    """Remove all levels: they describe data that is replaced."""
     for _, _, primitive in all_primitives(document):
         gltf.pop_extension(primitive, EXTENSION)
     document.forget_extension(EXTENSION)

@@ -333,7 +333,7 @@ def write_glb(primitives: list[Primitive], path: str | Path) -> None:
         indices = add_accessor(document, primitive.triangles.reshape(-1, 1))
         mesh = document.meshes[meshes.index(primitive.mesh)]
         mesh["primitives"].append({"attributes": names, "indices": indices, "material": material})
-    write_files(model_files(document, Path(path)), read=())
+    write_files(model_files(document, Path(path)), sources=())
 
 
 def _material(primitive: Primitive) -> dict[str, Any]:
