@@ -22,6 +22,7 @@ from gltf_ext.errors import MeshletError, blaming
 from gltf_ext.files import write_files
 from gltf_ext.lod.simplifier import has_simplifier
 from gltf_ext.sources.importers import open_model
+from gltf_ext.sources.primitives import all_primitives
 from gltf_meshlet.report_text import compress_warnings
 
 MATERIAL_LIBRARY = re.compile(b"mtllib", re.IGNORECASE)
@@ -130,10 +131,9 @@ def _compress(path: Path, document: Document, name: str, folder: Path) -> Model:
 def _gains_from_levels(document: Document) -> bool:
     """Whether the model is large enough, and levels of detail can be built."""
     corners = (
-        document.accessors[p.indices].count or 0
-        for mesh in document.meshes or []
-        for p in mesh.primitives
-        if p.indices in range(len(document.accessors))
+        document.accessors[p["indices"]].get("count", 0)
+        for _, _, p in all_primitives(document)
+        if p.get("indices") in range(len(document.accessors))
     )
     is_large = sum(corners) >= 3 * MIN_TRIANGLES
     return is_large and has_simplifier()

@@ -41,7 +41,7 @@ def compare(
     original: path of the source, for errors; folder: for work files.
     """
     mesh, index = source.mesh, source.primitive
-    if not is_compressed(document.meshes[mesh].primitives[index]):
+    if not is_compressed(document.primitive(mesh, index)):
         findings.triangles += source.triangle_count
         if not _is_same(source, source_of(document, mesh, index)[0]):
             findings.differs(f"{source.where} is not compressed and differs")
