@@ -23,7 +23,7 @@ from gltf_ext._library import (
     Arrays,
     Blob,
     Cancelled,
-    Carried,
+    SampleArrays,
     Counts,
     Groups,
     Handle,
@@ -547,7 +547,7 @@ class ReplacementErrors(Handle):
             raise ValueError("begins do not rise from 0 to the number of vertices")
         if len(areas) != len(sample_vertices):
             raise ValueError("areas differ in length")
-        vertices = Carried(
+        vertices = SampleArrays(
             vertices=sample_vertices, begin=sample_begin, areas=areas, count=len(sample_vertices)
         )
         groups, result = (

@@ -132,8 +132,8 @@ def _fitted_place(local: np.ndarray, slopes: np.ndarray) -> tuple[float, np.ndar
     distance = -np.inf
     for axis, slope in enumerate(slopes):
         leaning = slope * local[:, 2]
-        right, left = (local[:, axis] + leaning).max(), (leaning - local[:, axis]).max()
-        distance = max(distance, (right + left) / (2 * slope))
+        right_bound, left_bound = (local[:, axis] + leaning).max(), (leaning - local[:, axis]).max()
+        distance = max(distance, (right_bound + left_bound) / (2 * slope))
     depth = np.maximum(distance - local[:, 2], 1e-30)
     center = np.zeros(2)
     for axis in range(2):

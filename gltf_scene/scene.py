@@ -15,7 +15,7 @@ from gltf_ext.document import gltf
 from gltf_ext.document.accessors import accessor_format, stated_bounds
 from gltf_ext.document.document import Document, item
 from gltf_ext.document.json_values import member, number, numbers
-from gltf_ext.document.nodes import placed
+from gltf_ext.document.nodes import placed_nodes
 from gltf_ext.errors import MeshletError
 from gltf_scene.camera import Camera, read_camera
 
@@ -89,13 +89,13 @@ def position_box(
     """(low, high), float64[3], from the accessor's min and max; None if these are not valid."""
     index = primitive["attributes"].get("POSITION")
     accessor = item(document.accessors, index, "the accessor of POSITION,")
-    stated = stated_bounds(accessor)
-    if not all(bound is not None and len(bound) == 3 for bound in stated):
+    bounds = stated_bounds(accessor)
+    if not all(bound is not None and len(bound) == 3 for bound in bounds):
         return None
-    box = np.array(stated)
-    form = value_format(document, primitive, "POSITION")
-    if form.normalized:
-        box = np.maximum(box * form.scale, -1.0)
+    box = np.array(bounds)
+    format_ = value_format(document, primitive, "POSITION")
+    if format_.normalized:
+        box = np.maximum(box * format_.scale, -1.0)
     return (box[0], box[1]) if np.isfinite(box).all() and (box[0] <= box[1]).all() else None
 
 
@@ -168,7 +168,7 @@ class Scene:
 def read_scene(document: Document) -> Scene:
     """The document's default scene; all root nodes if it has no scenes. Raises MeshletError."""
     scene = Scene()
-    for place, (node, matrix) in enumerate(placed(document)):
+    for place, (node, matrix) in enumerate(placed_nodes(document)):
         if "camera" in node:
             camera = item(document.cameras, node["camera"], "camera")
             scene.cameras.append(read_camera(camera, matrix))
@@ -188,12 +188,12 @@ def is_mirrored(matrix: np.ndarray) -> bool:
 
 def _ignored(node: gltf.Node) -> list[str]:
     """Warnings about features of a node that no back end has."""
-    found = []
+    warnings = []
     if "skin" in node:
-        found.append("a skin is not applied: the mesh is shown in its bind pose")
+        warnings.append("a skin is not applied: the mesh is shown in its bind pose")
     if gltf.has_extension(node, "EXT_mesh_gpu_instancing"):
-        found.append("EXT_mesh_gpu_instancing is not applied: the mesh is shown once")
-    return found
+        warnings.append("EXT_mesh_gpu_instancing is not applied: the mesh is shown once")
+    return warnings
 
 
 def _add_primitives(

@@ -17,10 +17,10 @@ from gltf_ext.document.accessors import Format, accessor_format
 from gltf_ext.document.document import Document, item
 from gltf_ext.document.json_values import minified
 from gltf_ext.errors import MeshletError
-from gltf_ext.sources.attribute_names import named
+from gltf_ext.sources.attribute_names import pair_names
 from gltf_ext.sources.primitives import (
     EXTENSION,
-    Dropped,
+    DropCounts,
     Primitive,
     all_primitives,
     is_compressed,
@@ -81,7 +81,7 @@ class Compressed:
         """(name, streams, format) of each attribute and target, targets as "targets[i].NAME"."""
         return [
             (name, streams_of(first, form[1], self.streams), form)
-            for name, (first, form) in named([self.attributes, *self.targets])
+            for name, (first, form) in pair_names([self.attributes, *self.targets])
         ]
 
     def decode(self) -> Primitive:
@@ -174,17 +174,17 @@ def require_compressed(document: Document) -> list[Compressed]:
     return compressed
 
 
-def read_triangles(document: Document, mesh: int, index: int) -> tuple[Primitive, Dropped]:
+def read_triangles(document: Document, mesh: int, index: int) -> tuple[Primitive, DropCounts]:
     """Any triangle primitive as arrays: decoded if it is compressed. Raises MeshletError."""
     if is_compressed(document.primitive(mesh, index)):
-        return read_compressed(document, mesh, index).decode(), Dropped()
+        return read_compressed(document, mesh, index).decode(), DropCounts()
     return read_primitive(document, mesh, index)
 
 
-def source_of(document: Document, mesh: int, index: int) -> tuple[Source, Dropped]:
+def source_of(document: Document, mesh: int, index: int) -> tuple[Source, DropCounts]:
     """The same as a source in memory. Raises MeshletError."""
     if is_compressed(document.primitive(mesh, index)):
-        return Source.of(read_compressed(document, mesh, index).decode()), Dropped()
+        return Source.of(read_compressed(document, mesh, index).decode()), DropCounts()
     return read_source(document, mesh, index)
 
 

@@ -43,9 +43,9 @@ def validate(path: str | os.PathLike[str], *, progress: bool = False) -> list[st
         document = open_model(path)
     except MeshletError as error:
         return [error.message]
-    lost = _lost_fallback(document)
-    if lost:
-        return lost
+    lost_fallback = _lost_fallback(document)
+    if lost_fallback:
+        return lost_fallback
     broken = _broken_references(document)
     if broken:
         return list(dict.fromkeys(broken))  # many views may read one damaged buffer
@@ -74,13 +74,13 @@ def _lost_fallback(document: Document) -> list[str]:
     except ValueError:
         return []
     used = {document.bufferViews[compressed.view].get("buffer") for compressed in users}
-    lost = []
+    problems = []
     for index in set(range(len(document.buffers))) - used if used else ():
         try:
             document.bytes_of_buffer(index)
         except MeshletError as error:
-            lost.append(f"{error.message}; the compressed data is intact")
-    return lost
+            problems.append(f"{error.message}; the compressed data is intact")
+    return problems
 
 
 def _broken_references(document: Document) -> list[str]:
@@ -194,14 +194,14 @@ def _decoded_problems(
         for name, index in names.items()
         if "bufferView" in document.accessors[index]
     }
-    done = dict.fromkeys(fallback, 0)
+    compared_rows = dict.fromkeys(fallback, 0)
     problems: list[str] = []
     extremes: list[np.ndarray] = []
-    decoded = 0
+    triangle_count = 0
     for triangles, values in compressed.parts():
-        decoded += len(triangles)
+        triangle_count += len(triangles)
         if advance:
-            advance(decoded / compressed.triangle_count)
+            advance(triangle_count / compressed.triangle_count)
         problems += _value_problems(compressed, values)
         part = compressed.as_primitive(triangles, values)
         extremes = list(bounds(np.stack([*extremes, *bounds(part.attributes["POSITION"])])))
@@ -209,11 +209,16 @@ def _decoded_problems(
         for names, arrays in zip(_accessors_of(primitive), of_groups):
             for name in (name for name, index in names.items() if index in fallback):
                 index, values_of = names[name], arrays[name]
-                first, done[index] = done[index], done[index] + len(values_of)
-                if not np.array_equal(fallback[index][first : done[index]], values_of, True):
+                first, compared_rows[index] = (
+                    compared_rows[index],
+                    compared_rows[index] + len(values_of),
+                )
+                if not np.array_equal(
+                    fallback[index][first : compared_rows[index]], values_of, True
+                ):
                     problems.append(f"the fallback of {name} is not the decoded data")
     position = document.accessors[primitive["attributes"]["POSITION"]]
-    for name, stated, expected in zip(("min", "max"), stated_bounds(position), extremes):
-        if stated is None or not np.array_equal(stated, expected):
+    for name, bound, expected in zip(("min", "max"), stated_bounds(position), extremes):
+        if bound is None or not np.array_equal(bound, expected):
             problems.append(f"{name} of its POSITION accessor is not that of the decoded data")
     return problems

@@ -49,7 +49,7 @@ def decompress(
     check_output(output, input)
     with blaming(input):
         document = open_model(input)
-        read = document.files()
+        sources = document.files()
         compressed = require_compressed(document)
         warnings = missing_levels(document) if level or error is not None else []
         with progress_bar(Path(input).name, progress) as advance:
@@ -58,8 +58,8 @@ def decompress(
         forget_levels(document)
         warnings += embed_images(document)
         files = model_files(document, output)
-    written = write_model(input, read, files)
-    return {**written, "triangles": triangles, "warnings": warnings}
+    report = write_model(input, sources, files)
+    return {**report, "triangles": triangles, "warnings": warnings}
 
 
 def _expand_all(
@@ -125,11 +125,11 @@ def _expand(
     def add(index: int, values: np.ndarray) -> None:
         spools[index].append(stored_rows(accessors[index], values, targets[index]))
 
-    done = 0
+    decoded_triangles = 0
     for part in [cut] if cut else starmap(compressed.as_primitive, compressed.parts()):
-        done += part.triangle_count
+        decoded_triangles += part.triangle_count
         if advance:
-            advance(done / whole.triangle_count)
+            advance(decoded_triangles / whole.triangle_count)
         add(indices, part.indices.reshape(-1, 1))
         for names, arrays in zip(sets, part.sets):
             for name, index in names.items():

@@ -90,26 +90,26 @@ def inspect_document(
 
     statistics_by_view: known statistics of these buffer views. Decodes all others.
     """
-    counted: dict[int, dict[str, Any]] = {}
+    descriptions: dict[int, dict[str, Any]] = {}
     primitives = []
     all_compressed = require_compressed(document)
     for compressed in all_compressed:
-        first = counted.get(compressed.view)
+        first = descriptions.get(compressed.view)
         if first is None:
             with malformed_from(compressed.where):
-                known = statistics_by_view.get(compressed.view)
-                first = _describe(compressed, known or _codec.describe(compressed.blob))
-            counted[compressed.view] = first
+                statistics = statistics_by_view.get(compressed.view)
+                first = _describe(compressed, statistics or _codec.describe(compressed.blob))
+            descriptions[compressed.view] = first
             primitives.append(first)
             continue
         # Another user of the same bytes adds its JSON object only.
         first["json_bytes"] += compressed.json_bytes
         sharing = {"shares_buffer_view_of": [first["mesh"], first["primitive"]]}
         primitives.append({**_place(compressed), **sharing})
-    for described in counted.values():
+    for described in descriptions.values():
         described.update(_figures(described))
     return {
-        "totals": _totals(list(counted.values())),
+        "totals": _totals(list(descriptions.values())),
         "fallback_files": _fallback_files(document, all_compressed),
         "primitives": [_public(p) for p in primitives],
     }

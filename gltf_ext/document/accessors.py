@@ -50,7 +50,7 @@ def read_accessor(
     Raises MeshletError.
     """
     accessor = item(document.accessors, index, f"the accessor of {name},")
-    form = accessor_format(accessor, name)
+    format_ = accessor_format(accessor, name)
     elements = accessor.get("count", -1)
     if elements < 0:
         raise MeshletError(f"{name} has no valid count", DAMAGED)
@@ -59,9 +59,9 @@ def read_accessor(
             f"{name} has {elements} elements instead of {count}", "export the model again"
         )
     if "bufferView" in accessor:
-        values = _strided(document, accessor, elements, form, name)
+        values = _strided(document, accessor, elements, format_, name)
     elif count is not None or elements <= MAX_ZEROS:
-        values = np.broadcast_to(np.zeros((), form[0]), (elements, form[1]))
+        values = np.broadcast_to(np.zeros((), format_[0]), (elements, format_[1]))
     else:
         raise MeshletError(f"{name} has {elements} elements but no bytes", DAMAGED)
     if "sparse" not in accessor:
@@ -73,11 +73,11 @@ def _strided(
     document: Document,
     holder: gltf.Accessor | gltf.SparseIndices | gltf.SparseValues,
     count: int,
-    form: Format,
+    format_: Format,
     name: str,
 ) -> np.ndarray:
     """`count` elements at the buffer view and offset of an accessor or a part of a sparse one."""
-    (dtype, components), view = form, holder["bufferView"]
+    (dtype, components), view = format_, holder["bufferView"]
     data = document.bytes_of_view(view)
     size, offset = dtype.itemsize * components, gltf.byte_offset(holder)
     stride = gltf.stride(document.bufferViews[view], size)
@@ -112,8 +112,8 @@ def _with_sparse(
     if len(rows) and rows.max() >= len(values):
         raise MeshletError(f"{name} has an index out of range", DAMAGED)
     result: np.ndarray = values.copy()
-    form = values.dtype, values.shape[1]
-    result[rows] = _strided(document, replacements, count, form, name)
+    format_ = values.dtype, values.shape[1]
+    result[rows] = _strided(document, replacements, count, format_, name)
     return result
 
 

@@ -171,10 +171,10 @@ def _used(document: Document, mapper: Mapper, items: list[Any], kind: str) -> li
         return index
 
     mapper(document, note)
-    kept = sorted(used)
-    new_index = {old: new for new, old in enumerate(kept)}
+    old_indices = sorted(used)
+    new_index = {old: new for new, old in enumerate(old_indices)}
     mapper(document, new_index.__getitem__)
-    return kept
+    return old_indices
 
 
 def _drop_unused(document: Document) -> None:

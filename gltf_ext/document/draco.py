@@ -38,8 +38,8 @@ def decode_draco(
         if name not in ids:
             continue
         accessor_name = f"the accessor of {name} of {where},"
-        form = accessor_format(item(document.accessors, accessor, accessor_name), name)
-        dtype, components = form
+        format_ = accessor_format(item(document.accessors, accessor, accessor_name), name)
+        dtype, components = format_
         values = next((array for unique_id, array in arrays if unique_id == ids[name]), None)
         if values is None or values.ndim != 2 or values.shape[1] != components:
             raise MeshletError(

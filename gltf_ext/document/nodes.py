@@ -17,7 +17,7 @@ MAX_REPEATED = 2**14
 MAX_SIZE = 1e15  # of coordinates: products of two must fit 32-bit floats
 
 
-def placed(document: Document) -> Iterator[tuple[gltf.Node, np.ndarray]]:
+def placed_nodes(document: Document) -> Iterator[tuple[gltf.Node, np.ndarray]]:
     """(node, world matrix float64[4, 4]) of every node of the default scene, parents first.
 
     A document without scenes shows all its root nodes; one that names no default scene shows its
@@ -33,15 +33,15 @@ def placed(document: Document) -> Iterator[tuple[gltf.Node, np.ndarray]]:
     # A node without a matrix ends the children of that node.
     stack: list[tuple[int, np.ndarray | None]] = [(index, np.eye(4)) for index in reversed(roots)]
     ancestors: set[int] = set()
-    left = len(document.nodes) + MAX_REPEATED
+    visits_left = len(document.nodes) + MAX_REPEATED
     while stack:
         index, parent = stack.pop()
         if parent is None:
             ancestors.remove(index)
             continue
         node = item(document.nodes, index, "node")
-        left -= 1
-        if index in ancestors or left < 0:
+        visits_left -= 1
+        if index in ancestors or visits_left < 0:
             raise MeshletError(
                 f"node {index} is its own ancestor, or has too many parents", NOT_VALID
             )

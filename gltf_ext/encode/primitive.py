@@ -21,7 +21,7 @@ from gltf_ext.options import Options
 from gltf_ext.progress import Advance
 from gltf_ext.scheduler import Runner
 from gltf_ext.sources.memory import UNEVEN, chunk_size, fitting
-from gltf_ext.sources.primitives import Dropped
+from gltf_ext.sources.primitives import DropCounts
 from gltf_ext.sources.source import Rows, Source, blocks
 from gltf_ext.work_files import Spool, WorkFile
 
@@ -40,7 +40,7 @@ class Compression:
         plan: its streams; view: the blobs of level 0.
         bounds: uint32[2, 3] of each stream of positions, on the grid.
         statistics: as _codec.encode gives them; empty if no triangle is left.
-        source_vertices: number of different vertices; dropped: what is left out.
+        source_vertices: number of different vertices; drop_counts: what is left out.
         levels: all others; None without levels of detail.
     """
 
@@ -49,7 +49,7 @@ class Compression:
     bounds: dict[int, np.ndarray] = field(default_factory=dict)
     statistics: dict[str, Any] = field(default_factory=dict)
     source_vertices: int = 0
-    dropped: Dropped = field(default_factory=Dropped)
+    drop_counts: DropCounts = field(default_factory=DropCounts)
     levels: Levels | None = None
 
 
@@ -89,7 +89,7 @@ def encode(
         totals.bounds,
         totals.statistics,
         totals.source_vertices,
-        totals.dropped,
+        totals.drop_counts,
         levels,
     )
 

@@ -11,7 +11,7 @@ import numpy as np
 from gltf_ext.document import gltf
 from gltf_ext.document.accessors import described_by, index_accessor, set_bounds, store
 from gltf_ext.document.document import Document
-from gltf_ext.sources.attribute_names import named
+from gltf_ext.sources.attribute_names import pair_names
 
 EXTENSION = "EXT_meshlet_edgebreaker"
 
@@ -66,11 +66,11 @@ class Primitive:
     @property
     def arrays(self) -> list[tuple[str, np.ndarray]]:
         """(name, values) of every attribute, then of the targets as "targets[i].NAME"."""
-        return named(self.sets)
+        return pair_names(self.sets)
 
 
 @dataclass
-class Dropped:
+class DropCounts:
     """Counts of vertices and triangles left out of primitives.
 
     incomplete_triangles: primitives whose indices end in one or two corners of a triangle.
@@ -81,7 +81,7 @@ class Dropped:
     unreferenced_vertices: int = 0
     duplicate_vertices: int = 0
 
-    def add(self, other: Dropped) -> None:
+    def add(self, other: DropCounts) -> None:
         """Adds other counts."""
         for name, value in vars(other).items():
             setattr(self, name, getattr(self, name) + value)

@@ -15,8 +15,8 @@ from gltf_ext.document.draco import DRACO, decode_draco
 from gltf_ext.errors import MeshletError
 from gltf_ext.progress import Advance
 from gltf_ext.scheduler import in_order
-from gltf_ext.sources.attribute_names import is_of_target, local_name, named
-from gltf_ext.sources.primitives import Dropped, Primitive, place
+from gltf_ext.sources.attribute_names import is_of_target, local_name, pair_names
+from gltf_ext.sources.primitives import DropCounts, Primitive, place
 
 # Rows that are read at a time. With 1 << 17, a million triangles in --max-memory 110M peaked at 98
 # to 110 MB, with 1 << 16 at 80 to 87.
@@ -139,8 +139,8 @@ class Source:
 
         Raises MeshletError for NaN and infinity, OSError.
         """
-        for more in self.of_used_vertices(self._bounds, advance):
-            for name, rows in more.items():
+        for extremes in self.of_used_vertices(self._bounds, advance):
+            for name, rows in extremes.items():
                 rows = np.concatenate([self.bounds.get(name, rows), rows])
                 self.bounds[name] = np.stack(bounds(rows))
 
@@ -155,8 +155,8 @@ class Source:
         function: takes attributes that have numbers in common, [n, components]; runs on threads.
         Raises MeshletError, OSError.
         """
-        whole = sum(self.attributes[names[0]].count for names, _ in self.indices)
-        done = 0
+        total = sum(self.attributes[names[0]].count for names, _ in self.indices)
+        finished = 0
         for names, numbers in self.indices:
             count = self.attributes[names[0]].count
             for low, high in blocks(count, self.room or max(count, 1)):
@@ -166,9 +166,9 @@ class Source:
                 for (first, last), result in zip(parts, self.in_order(self._of_used, tasks)):
                     if result is not None:
                         yield result
-                    done += last - first
+                    finished += last - first
                     if advance:
-                        advance(done / whole)
+                        advance(finished / total)
                 del is_used, tasks  # before the next flags are made
 
     def _of_used(
@@ -180,12 +180,12 @@ class Source:
         first: int,
         last: int,
     ) -> Any:
-        used = np.flatnonzero(is_used[first:last])
-        if not len(used):
+        rows_used = np.flatnonzero(is_used[first:last])
+        if not len(rows_used):
             return None
         values = self.vertices(names, low + first, low + last)
-        if len(used) < last - first:
-            values = {name: rows[used] for name, rows in values.items()}
+        if len(rows_used) < last - first:
+            values = {name: rows[rows_used] for name, rows in values.items()}
         return function(values)
 
     def in_order(
@@ -297,17 +297,21 @@ class Source:
 
 def _equal_corners(columns: list[np.ndarray], corners: np.ndarray) -> np.ndarray:
     """bool[3, T]: whether corners 0 and 1, 1 and 2, 2 and 0 are equal in all columns."""
-    same = _equal_pairs(columns[0][corners])
-    result = np.zeros(same.shape, bool)
-    left = np.arange(len(corners))  # most triangles differ in the first columns
+    is_equal = _equal_pairs(columns[0][corners])
+    result = np.zeros(is_equal.shape, bool)
+    candidates = np.arange(len(corners))  # most triangles differ in the first columns
     for column in columns[1:]:
-        chosen = np.flatnonzero(same[0] | same[1] | same[2])
-        if not len(chosen):
+        positions = np.flatnonzero(is_equal[0] | is_equal[1] | is_equal[2])
+        if not len(positions):
             return result
-        if len(chosen) < len(left):
-            corners, left, same = corners[chosen], left[chosen], same[:, chosen]
-        same &= _equal_pairs(column[corners])
-    result[:, left] = same
+        if len(positions) < len(candidates):
+            corners, candidates, is_equal = (
+                corners[positions],
+                candidates[positions],
+                is_equal[:, positions],
+            )
+        is_equal &= _equal_pairs(column[corners])
+    result[:, candidates] = is_equal
     return result
 
 
@@ -336,7 +340,7 @@ def read_source(
     find: FindRows | None = None,
     room: int = 0,
     threads: int = 1,
-) -> tuple[Source, Dropped]:
+) -> tuple[Source, DropCounts]:
     """A triangle primitive that is not compressed with our extension.
 
     find: finds accessors; by default in memory. room, threads: as in Source.
@@ -355,7 +359,7 @@ def read_source(
     arrays = decode_draco(document, primitive, where) if is_draco else {}
     indices = arrays.pop("indices", None)
     attributes: dict[str, Rows] = {}
-    accessors = named(gltf.attribute_sets(primitive))
+    accessors = pair_names(gltf.attribute_sets(primitive))
     count = None
     for name, accessor in sorted(accessors, key=lambda pair: pair[0] != "POSITION"):
         if name in attributes:
@@ -379,31 +383,34 @@ def read_source(
         numbers = ArrayRows(_list_of(numbers, corner_count, mode))
     source = Source(mesh, index, attributes, [(tuple(attributes), numbers)], room, threads)
     is_incomplete = mode == gltf.TRIANGLES and corner_count % 3 != 0
-    return source, Dropped(incomplete_triangles=int(is_incomplete))
+    return source, DropCounts(incomplete_triangles=int(is_incomplete))
 
 
-def read_primitive(document: Document, mesh: int, index: int) -> tuple[Primitive, Dropped]:
+def read_primitive(document: Document, mesh: int, index: int) -> tuple[Primitive, DropCounts]:
     """The same as arrays; triangles are as in the file. Raises MeshletError."""
-    source, dropped = read_source(document, mesh, index)
+    source, drop_counts = read_source(document, mesh, index)
     ((names, numbers),) = source.indices
     corners = source.corners(names, numbers, 0, source.triangle_count)
     arrays = {name: rows.rows(0, rows.count) for name, rows in source.attributes.items()}
-    stored = document.primitive(mesh, index)
+    primitive = document.primitive(mesh, index)
     attributes, *targets = (
         {name: arrays[f"targets[{i - 1}].{name}" if i else name] for name in names_of_set}
-        for i, names_of_set in enumerate(gltf.attribute_sets(stored))
+        for i, names_of_set in enumerate(gltf.attribute_sets(primitive))
     )
     triangles = np.ascontiguousarray(corners, np.uint32)
-    return Primitive(mesh, index, triangles, attributes, targets), dropped
+    return Primitive(mesh, index, triangles, attributes, targets), drop_counts
 
 
 def _check_widths(attributes: dict[str, Rows], where: str) -> None:
     for name, rows in attributes.items():
         local, width = local_name(name), rows.format[1]
-        wanted = 3 if is_of_target(name) and local == "TANGENT" else WIDTHS.get(local, width)
-        if width != wanted:
+        required_width = (
+            3 if is_of_target(name) and local == "TANGENT" else WIDTHS.get(local, width)
+        )
+        if width != required_width:
             raise MeshletError(
-                f"{name} of {where} has {width} components instead of {wanted}", EXPORT_AGAIN
+                f"{name} of {where} has {width} components instead of {required_width}",
+                EXPORT_AGAIN,
             )
 
 
