@@ -13,7 +13,7 @@ from gltf_ext.errors import MeshletError
 
 
 def read_image(document: Document, index: int) -> np.ndarray:
-    """uint8[height, width, 4], sRGB and alpha, of an image whose size is plausible.
+    """Return uint8[height, width, 4], sRGB and alpha, of an image whose size is plausible.
 
     Raises MeshletError.
     """

@@ -39,6 +39,7 @@ class ValueFormat:
 
     @property
     def is_integer(self) -> bool:
+        """Whether the values are stored as integers."""
         return self.dtype.kind != "f"
 
     @property
@@ -55,7 +56,7 @@ class ValueFormat:
         return float(np.float32(1.0 / self.limits[1])) if self.normalized else 1.0
 
     def to_floats(self, stored: np.ndarray) -> np.ndarray:
-        """float32 values of stored components of any shape.
+        """Return float32 values of stored components of any shape.
 
         glTF 2.0, section 3.6.2.2 (Accessor Data Types): max(c / 127, -1) for signed bytes.
         """
@@ -68,7 +69,7 @@ class ValueFormat:
 
 
 def value_format(document: Document, primitive: gltf.Primitive, name: str) -> ValueFormat:
-    """The format of one of the primitive's attributes. Raises MeshletError.
+    """Return the format of one of the primitive's attributes. Raises MeshletError.
 
     Integer texture coordinates are plain integers only if the file declares
     KHR_mesh_quantization; glTF itself allows only normalised ones.
@@ -86,7 +87,7 @@ def value_format(document: Document, primitive: gltf.Primitive, name: str) -> Va
 def position_box(
     document: Document, primitive: gltf.Primitive
 ) -> tuple[np.ndarray, np.ndarray] | None:
-    """(low, high), float64[3], from the accessor's min and max; None if these are not valid."""
+    """Return (low, high), float64[3], from the accessor's bounds; None if they are not valid."""
     index = primitive["attributes"].get("POSITION")
     accessor = item(document.accessors, index, "the accessor of POSITION,")
     bounds = stated_bounds(accessor)
@@ -100,7 +101,7 @@ def position_box(
 
 
 def box_corners(low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """float64[8, 3]"""
+    """Return the corners of a box, float64[8, 3]."""
     return np.array([[(low, high)[i >> axis & 1][axis] for axis in range(3)] for i in range(8)])
 
 
@@ -150,7 +151,7 @@ class Scene:
     warnings: list[str] = field(default_factory=list)
 
     def camera(self, index: int) -> Camera | None:
-        """A camera by its index in the order of the nodes; None for 0 if there are none.
+        """Return a camera by its index in the order of the nodes; None for 0 if there are none.
 
         Raises MeshletError.
         """
@@ -166,7 +167,7 @@ class Scene:
 
 
 def read_scene(document: Document) -> Scene:
-    """The document's default scene; all root nodes if it has no scenes. Raises MeshletError."""
+    """Return the default scene; of a file without scenes, all root nodes. Raises MeshletError."""
     scene = Scene()
     for place, (node, matrix) in enumerate(placed_nodes(document)):
         if "camera" in node:
@@ -183,6 +184,7 @@ def read_scene(document: Document) -> Scene:
 
 
 def is_mirrored(matrix: np.ndarray) -> bool:
+    """Return whether a matrix, float64[4, 4], reverses the winding of triangles."""
     return bool(np.linalg.det(matrix[:3, :3]) < 0)
 
 

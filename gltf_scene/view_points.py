@@ -25,9 +25,9 @@ MAX_POINTS = 1 << 18  # of a scene with many instances
 
 
 def view_points(document: Document, instances: Sequence[PlacedPrimitive]) -> np.ndarray:
-    """float64[n, 3] points in world space: all vertices of scenes of up to MAX_MESHLETS meshlets.
+    """Return points in world space, float64[n, 3]. Raises MeshletError.
 
-    Raises MeshletError.
+    They are all vertices of scenes of up to MAX_MESHLETS meshlets, and a sample of larger scenes.
     """
     locations = list(dict.fromkeys((p.mesh, p.primitive) for p in instances))
     compressed = {
@@ -78,7 +78,7 @@ def _in_world(
 
 
 def _plain_positions(document: Document, mesh: int, primitive: int) -> np.ndarray:
-    """float64[n, 3]: the vertices of an uncompressed primitive, in its coordinates."""
+    """Return float64[n, 3]: the vertices of an uncompressed primitive, in its coordinates."""
     source = document.primitive(mesh, primitive)
     positions = read_primitive(document, mesh, primitive)[0].attributes["POSITION"]
     return value_format(document, source, "POSITION").to_floats(positions).astype(np.float64)
@@ -87,7 +87,7 @@ def _plain_positions(document: Document, mesh: int, primitive: int) -> np.ndarra
 def _meshlet_positions(
     document: Document, compressed: Compressed, decoder: _codec.Decoder, step: int
 ) -> np.ndarray:
-    """float64[n, 3]: the vertices of every `step`th meshlet, in the primitive's coordinates."""
+    """Return the local vertices of every `step`th meshlet, float64[n, 3]."""
     stream = compressed.streams[0]
     meshlets = range(0, decoder.meshlet_count, step)
     with malformed_from(compressed.where):

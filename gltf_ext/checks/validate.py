@@ -30,7 +30,7 @@ BLOBS_SHARE = 0.3  # of the progress; the rest is for levels of detail
 
 
 def validate(path: str | os.PathLike[str], *, progress: bool = False) -> list[str]:
-    """Problems of a .glb or .gltf file, one line each; an empty list when there are none.
+    """Return problems of a .glb or .gltf file, one line each; an empty list when there are none.
 
     Checks the container, the types of all JSON properties, every reference to accessors and buffer
     views, and every extension object with its accessors. Decodes every blob and compares bounds
@@ -66,7 +66,7 @@ def validate(path: str | os.PathLike[str], *, progress: bool = False) -> list[st
 
 
 def _lost_fallback(document: Document) -> list[str]:
-    """Problems of buffers that cannot be read although all compressed data can be."""
+    """Return problems of buffers that cannot be read although all compressed data can be."""
     try:
         users = compressed_primitives(document)
         for compressed in users:
@@ -107,7 +107,7 @@ def _broken_references(document: Document) -> list[str]:
 
 
 def _extension_lists(document: Document) -> list[str]:
-    """Problems of extensionsUsed and extensionsRequired, and of accessors that primitives share."""
+    """Return problems of extensionsUsed, extensionsRequired and shared accessors."""
     users = [primitive for _, _, primitive in all_primitives(document) if is_compressed(primitive)]
     problems = []
     if users and EXTENSION not in document.extensionsUsed:
@@ -128,7 +128,7 @@ def _extension_lists(document: Document) -> list[str]:
 
 
 def _blob_problems(document: Document, mesh: int, index: int, advance: Advance | None) -> list[str]:
-    """Problems of one compressed primitive."""
+    """Return problems of one compressed primitive."""
     try:
         compressed = read_compressed(document, mesh, index)
         _codec.validate(compressed.blob)
@@ -160,7 +160,7 @@ def _value_problems(compressed: Compressed, values: list[np.ndarray]) -> list[st
 def _accessor_problems(
     document: Document, primitive: gltf.Primitive, compressed: Compressed
 ) -> list[str]:
-    """Problems of a primitive's accessors that readers may overlook."""
+    """Return problems of a primitive's accessors that readers may overlook."""
     problems = []
     if gltf.has_extension(primitive, "KHR_draco_mesh_compression"):
         problems.append("it is compressed with KHR_draco_mesh_compression, too")
@@ -187,7 +187,7 @@ def _decoded_problems(
     compressed: Compressed,
     advance: Advance | None,
 ) -> list[str]:
-    """Problems of the decoded values, and differences to the bounds and to the fallback."""
+    """Return problems of the decoded values, and differences to the bounds and to the fallback."""
     fallback = {
         index: read_accessor(document, index, name)
         for names in _accessors_of(primitive)

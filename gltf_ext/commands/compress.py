@@ -92,7 +92,7 @@ def _with_options(
 ) -> Callable[
     [Callable[[File, File, Options], Report]], Callable[Concatenate[File, File, P], Report]
 ]:
-    """Gives a function of two files and Options a keyword argument for each option instead.
+    """Give a function of two files and Options a keyword argument for each option instead.
 
     Type checkers and editors see the names, types and defaults that Options declares.
     """
@@ -217,7 +217,7 @@ def _statistics_by_view(encoded: list[Job]) -> dict[int, dict[str, Any]]:
 
 
 def _encode_all(jobs: list[Job], options: Options, chunks: Runner, title: str) -> list[Job]:
-    """Encodes all jobs; returns those that can be. Raises MeshletError when none can be.
+    """Encode all jobs; returns those that can be. Raises MeshletError when none can be.
 
     chunks: runs the chunks of primitives that are larger than memory.
     """
@@ -237,7 +237,7 @@ def _encode_all(jobs: list[Job], options: Options, chunks: Runner, title: str) -
 def _encode_at_once(
     jobs: list[Job], options: Options, chunks: Runner, advance: Advance | None
 ) -> None:
-    """Encodes several primitives at once, the largest first. A large one uses several threads."""
+    """Encode several primitives at once, the largest first. A large one uses several threads."""
     threads = options.threads or os.cpu_count() or 1
     counts = [max(job.source.triangle_count, 1) for job in jobs]
     shares = [count / sum(counts) for count in counts]
@@ -267,7 +267,7 @@ def _encode_at_once(
 def _finish_document(
     document: Document, jobs: list[Job], encoded: list[Job], options: Options
 ) -> dict[str, Any]:
-    """Brings images and lists of extensions in order; returns the report on the changes."""
+    """Bring images and lists of extensions in order; returns the report on the changes."""
     warnings = [*document.import_warnings, *_lossy_before(document), *_coarse_grids(jobs)]
     document.forget_extension(EXTENSION)
     forget_levels(document)
@@ -359,7 +359,7 @@ def _grid(box: Box, options: Options) -> Grid:
 
 
 def _is_coarse(box: Box, grid: Grid) -> bool:
-    """Whether a box that is not a point spans fewer steps than MIN_POSITION_BITS can number."""
+    """Return whether a box that is not a point needs fewer than MIN_POSITION_BITS on the grid."""
     extent = float((box[1] - box[0]).max())
     return 0.0 < extent < (2.0 ** (MIN_POSITION_BITS - 1) - 0.5) * grid.step
 
@@ -395,7 +395,7 @@ def _bits(options: Options) -> Bits:
 def _encode_job(
     job: Job, options: Options, chunks: Runner, threads: int, progress: Advance | None
 ) -> None:
-    """Sets the job's result, or its reason_kept. threads: for a primitive in memory."""
+    """Set the job's result, or its reason_kept. threads: for a primitive in memory."""
     source, max_streams = job.source, _codec.BLOB_MAX_STREAMS
     if not source.triangle_count:
         job.reason_kept = DEGENERATE
@@ -419,14 +419,14 @@ def _encode_job(
 
 
 def _keep_degenerate(job: Job) -> None:
-    """Leaves a primitive as it is. Raises MeshletError for one that is larger than memory."""
+    """Leave a primitive as it is. Raises MeshletError for one that is larger than memory."""
     job.reason_kept = DEGENERATE
     if not job.source.is_in_memory:  # the document may not have it
         raise MeshletError(f"{job.source.where}: {DEGENERATE}", "repair the model first")
 
 
 def _replace(document: Document, job: Job, fallback: bool) -> None:
-    """Points the job's primitives at the view, with accessors that describe the decoded data."""
+    """Point the job's primitives at the view, with accessors that describe the decoded data."""
     result, first = job.result, job.users[0]
     vertex_count: int = result.statistics["vertices"]
     extension: dict[str, Any] = {"bufferView": document.add_view(result.view)}
@@ -455,13 +455,13 @@ def _replace(document: Document, job: Job, fallback: bool) -> None:
 
 
 def _decoded_box(result: Compression, stream: int = 0) -> Box:
-    """The box of a stream of positions as it decodes; by default of POSITION."""
+    """Return the box of a stream of positions as it decodes; by default of POSITION."""
     low, high = dequantise(result.bounds[stream], result.plan.streams[stream])
     return low, high
 
 
 def _add_all_levels(document: Document, encoded: list[Job]) -> list[dict[str, Any]]:
-    """Adds the levels of all jobs. Returns a report of each compressed primitive."""
+    """Add the levels of all jobs. Returns a report of each compressed primitive."""
     report = []
     for job in encoded:
         triangles = [job.result.statistics["triangles"]]
@@ -477,7 +477,7 @@ def _add_all_levels(document: Document, encoded: list[Job]) -> list[dict[str, An
 
 
 def _useless_levels(encoded: list[Job]) -> list[str]:
-    """Warns if a viewer holds more bytes with levels than without.
+    """Warn if a viewer holds more bytes with levels than without.
 
     It shows each primitive with only PIXELS pixels and one pixel of error.
     """
@@ -527,7 +527,7 @@ def _settle_extensions(document: Document, encoded: list[Job]) -> list[str]:
 
 
 def _generation(jobs: list[Job]) -> dict[str, Any]:
-    """The histograms summed, and the largest number of iterations."""
+    """Return the histograms summed, and the largest number of iterations."""
     generations = [job.result.statistics["generation"] for job in jobs]
     return {
         "histogram": [sum(column) for column in zip(*(g["histogram"] for g in generations))],

@@ -69,7 +69,7 @@ def _expand_all(
     folder: str,
     advance: Advance | None,
 ) -> int:
-    """Decodes every primitive; those that share a blob and accessors once, and still share.
+    """Decode every primitive; those that share a blob and accessors once, and still share.
 
     folder: for work files. Returns the number of triangles of all primitives.
     """
@@ -105,7 +105,7 @@ def _expand(
     folder: str,
     advance: Advance | None,
 ) -> None:
-    """Stores one primitive in new accessors: the old ones may have other users."""
+    """Store one primitive in new accessors: the old ones may have other users."""
     primitive = document.primitive(compressed.mesh, compressed.primitive)
     cut = detail.cut(document, compressed)
     whole = cut or compressed

@@ -116,7 +116,7 @@ def inspect_document(
 
 
 def _fallback_files(document: Document, all_compressed: list[Compressed]) -> dict[str, int]:
-    """Name -> bytes of the files that hold plain buffers for readers without the extension."""
+    """Return name -> bytes of files with plain buffers, for readers without the extension."""
     users = [document.primitive(c.mesh, c.primitive) for c in all_compressed]
     accessors = {
         index for u in users for names in gltf.attribute_sets(u) for index in names.values()
@@ -140,7 +140,7 @@ def _place(compressed: Compressed) -> dict[str, Any]:
 
 
 def _describe(compressed: Compressed, statistics: Statistics) -> dict[str, Any]:
-    """The counts of one primitive."""
+    """Return the counts of one primitive."""
     all_bits = statistics["bits"]
     category_bits = Counter(
         connectivity=all_bits["connectivity"], references_and_headers=all_bits["references"]

@@ -43,7 +43,7 @@ def transcode(
 
 
 def pack_compressed(document: Document, threads: int) -> None:
-    """Packs the views of all compressed primitives and their levels of detail."""
+    """Pack the views of all compressed primitives and their levels of detail."""
     views = set()
     for compressed in require_compressed(document):
         views.add(compressed.view)

@@ -304,27 +304,27 @@ class Root(_Lists, Property, total=False):
 
 
 def byte_offset(holder: Accessor | SparseIndices | SparseValues | BufferView) -> int:
-    """The first byte, of a buffer view's buffer or of an accessor's view."""
+    """Return the first byte, of a buffer view's buffer or of an accessor's view."""
     return holder.get("byteOffset", 0)
 
 
 def stride(view: BufferView, size: int) -> int:
-    """Bytes from an element of so many bytes to the next."""
+    """Return the offset of an element to the next one, in bytes. size: of an element."""
     return view.get("byteStride") or size
 
 
 def mode(primitive: Primitive) -> int:
-    """What the primitive consists of."""
+    """Return the mode of a primitive: 4 for triangles."""
     return primitive.get("mode", TRIANGLES)
 
 
 def attribute_sets(primitive: Primitive) -> list[Attributes]:
-    """The attributes, then those of each morph target."""
+    """Return the attributes, then those of each morph target."""
     return [primitive["attributes"], *primitive.get("targets", [])]
 
 
 def set_attribute_sets(primitive: Primitive, sets: list[Attributes]) -> None:
-    """Sets copies of the attributes and of those of each morph target."""
+    """Set copies of the attributes and of those of each morph target."""
     attributes, *targets = map(dict, sets)
     primitive["attributes"] = attributes
     if targets:
@@ -332,7 +332,7 @@ def set_attribute_sets(primitive: Primitive, sets: list[Attributes]) -> None:
 
 
 def children(node: Node) -> list[int]:
-    """The nodes below."""
+    """Return the nodes below."""
     return node.get("children", [])
 
 
@@ -340,12 +340,12 @@ def children(node: Node) -> list[int]:
 
 
 def has_extension(holder: Property, name: str) -> bool:
-    """Whether an object has the extension."""
+    """Return whether an object has the extension."""
     return name in holder.get("extensions", {})
 
 
 def extension(holder: Property, name: str) -> Any:
-    """The JSON of an object's extension; None if there is none."""
+    """Return the JSON of an object's extension; None if there is none."""
     return holder.get("extensions", {}).get(name)
 
 

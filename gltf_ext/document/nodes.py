@@ -18,7 +18,7 @@ MAX_SIZE = 1e15  # of coordinates: products of two must fit 32-bit floats
 
 
 def placed_nodes(document: Document) -> Iterator[tuple[gltf.Node, np.ndarray]]:
-    """(node, world matrix float64[4, 4]) of every node of the default scene, parents first.
+    """Return (node, world matrix float64[4, 4]) of every node of the default scene, parents first.
 
     A document without scenes shows all its root nodes; one that names no default scene shows its
     first. Raises MeshletError for a node that is its own ancestor, for too many nodes, and for a
@@ -60,7 +60,7 @@ def placed_nodes(document: Document) -> Iterator[tuple[gltf.Node, np.ndarray]]:
 
 
 def local_matrix(node: gltf.Node) -> np.ndarray:
-    """float64[4, 4] from a node's matrix, or its translation, rotation and scale."""
+    """Return float64[4, 4] from a node's matrix, or its translation, rotation and scale."""
     if "matrix" in node:
         return np.reshape(np.array(node["matrix"], np.float64), (4, 4), order="F")
     result = np.eye(4)
@@ -71,7 +71,7 @@ def local_matrix(node: gltf.Node) -> np.ndarray:
 
 
 def _rotation(quaternion: list[float]) -> np.ndarray:
-    """float64[3, 3] of a quaternion x, y, z, w of any length."""
+    """Return float64[3, 3] of a quaternion x, y, z, w of any length."""
     x, y, z, w = np.array(quaternion, np.float64) / max(float(np.linalg.norm(quaternion)), 1e-30)
     return np.array(
         [

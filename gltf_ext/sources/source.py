@@ -135,7 +135,7 @@ class Source:
         return self.attributes["POSITION"].count
 
     def read_bounds(self, advance: Advance | None = None) -> None:
-        """Sets `bounds`, to none if all triangles are degenerate. Reads everything.
+        """Set `bounds`, to none if all triangles are degenerate. Reads everything.
 
         Raises MeshletError for NaN and infinity, OSError.
         """
@@ -149,11 +149,18 @@ class Source:
         function: Callable[[dict[str, np.ndarray]], Any],
         advance: Advance | None = None,
     ) -> Iterator[Any]:
-        """What a function returns for some vertices of triangles at a time.
+        """Yield the results of a function for some vertices of triangles at a time.
 
-        Without vertices that only degenerate triangles have.
-        function: takes attributes that have numbers in common, [n, components]; runs on threads.
-        Raises MeshletError, OSError.
+        Leaves out vertices that only degenerate triangles have.
+
+        Args:
+            function: takes attributes that have numbers in common, name -> [n, components]; runs on
+                threads.
+            advance: moves the progress bar.
+
+        Raises:
+            MeshletError: indices are out of range.
+            OSError: a file cannot be read.
         """
         total = sum(self.attributes[names[0]].count for names, _ in self.indices)
         finished = 0
@@ -191,7 +198,7 @@ class Source:
     def in_order(
         self, function: Callable[..., Any], tasks: Iterable[tuple[Any, ...]]
     ) -> Iterator[Any]:
-        """What a function returns for tasks, such as blocks; several run at a time for files."""
+        """Yield the results of a function for tasks, such as blocks; on threads for files."""
         if self.is_in_memory:
             return (function(*task) for task in tasks)
         return in_order(function, tasks, self.threads)
@@ -199,7 +206,7 @@ class Source:
     def _are_used(
         self, names: tuple[str, ...], numbers: Rows | None, low: int, high: int
     ) -> np.ndarray:
-        """bool[high - low]: whether triangles have these rows of the attributes.
+        """Return bool[high - low]: whether triangles have these rows of the attributes.
 
         Degenerate triangles do not count: what they alone have may be no numbers, or far away.
         """
@@ -222,7 +229,7 @@ class Source:
         return is_used
 
     def _are_degenerate(self, first: int, last: int) -> np.ndarray:
-        """bool[last - first]: whether triangles have two corners with equal bytes."""
+        """Return bool[last - first]: whether triangles have two corners with equal bytes."""
         is_same = np.ones((3, last - first), bool)
         for names, numbers in self.indices:
             is_same &= self._are_same(names, numbers, first, last)
@@ -234,7 +241,7 @@ class Source:
     def _are_same(
         self, names: tuple[str, ...], numbers: Rows | None, first: int, last: int
     ) -> np.ndarray:
-        """bool[3, last - first]: whether corners 0 and 1, 1 and 2, 2 and 0 have equal bytes.
+        """Return bool[3, last - first]: whether corners 0 and 1, 1 and 2, 2 and 0 have equal bytes.
 
         In files, vertices with different numbers count as different: to look them up in any order
         takes too long.
@@ -268,11 +275,11 @@ class Source:
         return ends
 
     def vertices(self, names: tuple[str, ...], first: int, last: int) -> dict[str, np.ndarray]:
-        """Name -> [last - first, components]. Raises MeshletError, OSError."""
+        """Return name -> [last - first, components]. Raises MeshletError, OSError."""
         return {name: self.attributes[name].rows(first, last) for name in names}
 
     def chosen_vertices(self, names: tuple[str, ...], rows: np.ndarray) -> dict[str, np.ndarray]:
-        """Name -> [len(rows), components]: some vertices of a source in memory."""
+        """Return name -> [len(rows), components]: some vertices of a source in memory."""
         whole = self.vertices(names, 0, self.attributes[names[0]].count)
         return {name: values[rows] for name, values in whole.items()}
 
@@ -296,7 +303,7 @@ class Source:
 
 
 def _equal_corners(columns: list[np.ndarray], corners: np.ndarray) -> np.ndarray:
-    """bool[3, T]: whether corners 0 and 1, 1 and 2, 2 and 0 are equal in all columns."""
+    """Return bool[3, T]: whether corners 0 and 1, 1 and 2, 2 and 0 are equal in all columns."""
     is_equal = _equal_pairs(columns[0][corners])
     result = np.zeros(is_equal.shape, bool)
     candidates = np.arange(len(corners))  # most triangles differ in the first columns
@@ -316,13 +323,13 @@ def _equal_corners(columns: list[np.ndarray], corners: np.ndarray) -> np.ndarray
 
 
 def _equal_pairs(corners: np.ndarray) -> np.ndarray:
-    """bool[3, T]: whether values 0 and 1, 1 and 2, 2 and 0 are equal. corners: [T, 3]."""
+    """Return bool[3, T]: whether values 0 and 1, 1 and 2, 2 and 0 are equal. corners: [T, 3]."""
     a, b, c = corners.T
     return np.stack([a == b, b == c, c == a])
 
 
 def blocks(count: int, size: int = BLOCK) -> Iterator[tuple[int, int]]:
-    """(first, last) of blocks of rows."""
+    """Return (first, last) of blocks of rows."""
     for first in range(0, count, size):
         yield first, min(first + size, count)
 
@@ -341,7 +348,7 @@ def read_source(
     room: int = 0,
     threads: int = 1,
 ) -> tuple[Source, DropCounts]:
-    """A triangle primitive that is not compressed with our extension.
+    """Return a triangle primitive that is not compressed with our extension.
 
     find: finds accessors; by default in memory. room, threads: as in Source.
     Checks counts and types; indices are checked when they are read. Raises MeshletError.
@@ -387,7 +394,7 @@ def read_source(
 
 
 def read_primitive(document: Document, mesh: int, index: int) -> tuple[Primitive, DropCounts]:
-    """The same as arrays; triangles are as in the file. Raises MeshletError."""
+    """Return the same as arrays; triangles are as in the file. Raises MeshletError."""
     source, drop_counts = read_source(document, mesh, index)
     ((names, numbers),) = source.indices
     corners = source.corners(names, numbers, 0, source.triangle_count)
@@ -415,7 +422,10 @@ def _check_widths(attributes: dict[str, Rows], where: str) -> None:
 
 
 def _list_of(numbers: Rows | None, count: int, mode: int) -> np.ndarray:
-    """The corners of triangles, [3 T, 1], of a strip or a fan. The winding of strips alternates."""
+    """Return the corners of the triangles of a strip or a fan, [3 T, 1].
+
+    The winding of strips alternates.
+    """
     i = np.arange(max(count - 2, 0))
     if mode == gltf.TRIANGLE_STRIP:
         corners = np.stack([i, i + 1 + i % 2, i + 2 - i % 2], axis=1)

@@ -7,9 +7,39 @@ ROOT = Path(__file__).parents[2]
 PACKAGES = ("gltf_ext", "gltf_scene", "gltf_meshlet")
 # Words for any value. Those of the industry, such as compressed, encoded and used, are not here.
 WORDS = set(
-    "asked begun built carried chosen counted done dropped found given gone held here joined kept "
-    "known left lost made named needed opened own placed shown stated taken there waiting wanted "
-    "written".split()
+    [
+        "asked",
+        "begun",
+        "built",
+        "carried",
+        "chosen",
+        "counted",
+        "done",
+        "dropped",
+        "found",
+        "given",
+        "gone",
+        "held",
+        "here",
+        "joined",
+        "kept",
+        "known",
+        "left",
+        "lost",
+        "made",
+        "named",
+        "needed",
+        "opened",
+        "own",
+        "placed",
+        "shown",
+        "stated",
+        "taken",
+        "there",
+        "waiting",
+        "wanted",
+        "written",
+    ]
 )
 
 # The readers of OBJ, PLY and STL, which are being rewritten.
