@@ -115,6 +115,6 @@ def _is_same(a: Source, b: Source) -> bool:
 def _are_equal(a: Rows | None, b: Rows | None) -> bool:
     if a is None or b is None:
         return a is b
-    return (a.count, a.form) == (b.count, b.form) and all(
+    return (a.count, a.format) == (b.count, b.format) and all(
         a.rows(*part).tobytes() == b.rows(*part).tobytes() for part in blocks(a.count)
     )

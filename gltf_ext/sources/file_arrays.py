@@ -26,7 +26,7 @@ class FileArray:
 
     Attributes:
         path, offset, stride: of the first element, in bytes.
-        count: number of elements; form: their type.
+        count: number of elements; format: their type.
         stamp: of the file when it was found.
     """
 
@@ -34,12 +34,12 @@ class FileArray:
     offset: int
     stride: int
     count: int
-    form: Format
+    format: Format
     stamp: tuple[int, int]
 
     def rows(self, first: int, last: int) -> np.ndarray:
         """[last - first, components] elements. Raises MeshletError, OSError."""
-        dtype, components = self.form
+        dtype, components = self.format
         size = dtype.itemsize * components
         length = self.stride * (last - first - 1) + size
         with open(self.path, "rb") as file:
@@ -99,7 +99,9 @@ def _large_primitive(
         reason = "is a strip or a fan"
     if reason:
         raise _too_large(f"{place(mesh, index)} {reason}")
-    return read_source(document, mesh, index, _Files(document, path).array, *reading(options))[0]
+    return read_source(
+        document, mesh, index, _AccessorFiles(document, path).array, *reading(options)
+    )[0]
 
 
 def _too_large(problem: str) -> MeshletError:
@@ -110,7 +112,7 @@ def _too_large(problem: str) -> MeshletError:
     )
 
 
-class _Files:
+class _AccessorFiles:
     """Finds accessors in the files of a document."""
 
     def __init__(self, document: Document, path: Path) -> None:
@@ -120,7 +122,7 @@ class _Files:
         """An accessor, of `count` elements. Raises MeshletError."""
         document = self._document
         accessor = item(document.accessors, index, f"the accessor of {name},")
-        form = accessor_format(accessor, name)
+        format_ = accessor_format(accessor, name)
         elements = accessor.get("count", 0)
         if "sparse" in accessor or "bufferView" not in accessor or not elements:
             raise _too_large(f"{name} is sparse or empty")
@@ -130,13 +132,13 @@ class _Files:
             )
         index = accessor["bufferView"]
         length, view = len(document.bytes_of_view(index)), document.bufferViews[index]
-        size, offset = form[0].itemsize * form[1], gltf.byte_offset(accessor)
+        size, offset = format_[0].itemsize * format_[1], gltf.byte_offset(accessor)
         stride = gltf.stride(view, size)
         if offset < 0 or stride < size or offset + stride * (elements - 1) + size > length:
             raise MeshletError(f"{name} reaches beyond bufferView {index}", DAMAGED)
         file, start = self._file_of(view["buffer"], name)
         start += gltf.byte_offset(view) + offset
-        return FileArray(file, start, stride, elements, form, stamp_of(file))
+        return FileArray(file, start, stride, elements, format_, stamp_of(file))
 
     def _file_of(self, buffer: int, name: str) -> tuple[Path, int]:
         """(file, byte of it at which the buffer begins)."""

@@ -29,7 +29,7 @@ Box = tuple[np.ndarray, np.ndarray]  # smallest and largest position
 
 
 class Rows(Protocol):
-    """Elements of `form` that are read in blocks."""
+    """Elements of `format` that are read in blocks."""
 
     @property
     def count(self) -> int:
@@ -37,7 +37,7 @@ class Rows(Protocol):
         ...
 
     @property
-    def form(self) -> Format:
+    def format(self) -> Format:
         """Their type."""
         ...
 
@@ -58,7 +58,7 @@ class ArrayRows:
         return len(self.values)
 
     @property
-    def form(self) -> Format:
+    def format(self) -> Format:
         """Their type."""
         return self.values.dtype, self.values.shape[1]
 
@@ -113,7 +113,7 @@ class Source:
     @property
     def formats(self) -> dict[str, Format]:
         """Type of each attribute."""
-        return {name: rows.form for name, rows in self.attributes.items()}
+        return {name: rows.format for name, rows in self.attributes.items()}
 
     @property
     def box(self) -> Box | None:
@@ -371,7 +371,7 @@ def read_source(
         numbers = ArrayRows(indices.reshape(-1, 1))
     elif "indices" in primitive:
         numbers = find(primitive["indices"], f"indices of {where}", None)
-        if numbers.form[0].kind != "u" or numbers.form[1] != 1:
+        if numbers.format[0].kind != "u" or numbers.format[1] != 1:
             raise MeshletError(f"indices of {where} are not unsigned integers", EXPORT_AGAIN)
     corner_count = (numbers or attributes["POSITION"]).count
     mode = gltf.mode(primitive)
@@ -399,7 +399,7 @@ def read_primitive(document: Document, mesh: int, index: int) -> tuple[Primitive
 
 def _check_widths(attributes: dict[str, Rows], where: str) -> None:
     for name, rows in attributes.items():
-        local, width = local_name(name), rows.form[1]
+        local, width = local_name(name), rows.format[1]
         wanted = 3 if is_of_target(name) and local == "TANGENT" else WIDTHS.get(local, width)
         if width != wanted:
             raise MeshletError(

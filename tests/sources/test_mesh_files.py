@@ -398,7 +398,7 @@ def test_rows_in_work_files_are_those_in_memory(folder, monkeypatch, name):
         )
         for attribute, rows in mesh.attributes.items():
             stored = other.attributes[attribute]
-            assert (stored.form, stored.count) == (rows.form, rows.count)
+            assert (stored.format, stored.count) == (rows.format, rows.count)
             np.testing.assert_array_equal(stored.rows(1, 2), rows.rows(1, 2))
         indexed, expected = other.indexed(), mesh.indexed()
         np.testing.assert_array_equal(indexed.triangles, expected.triangles)
