@@ -51,7 +51,7 @@ def verify(
         max_error_percent, rms_error_percent: the same in percent of the diagonal of the
             attribute's bounding box over the mesh.
         max_error_degrees: attribute -> largest angle, for directions.
-        error_over_bound: attribute -> largest error as a share of the allowed one.
+        error_over_bound: attribute -> largest error as a fraction of the allowed one.
         triangles, missing_triangles, extra_triangles, differing_primitives: counts.
         collapsed_triangles: count of those with two corners on one point of the grid.
         levels: for each level of detail but the finest: mesh, primitive, level, triangles,

@@ -156,7 +156,7 @@ def sort_corners(
 def gather_corners(
     source: Source, record_format: RecordFormat, soup: WorkFile
 ) -> Iterator[tuple[int, int, np.ndarray, float]]:
-    """Return (first, last, their corners: fine[last - first, 3], share of the passes) of triangles.
+    """Yield (first, last, corners: fine[last - first, 3], fraction of the passes) of triangles.
 
     Vertices are in memory as far as they fit. Then each pass over the triangles completes the
     records that the one before has written to `soup`.

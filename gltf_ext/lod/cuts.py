@@ -15,7 +15,7 @@ from gltf_ext.lod.tables import GROUP, RUN_BYTES, Tables
 # What web/stream reads, see there: bytes of the first request, bytes of the pages of the first
 # picture, and groups of a part of the tables, at least.
 HEAD_BYTES, FIRST_BYTES, MIN_PART_GROUPS = 32768, 96 * 1024, 128
-NEAR = 1e-6  # least distance to a sphere, as a share of the viewer's distance to its centre
+NEAR = 1e-6  # least distance to a sphere, as a fraction of the viewer's distance to its centre
 
 
 @dataclass(frozen=True)
