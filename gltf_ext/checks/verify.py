@@ -34,11 +34,14 @@ def verify(
 ) -> dict[str, Any]:
     """Compare a compressed file with the model it was made from.
 
-    max_memory: read models larger than memory in parts; the process stays below about so many
-        bytes (K, M and G are powers of 1024). Levels of detail of primitives that are read in parts
-        are not measured.
-    work_dir: folder for work files; by default that of the system for temporary files.
-    progress: draw a progress bar on a terminal.
+    Args:
+        original: path of the model.
+        compressed: path of the compressed file.
+        max_memory: read models larger than memory in parts; the process stays below about so many
+            bytes (K, M and G are powers of 1024). Levels of detail of primitives that are read in
+            parts are not measured.
+        work_dir: folder for work files; by default that of the system for temporary files.
+        progress: draw a progress bar on a terminal.
 
     Returns:
         ok: triangles_equal and errors_within_bits hold, and there is no other problem.
@@ -64,8 +67,9 @@ def verify(
         not_measured: mesh and primitive of those whose levels are not measured.
         problems: one line each.
 
-    Raises MeshletError when a file is malformed or the second not compressed, OSError when one
-    cannot be read.
+    Raises:
+        MeshletError: a file is malformed, or the second one is not compressed.
+        OSError: a file cannot be read.
     """
     folder = work_dir or tempfile.gettempdir()
     options = Options.of({"max_memory": max_memory, "work_dir": folder, "progress": progress})

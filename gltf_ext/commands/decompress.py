@@ -35,14 +35,21 @@ def decompress(
 ) -> dict[str, Any]:
     """Write a compressed .glb or .gltf as a plain .glb without the extension.
 
-    level: of detail, 0 for all triangles; a primitive with fewer levels takes its coarsest one.
-    error: the coarsest mesh with at most this error, in units of POSITION, or "0.1%" of the longest
-        side of the primitive's bounding box. Not together with level. Primitives without levels of
-        detail keep all their triangles.
-    progress: draw a progress bar on a terminal.
+    Args:
+        input: path of the compressed file.
+        output: path of the .glb, or a .gltf, to write.
+        level: of detail, 0 for all triangles; a primitive with fewer levels takes its coarsest one.
+        error: the coarsest mesh with at most this error, in units of POSITION, or "0.1%" of the
+            longest side of the primitive's bounding box. Not together with level. Primitives
+            without levels of detail keep all their triangles.
+        progress: draw a progress bar on a terminal.
 
-    Returns input, output, input_bytes, output_bytes, triangles and warnings. Raises MeshletError
-    when the input is malformed or not compressed, OSError when a file cannot be read or written.
+    Returns:
+        input, output, input_bytes, output_bytes, triangles and warnings.
+
+    Raises:
+        MeshletError: the input is malformed or not compressed.
+        OSError: a file cannot be read or written.
     """
     detail = Detail.of(level, error)
     output = Path(output)

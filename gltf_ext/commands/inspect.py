@@ -47,7 +47,10 @@ Statistics = Mapping[str, Any]  # of a view, as _codec.describe gives them
 
 
 def inspect(path: str | os.PathLike[str]) -> dict[str, Any]:
-    """Statistics of a compressed file.
+    """Return statistics of a compressed file.
+
+    Args:
+        path: of the file.
 
     Returns:
         file, file_bytes.
@@ -70,8 +73,9 @@ def inspect(path: str | os.PathLike[str]) -> dict[str, Any]:
             stored_triangles (in groups of that level), clusters, groups, stuck_triangles (not
             simplified), bytes, and error in units of POSITION.
 
-    Raises MeshletError when the file is malformed or not compressed, OSError when it cannot be
-    read.
+    Raises:
+        MeshletError: the file is malformed or not compressed.
+        OSError: the file cannot be read.
     """
     from gltf_ext.lod.reports import describe_levels  # compress, which starts faster, needs none
 
