@@ -235,6 +235,11 @@ class Options:
         "pack the result for download, about a third smaller (EXT_meshlet_transport, a draft); "
         "readers unpack it when they open it",
     )
+    obj_groups: bool = _declared(
+        False,
+        "--obj-groups",
+        "groups (g) of an .obj become nodes, too, below those of its objects (o)",
+    )
     threads: int = _declared(
         0,
         "--threads",

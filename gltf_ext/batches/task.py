@@ -199,9 +199,10 @@ def _compressed(
     report = compress(inputs.model, output, **{"threads": 1, **job.options})
     if report["output"] != str(output):
         raise MeshletError("the result does not fit a .glb", "compress it by itself")
-    limits = {"work_dir": str(folder), **job.options}
-    limits = {name: limits.get(name) for name in ("max_memory", "work_dir")}
-    checked = verify(inputs.model, output, **limits)
+    names = ("max_memory", "work_dir", "obj_groups")
+    chosen = {"work_dir": str(folder), **job.options}
+    chosen = {name: chosen[name] for name in names if name in chosen}
+    checked = verify(inputs.model, output, **chosen)
     if inputs.now() != inputs.stamps:
         raise MeshletError("changed while it was read", "run again")
     if not checked["ok"]:

@@ -194,23 +194,20 @@ def store(
     store_rows(document, accessor, rows.data, target, fallback)
 
 
-def add_accessor(document: Document, values: np.ndarray) -> int:
+def add_accessor(document: Document, values: np.ndarray, normalized: bool = False) -> int:
     """The number of a new accessor with a buffer view of its own.
 
-    values: [count, components] of float32 or uint8, which is normalized, for vertices; of uint32
-    for indices.
+    values: [count, components] of any type of DTYPES for vertices; of uint32 for indices.
     """
-    component, target = {
-        "u4": (pygltflib.UNSIGNED_INT, pygltflib.ELEMENT_ARRAY_BUFFER),
-        "u1": (pygltflib.UNSIGNED_BYTE, pygltflib.ARRAY_BUFFER),
-        "f4": (pygltflib.FLOAT, pygltflib.ARRAY_BUFFER),
-    }[values.dtype.str[1:]]
+    component = next(number for number, dtype in DTYPES.items() if dtype == values.dtype)
+    is_index = component == pygltflib.UNSIGNED_INT
+    target = pygltflib.ELEMENT_ARRAY_BUFFER if is_index else pygltflib.ARRAY_BUFFER
     columns = values.shape[1]
     accessor = pygltflib.Accessor(
         componentType=component,
         type="SCALAR" if columns == 1 else f"VEC{columns}",
         count=len(values),
-        normalized=component == pygltflib.UNSIGNED_BYTE,
+        normalized=normalized,
     )
     store(document, accessor, values, target, fallback=False)
     document.accessors.append(accessor)
