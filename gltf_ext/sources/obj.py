@@ -71,8 +71,8 @@ class Block(NamedTuple):
     Attributes:
         rows: float64[n, columns] of v, vt and vn; columns: the fewest of a line, but 2 of vt, and 6
             of v if any has a colour, which is FULL for those that have none.
-        numbers: int32[C, 3]: the numbers of v, vt and vn at the corners of all faces, from 0; NONE
-            where there is none.
+        numbers: int32[C] of v, vt and vn at the corners of all faces, from 0; NONE where there is
+            none; None if no corner has one.
         sizes: int64[F], corners of each face.
         states: (what faces belong to, the first of them), in the order of the file.
         libraries: names after mtllib.
@@ -80,7 +80,7 @@ class Block(NamedTuple):
     """
 
     rows: list[np.ndarray]
-    numbers: np.ndarray
+    numbers: list[np.ndarray | None]
     sizes: np.ndarray
     states: list[tuple[State, int]]
     libraries: list[bytes]
@@ -158,19 +158,28 @@ def _rows(numbers: np.ndarray, counts: np.ndarray, kind: int) -> np.ndarray:
     return result
 
 
-def _numbers(written: np.ndarray, sizes: np.ndarray, above: _Above) -> np.ndarray:
-    """int32[C, 3], as in Block. written: from 1, or negative and counted back from the face."""
-    relative = written < 0
-    written -= 1
-    for kind in np.flatnonzero(relative.any(axis=0)).tolist():
-        chosen = relative[:, kind]
-        numbers = written[chosen, kind] + np.repeat(above.lines(kind), sizes)[chosen] + 1
-        if (numbers < 0).any():
-            raise MeshletError(f"a face uses a {NAMES[kind]} before the first", EXPORT_AGAIN)
-        written[chosen, kind] = numbers
-    if (written[:, VERTEX] == NONE).any():
+def _numbers(written: np.ndarray, sizes: np.ndarray, above: _Above) -> list[np.ndarray | None]:
+    """Return the numbers of each kind, as in Block.
+
+    written: int32[C, 3]: from 1, or negative and counted back from the face; 0 for none.
+    """
+    result: list[np.ndarray | None] = []
+    for kind in range(len(KINDS)):
+        numbers = written[:, kind].copy()
+        if not numbers.any():
+            result.append(None)
+            continue
+        is_relative = numbers < 0 if numbers.min() < 0 else None
+        numbers -= 1
+        if is_relative is not None:
+            numbers[is_relative] += np.repeat(above.lines(kind), sizes)[is_relative] + 1
+            if (numbers[is_relative] < 0).any():
+                raise MeshletError(f"a face uses a {NAMES[kind]} before the first", EXPORT_AGAIN)
+        result.append(numbers)
+    vertices = result[VERTEX]
+    if len(written) and (vertices is None or vertices.min() == NONE):
         raise MeshletError("a face uses vertex 0", EXPORT_AGAIN)
-    return written
+    return result
 
 
 def read(path: Path, new_rows: NewRows, groups: bool = False) -> MeshFile:
@@ -188,10 +197,10 @@ class _Sets(NamedTuple):
     """Sets of attributes of faces, a bit for each kind.
 
     Attributes:
-        values: the different ones; of_faces: uint8[F], None if all are the same.
+        everywhere: that of all faces; of_faces: uint8[F], None if all are the same.
     """
 
-    values: list[int]
+    everywhere: int
     of_faces: np.ndarray | None
 
 
@@ -253,13 +262,13 @@ class _Reader:
 
     def _add_faces(self, block: Block) -> None:
         sizes, numbers = block.sizes, block.numbers
-        corners, counts = triangles_of(sizes, lambda: self.points.at(numbers[:, VERTEX]))
+        vertices = numbers[VERTEX]
+        if vertices is None:  # faces without corners
+            return
+        corners, counts = triangles_of(sizes, lambda: self.points.at(vertices))
         sets = self._sets(numbers, sizes)
-        self.short += int(np.count_nonzero(sizes < 3))
-        kinds = [kind for kind in range(len(KINDS)) if any(has >> kind & 1 for has in sets.values)]
-        of_kinds = {
-            kind: at_corners(np.ascontiguousarray(numbers[:, kind]), corners) for kind in kinds
-        }
+        self.short += int(np.count_nonzero(sizes < 3)) if corners is not None else 0
+        of_kinds = [None if rows is None else at_corners(rows, corners) for rows in numbers]
         ends = begins(counts)
         of_triangles = None if sets.of_faces is None else np.repeat(sets.of_faces, counts)
         firsts = [first for _, first in block.states]
@@ -269,7 +278,7 @@ class _Reader:
             if first == last:
                 continue
             if of_triangles is None:
-                parts[state, sets.values[0]].append(slice(first, last))
+                parts[state, sets.everywhere].append(slice(first, last))
                 continue
             sets_here, at = np.unique(of_triangles[first:last], return_index=True)
             for has in sets_here[np.argsort(at)].tolist():
@@ -279,22 +288,20 @@ class _Reader:
             for kind, rows in zip(faces.kinds, faces.numbers):
                 rows.add(_joined(of_kinds[kind], chosen))
 
-    def _sets(self, numbers: np.ndarray, sizes: np.ndarray) -> _Sets:
+    def _sets(self, numbers: list[np.ndarray | None], sizes: np.ndarray) -> _Sets:
         """Find the attributes that all corners of each face have."""
         everywhere, of_faces = 0, None
-        for kind in range(len(KINDS)):
-            is_there = numbers[:, kind] != NONE
-            if is_there.all():
+        for kind, rows in enumerate(numbers):
+            if rows is None:
+                continue
+            if rows.min() != NONE:
                 everywhere |= 1 << kind
-            elif is_there.any():
-                whole = _count(is_there, sizes)
-                self.incomplete += int(np.count_nonzero((whole > 0) & (whole < sizes)))
-                bits = (whole == sizes).astype(np.uint8) << kind
-                of_faces = bits if of_faces is None else of_faces | bits
-        if of_faces is None:
-            return _Sets([everywhere], None)
-        of_faces |= everywhere
-        return _Sets(np.unique(of_faces).tolist(), of_faces)
+                continue
+            whole = _count(rows != NONE, sizes)
+            self.incomplete += int(np.count_nonzero((whole > 0) & (whole < sizes)))
+            bits = (whole == sizes).astype(np.uint8) << kind
+            of_faces = bits if of_faces is None else of_faces | bits
+        return _Sets(everywhere, None if of_faces is None else of_faces | everywhere)
 
     def _faces_of(self, state: State, has: int) -> _Faces:
         if not self.groups:
@@ -365,7 +372,8 @@ def _count(is_there: np.ndarray, sizes: np.ndarray) -> np.ndarray:
     return counts
 
 
-def _joined(rows: np.ndarray, parts: list[slice | np.ndarray]) -> np.ndarray:
+def _joined(rows: np.ndarray | None, parts: list[slice | np.ndarray]) -> np.ndarray:
+    assert rows is not None
     return rows[parts[0]] if len(parts) == 1 else np.concatenate([rows[part] for part in parts])
 
 

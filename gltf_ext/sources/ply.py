@@ -322,9 +322,10 @@ def to_int32(numbers: np.ndarray) -> np.ndarray:
     """Return int32: no number beyond it is one of a vertex, and a text may say nan."""
     if not np.can_cast(numbers.dtype, np.int32):
         limits = np.iinfo(np.int32)
-        with np.errstate(invalid="ignore"):
-            numbers = np.clip(numbers, 0 if numbers.dtype.kind == "u" else limits.min, limits.max)
-            numbers = np.nan_to_num(numbers, nan=-1)
+        least, most = numbers.min(initial=0), numbers.max(initial=0)
+        if not (limits.min <= least and most <= limits.max):
+            numbers = np.nan_to_num(numbers.astype(np.float64), nan=-1)
+            numbers = np.clip(numbers, limits.min, limits.max)
     return numbers.astype(np.int32, copy=False)
 
 
