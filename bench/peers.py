@@ -473,7 +473,7 @@ def write_plain(
                 material=number if textured else None,
             )
             document.meshes[number].primitives.append(primitive)
-    write_files(model_files(document, path), read=())
+    write_files(model_files(document, path), sources=())
 
 
 def glb_chunks(data: bytes) -> tuple[dict, bytes]:

@@ -108,7 +108,7 @@ def placed(path: Path, count: int, output: Path) -> Path:
         place = step * np.array([number % side - side // 2, 0.0, number // side - side // 2])
         document.nodes.append(pygltflib.Node(mesh=0, translation=place.tolist(), rotation=turn))
     document.root.scene, document.root.scenes = 0, [pygltflib.Scene(nodes=list(range(count)))]
-    write_files(model_files(document, output), read=())
+    write_files(model_files(document, output), sources=())
     return output
 
 
@@ -239,7 +239,7 @@ def measure_flight(
 
 def compared(renderer: Any, path: Path, options: argparse.Namespace) -> dict:
     """Shares of the sampled pixels of a scene of one instance that are within one pixel."""
-    from gltf_ext.checks.samples import nearest_places
+    from gltf_ext.checks.samples import distances_to
     from gltf_ext.lod.cuts import Cut
     from vk_backend.scene.scene import load_scene
 
@@ -259,7 +259,7 @@ def compared(renderer: Any, path: Path, options: argparse.Namespace) -> dict:
         shown = primitive.mesh(Cut(none, drawn, pages, pages))
         for one, other in ((picture, primitive.compressed.decode()), (exact, shown)):
             points, pixel = sampled_points(one, camera, random)
-            distances, _ = nearest_places(points, other)
+            distances = distances_to(points, other)
             shares.append(float((distances <= pixel).mean()))
     return {
         "pictures": len(shares),

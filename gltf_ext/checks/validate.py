@@ -175,7 +175,7 @@ def _accessor_problems(
 
 
 def _accessors_of(primitive: pygltflib.Primitive) -> list[dict[str, int]]:
-    """The accessors of indices, attributes and each target by name."""
+    """Return the accessors of indices, attributes and each target, by name."""
     return [{"indices": primitive.indices}, primitive.attributes, *primitive.targets]
 
 

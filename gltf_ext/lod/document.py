@@ -33,7 +33,7 @@ class Levels:
 
 
 def add_levels(document: Document, users: list[pygltflib.Primitive], levels: Levels) -> None:
-    """Gives the primitives their levels."""
+    """Give the primitives their levels."""
     tables = levels.tables
     extension = {
         "version": VERSION,
@@ -50,7 +50,7 @@ def add_levels(document: Document, users: list[pygltflib.Primitive], levels: Lev
 
 
 def arrange(document: Document) -> None:
-    """Orders the buffer views: tables, coarse pages, level 0, everything else."""
+    """Order the buffer views: tables, coarse pages, level 0, everything else."""
     rank = np.full(len(document.bufferViews), 3)
     for _, _, primitive in all_primitives(document):
         extension = (primitive.extensions or {}).get(EXTENSION)
@@ -67,7 +67,7 @@ def arrange(document: Document) -> None:
 
 
 def forget_levels(document: Document) -> None:
-    """Removes all levels: they describe data that is replaced."""
+    """Remove all levels: they describe data that is replaced."""
     for _, _, primitive in all_primitives(document):
         (primitive.extensions or {}).pop(EXTENSION, None)
     document.forget_extension(EXTENSION)

@@ -336,7 +336,7 @@ def write_glb(primitives: list[Primitive], path: str | Path) -> None:
         mesh.primitives.append(
             pygltflib.Primitive(attributes=names, indices=indices, material=material)
         )
-    write_files(model_files(document, Path(path)), read=())
+    write_files(model_files(document, Path(path)), sources=())
 
 
 def _material(primitive: Primitive) -> dict[str, Any]:
