@@ -110,12 +110,14 @@ class _View(Handle):
     @property
     def streams(self) -> list[Stream]:
         """The stream table of the first blob. Predictors of others may differ."""
-        found, row = [], StreamRow()
+        streams, row = [], StreamRow()
         for s in range(self._counts.streams):
             functions.get_stream(self, 0, s, byref(row))
             offset = tuple(row.offset[: row.elements])
-            found.append(Stream(row.kind, row.elements, row.bits, row.step, offset, row.predictor))
-        return found
+            streams.append(
+                Stream(row.kind, row.elements, row.bits, row.step, offset, row.predictor)
+            )
+        return streams
 
     def blobs(self) -> list[Struct]:
         blobs = [Blob() for _ in range(self._counts.blobs)]
@@ -166,7 +168,7 @@ class Decoder(_View):
     """Decodes single meshlets of a view, numbered on through its blobs. One thread at a time: else
     raises ValueError.
 
-    kept: the arrays that decode_kept writes, (uint8[64, 3], [uint32[64, elements] per stream]).
+    buffers: the arrays that decode_kept writes, (uint8[64, 3], [uint32[64, elements] per stream]).
     """
 
     def __init__(self, view: Bytes) -> None:
@@ -175,10 +177,10 @@ class Decoder(_View):
         integers = np.empty(MESHLET_VERTICES * sum(elements), np.uint32)
         ends = np.cumsum(elements) * MESHLET_VERTICES
         streams = [a.reshape(MESHLET_VERTICES, -1) for a in np.split(integers, ends[:-1])]
-        self.kept = np.empty((MESHLET_TRIANGLES, 3), np.uint8), streams
+        self.buffers = np.empty((MESHLET_TRIANGLES, 3), np.uint8), streams
         self._numbers = (c_uint32 * 3)()  # of a meshlet, of its triangles, of its vertices
         meshlet = ctypes.addressof(self._numbers)
-        arrays = meshlet + 4, address(self.kept[0]), address(integers)
+        arrays = meshlet + 4, address(self.buffers[0]), address(integers)
         arguments = self._as_parameter_.value, meshlet, 1, *arrays
         # Converts the arguments once, for a function without types and check: to do it in each call
         # would take a tenth of the time.
@@ -201,7 +203,7 @@ class Decoder(_View):
         """Returns (triangles: uint8[t, 3] local ids, [uint32[v, elements] per stream]). Raises
         IndexError, ValueError."""
         triangles, vertices = self.decode_kept(index)
-        local, streams = self.kept
+        local, streams = self.buffers
         return local[:triangles].copy(), [stream[:vertices].copy() for stream in streams]
 
 
@@ -224,9 +226,9 @@ def split(view: Bytes) -> list[tuple[int, int]]:
 
 def describe(view: Bytes) -> dict[str, Any]:
     """Returns counts and numbers of bits; the entries of 'bits' sum to 8 * len(view)."""
-    opened, statistics = _View(view), Statistics()
-    functions.get_statistics(opened, statistics)
-    return opened.description(statistics)
+    handle, statistics = _View(view), Statistics()
+    functions.get_statistics(handle, statistics)
+    return handle.description(statistics)
 
 
 def validate(view: Bytes, threads: int = 0) -> None:
@@ -266,9 +268,9 @@ def weld(rows: NDArray[np.uint8]) -> tuple[UInt32s, int]:
     """Gives bit-identical rows one number, in order of first occurrence. rows: uint8[N, stride].
     Returns (numbers: uint32[N], number of different rows)."""
     rows = _array(rows, np.uint8, -1, -1)
-    found, different = np.empty(len(rows), np.uint32), c_uint32()
-    functions.weld(rows.ctypes, *rows.shape, found.ctypes, byref(different))
-    return found, different.value
+    numbers, count = np.empty(len(rows), np.uint32), c_uint32()
+    functions.weld(rows.ctypes, *rows.shape, numbers.ctypes, byref(count))
+    return numbers, count.value
 
 
 def scan_lines(
@@ -317,13 +319,13 @@ def _row_of(stream: Stream) -> StreamRow:
     return StreamRow(*map(operator.index, integers), step=stream.step, offset=offset)
 
 
-def _options(max_triangles: int, max_vertices: int, effort: str, **others: Any) -> Struct:
+def _options(max_triangles: int, max_vertices: int, effort: str, **fields: Any) -> Struct:
     if not (1 <= max_triangles <= MESHLET_TRIANGLES and 3 <= max_vertices <= MESHLET_VERTICES):
         raise ValueError("a meshlet holds 1 to 64 triangles and 3 to 64 vertices")
     efforts = {"normal": 0, "fast": 1, "high": 2}
     number = _number_of(effort, efforts, "effort is 'fast', 'normal' or 'high'")
     sizes = {"max_triangles": max_triangles, "max_vertices": max_vertices}
-    return MeshletOptions(effort=number, **sizes, **others)
+    return MeshletOptions(effort=number, **sizes, **fields)
 
 
 def _vertices(position_ids: UInt32s, positions: Floats) -> dict[str, Any]:
@@ -466,51 +468,84 @@ class ReplacementErrors(Handle):
         shapes: Sequence[Floats],
         triangles: UInt32s,
         begin: UInt32s,
-        vertex_share: float,
+        vertex_fraction: float,
         threads: int = 0,
     ) -> None:
-        """shapes: float32[V, 3] each: positions at rest, and with each morph target. triangles,
-        begin: level 0 in groups. vertex_share: the share of its area that its vertices stand for.
-        Raises ValueError."""
+        """Place samples in level 0.
+
+        Args:
+            shapes: float32[V, 3] each: positions at rest, and with each morph target.
+            triangles: uint32[T, 3]: level 0, group after group.
+            begin: uint32[G + 1]: the first triangle of each group, and T.
+            vertex_fraction: the fraction of the area of level 0 that its vertices represent.
+            threads: number of threads, 0 for all processors.
+
+        Raises:
+            ValueError: arrays do not fit each other.
+        """
         super().__init__()
         self._shapes = [_array(shape, np.float32, -1, 3) for shape in shapes]
         self._threads, vertices = threads, {len(shape) for shape in self._shapes}
         if len(vertices) > 1:
             raise ValueError("shapes differ in length")
-        level_0 = _groups(triangles, begin), vertex_share, threads
+        level_0 = _groups(triangles, begin), vertex_fraction, threads
         functions.open_surface(
             pointers(self._shapes), len(shapes), sum(vertices), *level_0, self.out
         )
 
     def measure(
         self,
-        before: UInt32s,
-        before_begin: UInt32s,
-        after: UInt32s,
-        after_begin: UInt32s,
-        chosen: UInt32s,
-        carried: UInt32s,
-        carried_begin: UInt32s,
+        old_triangles: UInt32s,
+        old_begin: UInt32s,
+        new_triangles: UInt32s,
+        new_begin: UInt32s,
+        measured_groups: UInt32s,
+        sample_vertices: UInt32s,
+        sample_begin: UInt32s,
         areas: Floats,
     ) -> tuple[Floats, UInt32s, UInt32s, UInt32s, Floats]:
-        """Measures chosen groups of triangles that others replace. before, after: uint32[T, 3]
-        with begins, of whole levels. carried: vertices of level 0 that are gone, in the chosen
-        groups; areas: float32, of level 0 that each one stands for. Returns (float32: the
-        distance between each chosen replacement and level 0 that 99.9 % of either surface keeps,
-        vertices to carry on, for each the triangle of its group's `after` that is nearest, their
-        begins, their areas). Raises ValueError."""
-        chosen, carried = _array(chosen, np.uint32, -1), _array(carried, np.uint32, -1)
-        carried_begin, areas = _array(carried_begin, np.uint32, -1), _array(areas, np.float32, -1)
-        if len(carried_begin) != len(chosen) + 1:
+        """Measure the distance between groups of triangles and their replacements.
+
+        Args:
+            old_triangles: uint32[T, 3]: a level, group after group.
+            old_begin: uint32[G + 1]: the first triangle of each group, and T.
+            new_triangles: uint32[N, 3]: the replacements, in the same order.
+            new_begin: uint32[G + 1]: the first triangle of each replacement, and N.
+            measured_groups: uint32[K]: the groups to measure.
+            sample_vertices: uint32[S]: vertices of level 0 that earlier levels have removed, group
+                after group.
+            sample_begin: uint32[K + 1]: the first sample of each measured group, and S.
+            areas: float32[S]: the area of level 0 that each sample represents.
+
+        Returns:
+            float32[K]: the distance between each replacement and level 0 that 99.9 % of either
+            surface keeps; uint32[R]: the samples for the next level; uint32[R]: the index in
+            `new_triangles` of the nearest triangle of the same group; uint32[K + 1]: the first
+            sample of each group, and R; float32[R]: their areas.
+
+        Raises:
+            ValueError: arrays do not fit each other.
+        """
+        measured_groups, sample_vertices = (
+            _array(measured_groups, np.uint32, -1),
+            _array(sample_vertices, np.uint32, -1),
+        )
+        sample_begin, areas = _array(sample_begin, np.uint32, -1), _array(areas, np.float32, -1)
+        if len(sample_begin) != len(measured_groups) + 1:
             raise ValueError("begins do not rise from 0 to the number of vertices")
-        if len(areas) != len(carried):
+        if len(areas) != len(sample_vertices):
             raise ValueError("areas differ in length")
-        vertices = Carried(vertices=carried, begin=carried_begin, areas=areas, count=len(carried))
-        groups, result = (_groups(before, before_begin), _groups(after, after_begin)), Result()
-        wanted = chosen.ctypes, len(chosen), vertices
-        functions.measure(self, *groups, *wanted, self._threads, result.out)
-        found, areas = result.array(0, np.float32), result.array(4, np.float32)
-        return found, result.array(1), result.array(2), result.array(3), areas
+        vertices = Carried(
+            vertices=sample_vertices, begin=sample_begin, areas=areas, count=len(sample_vertices)
+        )
+        groups, result = (
+            (_groups(old_triangles, old_begin), _groups(new_triangles, new_begin)),
+            Result(),
+        )
+        selection = measured_groups.ctypes, len(measured_groups), vertices
+        functions.measure(self, *groups, *selection, self._threads, result.out)
+        distances, areas = result.array(0, np.float32), result.array(4, np.float32)
+        return distances, result.array(1), result.array(2), result.array(3), areas
 
 
 def surface_distances(
@@ -520,12 +555,12 @@ def surface_distances(
     any that is no farther than `enough`, and uint32[N]: that triangle. Raises ValueError."""
     points, positions = _array(points, np.float32, -1, 3), _array(positions, np.float32, -1, 3)
     surface = _groups(triangles, np.array([0, len(triangles)], np.uint32))
-    there = positions.ctypes, len(positions), enough, threads
-    found, nearest = np.empty(len(points), np.float32), np.empty(len(points), np.uint32)
+    surface_points = positions.ctypes, len(positions), enough, threads
+    distances, nearest = np.empty(len(points), np.float32), np.empty(len(points), np.uint32)
     functions.get_distances(
-        points.ctypes, len(points), surface, *there, found.ctypes, nearest.ctypes
+        points.ctypes, len(points), surface, *surface_points, distances.ctypes, nearest.ctypes
     )
-    return found, nearest
+    return distances, nearest
 
 
 def hilbert_order(points: Floats) -> UInt32s:

@@ -48,7 +48,7 @@ def decode_into_accessors(context: dict[str, Any]) -> None:
     raises MeshletError. trimesh swallows what a handler raises and would go on with the zeros.
     """
     try:
-        decoded = _decode(context)
+        arrays = _decode(context)
     except Exception as error:
         problem = str(error) if isinstance(error, ValueError) else repr(error)
         refusal = _Undecoded(
@@ -56,8 +56,8 @@ def decode_into_accessors(context: dict[str, Any]) -> None:
         )
         primitive = context["primitive"]
         numbers = [primitive.get("indices"), *primitive["attributes"].values()]
-        decoded = dict.fromkeys((n for n in numbers if n is not None), refusal)
-    for number, array in decoded.items():
+        arrays = dict.fromkeys((n for n in numbers if n is not None), refusal)
+    for number, array in arrays.items():
         context["accessors"][number] = array
 
 
@@ -69,7 +69,7 @@ def _decode(context: dict[str, Any]) -> dict[int, Any]:
     streams = _codec.Decoder(blob).streams
     triangles, values = _codec.decode_values(blob)
     indices = primitive["indices"]
-    decoded = {indices: triangles.reshape(accessors[indices].shape)}
+    arrays = {indices: triangles.reshape(accessors[indices].shape)}
     sets = [
         (extension["attributes"], primitive["attributes"]),
         *zip(extension.get("targets", []), primitive.get("targets", []), strict=True),
@@ -78,10 +78,10 @@ def _decode(context: dict[str, Any]) -> dict[int, Any]:
         for name, number in names.items():
             placeholder = accessors[number]
             components = math.prod(placeholder.shape[1:])
-            used = [values[s] for s in streams_of(first_streams[name], components, streams)]
-            array = to_accessor(used, placeholder.dtype)
-            decoded[number] = array.reshape(placeholder.shape)
-    return decoded
+            columns = [values[s] for s in streams_of(first_streams[name], components, streams)]
+            array = to_accessor(columns, placeholder.dtype)
+            arrays[number] = array.reshape(placeholder.shape)
+    return arrays
 
 
 def load(

@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from gltf_ext.attributes.extension import read_compressed, read_triangles
-from gltf_ext.document.document import TRIANGLE_MODES, Document, item
+from gltf_ext.document import gltf
+from gltf_ext.document.document import Document, item
 from gltf_ext.document.nodes import placed
 from gltf_ext.sources.importers import open_model
 from gltf_ext.sources.primitives import is_compressed
@@ -49,11 +50,12 @@ def thumbnail(path: Path) -> bytes:
 def _instances(document: Document) -> Iterator[tuple[tuple[int, int], np.ndarray]]:
     """Return ((mesh, primitive), matrix to world space) of each triangle primitive of each node."""
     for node, matrix in placed(document):
-        if node.mesh is None:
+        if "mesh" not in node:
             continue
-        for index, primitive in enumerate(item(document.meshes, node.mesh, "mesh").primitives):
-            if primitive.mode in TRIANGLE_MODES:
-                yield (node.mesh, index), matrix
+        mesh = item(document.meshes, node["mesh"], "mesh")
+        for index, primitive in enumerate(mesh["primitives"]):
+            if gltf.mode(primitive) in gltf.TRIANGLE_MODES:
+                yield (node["mesh"], index), matrix
 
 
 def _triangles(document: Document, mesh: int, primitive: int, max_triangles: int) -> np.ndarray:
@@ -61,7 +63,7 @@ def _triangles(document: Document, mesh: int, primitive: int, max_triangles: int
 
     Decodes some blobs of a large primitive at a time.
     """
-    if not is_compressed(document.meshes[mesh].primitives[primitive]):
+    if not is_compressed(document.primitive(mesh, primitive)):
         geometry, _ = read_triangles(document, mesh, primitive)
         step = 1 + len(geometry.indices) // max_triangles
         corners: np.ndarray = geometry.attributes["POSITION"][geometry.indices[::step]]

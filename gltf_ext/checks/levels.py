@@ -10,6 +10,7 @@ from gltf_ext.attributes.extension import (
     require_unused_by_accessors,
 )
 from gltf_ext.checks.coverage import check_coverage
+from gltf_ext.document import gltf
 from gltf_ext.document.document import Document
 from gltf_ext.lod.reading import COUNTS, LodPrimitive, read_lod
 from gltf_ext.lod.tables import EXTENSION
@@ -21,7 +22,7 @@ from gltf_ext.sources.primitives import all_primitives, is_compressed
 def lod_problems(document: Document, advance: Advance | None = None) -> list[str]:
     """Return problems of the tables, pages and replacements of all primitives, one line each."""
     problems = []
-    users = [p for _, _, p in all_primitives(document) if EXTENSION in (p.extensions or {})]
+    users = [p for _, _, p in all_primitives(document) if gltf.has_extension(p, EXTENSION)]
     if users and EXTENSION not in document.extensionsUsed:
         problems.append(f"extensionsUsed lacks {EXTENSION}")
     if EXTENSION in document.extensionsRequired:
@@ -46,8 +47,8 @@ def _check_primitives(document: Document, advance: Advance | None) -> None:
         if primitive is None:
             continue
         where = f"{EXTENSION} of {compressed.where}"
-        user = document.meshes[compressed.mesh].primitives[compressed.primitive]
-        extension = user.extensions[EXTENSION]
+        user = document.primitive(compressed.mesh, compressed.primitive)
+        extension = gltf.extension(user, EXTENSION)
         views = [extension["bufferView"], extension["pages"]["bufferView"]]
         references = [*views, *(extension[name] for name in COUNTS)]
         if compressed.view not in levels_of:

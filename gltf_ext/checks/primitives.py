@@ -42,7 +42,7 @@ def compare(
     original: path of the source, for errors; folder: for work files.
     """
     mesh, index = source.mesh, source.primitive
-    if not is_compressed(document.meshes[mesh].primitives[index]):
+    if not is_compressed(document.primitive(mesh, index)):
         findings.triangles += source.triangle_count
         if not _is_same(source, source_of(document, mesh, index)[0]):
             findings.differs(f"{source.where} is not compressed and differs")
@@ -116,6 +116,6 @@ def _is_same(a: Source, b: Source) -> bool:
 def _are_equal(a: Rows | None, b: Rows | None) -> bool:
     if a is None or b is None:
         return a is b
-    return (a.count, a.form) == (b.count, b.form) and all(
+    return (a.count, a.format) == (b.count, b.format) and all(
         a.rows(*part).tobytes() == b.rows(*part).tobytes() for part in blocks(a.count)
     )

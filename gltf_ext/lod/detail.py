@@ -81,8 +81,8 @@ def missing_levels(document: Document) -> list[str]:
 
 def _longest_side(document: Document, compressed: Compressed) -> float:
     """Of the bounding box that the POSITION accessor states."""
-    primitive = document.meshes[compressed.mesh].primitives[compressed.primitive]
-    accessor = document.accessors[primitive.attributes["POSITION"]]
+    primitive = document.primitive(compressed.mesh, compressed.primitive)
+    accessor = document.accessors[primitive["attributes"]["POSITION"]]
     low, high = stated_bounds(accessor)
     if low is None or high is None or len(low) != 3 or len(high) != 3:
         raise MeshletError(

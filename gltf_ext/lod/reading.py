@@ -18,6 +18,7 @@ from gltf_ext.attributes.extension import (
     require_compressed,
     require_plain,
 )
+from gltf_ext.document import gltf
 from gltf_ext.document.document import Document, item
 from gltf_ext.errors import MeshletError, blaming
 from gltf_ext.lod.cuts import Cut
@@ -188,8 +189,8 @@ def read_lod(document: Document, compressed: Compressed) -> LodPrimitive | None:
 
     Checks the tables, and that they describe all blobs of level 0. Raises MeshletError.
     """
-    primitive = document.meshes[compressed.mesh].primitives[compressed.primitive]
-    extension = (primitive.extensions or {}).get(EXTENSION)
+    primitive = document.primitive(compressed.mesh, compressed.primitive)
+    extension = gltf.extension(primitive, EXTENSION)
     if extension is None:
         return None
     where = f"{EXTENSION} of {compressed.where}"

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pygltflib
 
 from gltf_ext import _codec
+from gltf_ext.document import gltf
 from gltf_ext.document.accessors import add_accessor, bounds, set_bounds
 from gltf_ext.document.document import Document
 from gltf_ext.document.images import as_png_or_jpeg, mime_type
@@ -298,11 +298,11 @@ def to_document(meshes: Sequence[IndexedMesh]) -> Document:
     )
     images = _images(materials)
     for holder, image in zip(document.images, images):
-        holder.bufferView = document.add_view(image)
+        holder["bufferView"] = document.add_view(image)
     chosen = iter(of_primitives)
     for mesh in meshes:
         items = [_primitive(document, p, next(chosen), materials) for p in mesh.primitives]
-        document.meshes.append(pygltflib.Mesh(name=_text(mesh.name), primitives=items))
+        document.meshes.append({"name": _text(mesh.name), "primitives": items})
     return document
 
 
@@ -311,16 +311,17 @@ def _primitive(
     primitive: IndexedPrimitive,
     material: Material | None,
     materials: list[Material],
-) -> pygltflib.Primitive:
-    result = pygltflib.Primitive(
-        indices=add_accessor(document, primitive.triangles.reshape(-1, 1)),
-        attributes={
+) -> gltf.Primitive:
+    result: gltf.Primitive = {
+        "indices": add_accessor(document, primitive.triangles.reshape(-1, 1)),
+        "attributes": {
             name: add_accessor(document, values, normalized=name.startswith("COLOR_"))
             for name, values in primitive.attributes.items()
         },
-        material=materials.index(material) if material else None,
-    )
-    position = document.accessors[result.attributes["POSITION"]]
+    }
+    if material:
+        result["material"] = materials.index(material)
+    position = document.accessors[result["attributes"]["POSITION"]]
     set_bounds(position, *bounds(primitive.attributes["POSITION"]))
     return result
 

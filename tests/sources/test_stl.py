@@ -30,7 +30,7 @@ def read(folder, content):
     (folder / "a.stl").write_bytes(content if isinstance(content, bytes) else content.encode())
     document = open_model(folder / "a.stl")
     primitives = [read_primitive(document, m, 0)[0] for m in range(len(document.meshes))]
-    names = [mesh.name for mesh in document.meshes]
+    names = [mesh["name"] for mesh in document.meshes]
     return dict(zip(names, primitives, strict=True)), document.import_warnings
 
 
