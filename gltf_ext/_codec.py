@@ -139,7 +139,7 @@ class _View(Handle):
         return triangles, arrays
 
     def description(self, s: Struct) -> dict[str, Any]:
-        """What describe returns, of these Statistics."""
+        """Return the result of `describe` for these Statistics."""
         bits = {"connectivity": s.connectivity, "references": s.references}
         return {
             "blobs": self._counts.blobs,
@@ -165,10 +165,13 @@ class Header(_View):
 
 
 class Decoder(_View):
-    """Decodes single meshlets of a view, numbered on through its blobs. One thread at a time: else
-    raises ValueError.
+    """Decodes single meshlets of a view, numbered on through its blobs.
 
-    buffers: the arrays that decode_kept writes, (uint8[64, 3], [uint32[64, elements] per stream]).
+    Only one thread may use it at a time; another one gets a ValueError.
+
+    Attributes:
+        buffers: the arrays that decode_kept writes, (uint8[64, 3], [uint32[64, elements] per
+            stream]).
     """
 
     def __init__(self, view: Bytes) -> None:
@@ -188,8 +191,10 @@ class Decoder(_View):
         self._decode = functools.partial(function, *map(c_void_p.from_param, arguments))
 
     def decode_kept(self, index: int) -> tuple[int, int]:
-        """Decodes a meshlet to the beginnings of the arrays in `kept`, without making new ones.
-        Returns its numbers of triangles and vertices. Raises IndexError, ValueError."""
+        """Decode a meshlet to the beginnings of the arrays in `buffers`, without making new ones.
+
+        Returns its numbers of triangles and vertices. Raises IndexError, ValueError.
+        """
         if not 0 <= index < self.meshlet_count:
             raise IndexError("no such meshlet")
         numbers = self._numbers
@@ -200,40 +205,49 @@ class Decoder(_View):
         return numbers[1], numbers[2]
 
     def decode_meshlet(self, index: int) -> tuple[NDArray[np.uint8], list[UInt32s]]:
-        """Returns (triangles: uint8[t, 3] local ids, [uint32[v, elements] per stream]). Raises
-        IndexError, ValueError."""
+        """Return (triangles: uint8[t, 3] local ids, [uint32[v, elements] per stream]).
+
+        Raises IndexError, ValueError.
+        """
         triangles, vertices = self.decode_kept(index)
         local, streams = self.buffers
         return local[:triangles].copy(), [stream[:vertices].copy() for stream in streams]
 
 
 def decode(view: Bytes, threads: int = 0) -> tuple[UInt32s, list[UInt32s]]:
-    """Decodes a view: one blob or several, one on each thread.
-    Returns (triangles: uint32[T, 3], [uint32[V, elements] per stream])."""
+    """Decode a view: one blob or several, one on each thread.
+
+    Returns (triangles: uint32[T, 3], [uint32[V, elements] per stream]).
+    """
     return _View(view).decode(threads, False)
 
 
 def decode_values(view: Bytes, threads: int = 0) -> tuple[UInt32s, list[NDArray[Any]]]:
-    """Returns (triangles: uint32[T, 3], [values per stream]): uint32[V, elements] for INTEGER,
-    float32[V, 3] unit vectors for OCT, float32[V, elements] otherwise."""
+    """Return (triangles: uint32[T, 3], [values per stream]).
+
+    Values are uint32[V, elements] for INTEGER, float32[V, 3] unit vectors for OCT, float32[V,
+    elements] otherwise.
+    """
     return _View(view).decode(threads, True)
 
 
 def split(view: Bytes) -> list[tuple[int, int]]:
-    """Returns (offset, size) of each blob of a view. Checks all headers."""
+    """Return (offset, size) of each blob of a view. Checks all headers."""
     return [(blob.offset, blob.bytes) for blob in _View(view).blobs()]
 
 
 def describe(view: Bytes) -> dict[str, Any]:
-    """Returns counts and numbers of bits; the entries of 'bits' sum to 8 * len(view)."""
+    """Return counts and numbers of bits; the entries of 'bits' sum to 8 * len(view)."""
     handle, statistics = _View(view), Statistics()
     functions.get_statistics(handle, statistics)
     return handle.description(statistics)
 
 
 def validate(view: Bytes, threads: int = 0) -> None:
-    """Raises ValueError if a blob of the view is malformed in any way. Decodes every meshlet
-    alone, and so finds errors that decode may accept."""
+    """Raise ValueError if a blob of the view is malformed in any way.
+
+    Decodes every meshlet alone, and so detects errors that `decode` may accept.
+    """
     functions.validate(_View(view), threads)
 
 
@@ -241,21 +255,21 @@ def validate(view: Bytes, threads: int = 0) -> None:
 
 
 def pack(view: bytes, threads: int = 0) -> bytes:
-    """The view as EXT_meshlet_transport stores it."""
+    """Return the view as EXT_meshlet_transport stores it."""
     result = Result()
     functions.pack(view, len(view), threads, result.out)
     return result.array(0, np.uint8).tobytes()
 
 
 def unpacked_bytes(packed: bytes) -> int:
-    """The length of the view that was packed, by the table of its pages."""
+    """Return the length of the view that was packed, by the table of its pages."""
     size = c_size_t()
     functions.get_unpacked_bytes(packed, len(packed), byref(size))
     return size.value
 
 
 def unpack(packed: bytes, threads: int = 0) -> bytes:
-    """The view that was packed. It is still to be validated."""
+    """Return the view that was packed. It is still to be validated."""
     view = np.empty(unpacked_bytes(packed), np.uint8)
     functions.unpack(packed, len(packed), threads, view.ctypes, len(view))
     return view.tobytes()
@@ -265,8 +279,10 @@ def unpack(packed: bytes, threads: int = 0) -> bytes:
 
 
 def weld(rows: NDArray[np.uint8]) -> tuple[UInt32s, int]:
-    """Gives bit-identical rows one number, in order of first occurrence. rows: uint8[N, stride].
-    Returns (numbers: uint32[N], number of different rows)."""
+    """Give bit-identical rows one number, in order of first occurrence.
+
+    rows: uint8[N, stride]. Returns (numbers: uint32[N], number of different rows).
+    """
     rows = _array(rows, np.uint8, -1, -1)
     numbers, count = np.empty(len(rows), np.uint32), c_uint32()
     functions.weld(rows.ctypes, *rows.shape, numbers.ctypes, byref(count))
@@ -276,12 +292,13 @@ def weld(rows: NDArray[np.uint8]) -> tuple[UInt32s, int]:
 def scan_lines(
     text: bytes, keywords: Mapping[str, str]
 ) -> list[tuple[NDArray[Any], UInt32s, UInt32s]]:
-    """The lines that start with each keyword, in any case; all lines if it is empty.
+    """Return the lines that start with each keyword, in any case; all lines if it is empty.
 
     keywords: in lower case, with the words after each. 'numbers'; 'corners': each word is 1 to 3
     integers between slashes, and gives 3; 0 for one that is not there; 'any': not read. Returns for
     each (numbers: float64[N], of corners int32[N], numbers of each line: uint32[L], their offsets
-    in the text: uint32[L]). Raises ValueError, with the line, for a word that is not a number."""
+    in the text: uint32[L]). Raises ValueError, with the line, for a word that is not a number.
+    """
     kinds = {"any": 0, "numbers": 1, "corners": 2}
     problem = "words are 'any', 'numbers' or 'corners'"
     words = np.array([_number_of(kind, kinds, problem) for kind in keywords.values()], np.uint32)
@@ -309,7 +326,7 @@ def triangulate(points: NDArray[np.float32], sizes: NDArray[np.integer[Any]]) ->
 
 
 def _row_of(stream: Stream) -> StreamRow:
-    """The stream as C has it, which checks it. -1 becomes 255: GLTF_MESHLET_CHOOSE_PREDICTOR."""
+    """Return the stream as C has it, which checks it. -1 becomes GLTF_MESHLET_CHOOSE_PREDICTOR."""
     integers = stream.kind, stream.elements, stream.bits, stream.predictor
     if not all(-1 <= number < 255 for number in integers):
         raise ValueError(f"{stream} has a number that is not from -1 to 254")
@@ -329,7 +346,7 @@ def _options(max_triangles: int, max_vertices: int, effort: str, **fields: Any) 
 
 
 def _vertices(position_ids: UInt32s, positions: Floats) -> dict[str, Any]:
-    """The fields of a mesh for its vertices."""
+    """Return the fields of a mesh for its vertices."""
     positions = _array(positions, np.float32, -1, 3)
     position_ids = _array(position_ids, np.uint32, -1)
     if len(position_ids) != len(positions):
@@ -355,7 +372,7 @@ def encode(
     meshlets: tuple[UInt32s, UInt32s, UInt32s, UInt32s] | None = None,
     effort: str = "normal",
 ) -> tuple[bytes, dict[str, Any]]:
-    """Encodes one primitive.
+    """Encode one primitive.
 
     triangles: uint32[T, 3], no index twice in a triangle. position_ids: uint32[V], below V, equal
     where positions are. positions: float32[V, 3]. values: uint32[V, elements] per stream. lambda_,
@@ -401,7 +418,7 @@ def encode(
 
 
 def _order(meshlets: tuple[UInt32s, ...], triangle_count: int) -> dict[str, Any]:
-    """The fields of a mesh for the caller's meshlets. Raises ValueError."""
+    """Return the fields of a mesh for the caller's meshlets. Raises ValueError."""
     names = ("order", "disk_begin", "meshlet_begin", "group_begin")
     arrays = {name: _array(part, np.uint32, -1) for name, part in zip(names, meshlets)}
     if len(arrays["order"]) != triangle_count:
@@ -412,7 +429,7 @@ def _order(meshlets: tuple[UInt32s, ...], triangle_count: int) -> dict[str, Any]
 def _run(
     options: Struct, progress: Callable[[float], object] | None, function: Callable[[], object]
 ) -> None:
-    """Calls a function whose options have a progress callback; raises what the callback raises."""
+    """Call a function whose options have a progress callback; raises what the callback raises."""
     raised: list[BaseException] = []
 
     def call(_: object, fraction: float) -> int:
@@ -449,10 +466,18 @@ def generate_in_groups(
     effort: str = "normal",
     threads: int = 0,
 ) -> tuple[UInt32s, UInt32s, UInt32s, UInt32s]:
-    """Makes meshlets that never cross groups. Group g: triangles triangle_begin[g] ..
-    triangle_begin[g + 1]. Other arguments as in encode. Returns (uint32[T], numbers of the
-    triangles in order, disk begins, meshlet begins, group begins), the begins as encode takes
-    them. Raises ValueError."""
+    """Make meshlets that never cross groups.
+
+    triangles: uint32[T, 3], group after group; triangle_begin: uint32[G + 1]: the first triangle of
+    each group, and T; other arguments as in `encode`.
+
+    Returns:
+        uint32[T]: the numbers of the triangles in the order of the meshlets; the begins of disks,
+        meshlets and groups, as `encode` takes them.
+
+    Raises:
+        ValueError: arrays do not fit each other.
+    """
     mesh = Mesh(**_vertices(position_ids, positions))
     options = _options(max_triangles, MESHLET_VERTICES, effort, lambda_=lambda_, threads=threads)
     result = Result()
@@ -551,8 +576,21 @@ class ReplacementErrors(Handle):
 def surface_distances(
     points: Floats, positions: Floats, triangles: UInt32s, enough: float = 0.0, threads: int = 0
 ) -> tuple[Floats, UInt32s]:
-    """Returns float32[N]: the distance of each point (float32[N, 3]) to the nearest triangle, or to
-    any that is no farther than `enough`, and uint32[N]: that triangle. Raises ValueError."""
+    """Measure the distance of points to triangles.
+
+    Args:
+        points: float32[N, 3].
+        positions: float32[V, 3]: of the triangles' vertices.
+        triangles: uint32[T, 3].
+        enough: any triangle that is no farther than this will do instead of the nearest.
+        threads: number of threads, 0 for all processors.
+
+    Returns:
+        float32[N]: the distance of each point; uint32[N]: the triangle.
+
+    Raises:
+        ValueError: arrays do not fit each other.
+    """
     points, positions = _array(points, np.float32, -1, 3), _array(positions, np.float32, -1, 3)
     surface = _groups(triangles, np.array([0, len(triangles)], np.uint32))
     surface_points = positions.ctypes, len(positions), enough, threads
@@ -564,7 +602,7 @@ def surface_distances(
 
 
 def hilbert_order(points: Floats) -> UInt32s:
-    """Returns uint32[N]: the numbers of points (finite float32[N, 3]) along a Hilbert curve."""
+    """Return uint32[N]: the numbers of points (finite float32[N, 3]) along a Hilbert curve."""
     points = _array(points, np.float32, -1, 3)
     order = np.empty(len(points), np.uint32)
     functions.sort_points(points.ctypes, len(points), order.ctypes)

@@ -66,6 +66,7 @@ class Option:
 
     @property
     def metavar(self) -> str | None:
+        """Placeholder of the value in help texts; None for a switch."""
         if self.type is bool:
             return None
         if self.placeholder:
@@ -100,14 +101,14 @@ class Option:
         return self.limits_text or f"a number above 0 and up to {self.maximum:g}"
 
     def check(self, value: Any) -> None:
-        """Raises MeshletError for a value that the option cannot have."""
+        """Raise MeshletError for a value that the option cannot have."""
         if not (self.optional if value is None else self._accepts(value)):
             raise MeshletError(
                 f"{self.name} is {value!r}", f"use {self.accepted}", options=(self.name,)
             )
 
     def plain(self, value: Any) -> Any:
-        """A value that the option accepts as one of JSON: also of a path or a number of NumPy."""
+        """Return a value that the option accepts as one of JSON, if it is a path or of NumPy too."""
         if value is None or self.type is bool:
             return value
         if self.type is not str:
@@ -130,7 +131,7 @@ class Option:
 
 
 def _declare(value: Any, flag: str, help: str, **settings: Any) -> Any:
-    """A field with its Option; `value` is the default, of the option's type unless it is None."""
+    """Return a field with its Option. `value`: the default, of the option's type or None."""
     if value is None:
         settings["optional"] = True
     else:
@@ -140,7 +141,7 @@ def _declare(value: Any, flag: str, help: str, **settings: Any) -> Any:
 
 
 def bytes_of(text: str) -> int:
-    """The bytes that a text such as 2G, 800M, 16k or 4096 means. Raises ValueError."""
+    """Return the bytes that a text such as 2G, 800M, 16k or 4096 means. Raises ValueError."""
     match = re.fullmatch(r"(\d{1,15})([KMG]?)", text.strip().upper())
     if not match:
         raise ValueError(f"{text!r} is no number such as 2G or 800M")
@@ -351,10 +352,11 @@ class Options:
 
     @property
     def lod_page_bytes(self) -> int:
+        """Largest page of a model with levels of detail, in bytes."""
         return self.page_bytes or DEFAULT_LOD_PAGE_BYTES
 
     def page_bytes_of(self, triangles: int) -> int:
-        """The page size of a primitive without levels; 0 for one blob."""
+        """Return the page size of a primitive without levels; 0 for one blob."""
         if self.page_bytes is not None:
             return self.page_bytes
         return DEFAULT_PAGE_BYTES if triangles > MOST_TRIANGLES_UNPAGED else 0
@@ -367,7 +369,7 @@ class Options:
 
 
 def _choices(name: str) -> tuple[str, ...]:
-    """The values of an option whose type is a Literal; empty for others."""
+    """Return the values of an option whose type is a Literal; empty for others."""
     hint = get_type_hints(Options)[name]
     return get_args(hint) if get_origin(hint) is Literal else ()
 
@@ -380,7 +382,7 @@ FLAGS = {option.name: option.flag for option in OPTIONS if option.flag}
 
 
 def described() -> str:
-    """The lines for the docstring of `compress`: each option by its Python name."""
+    """Return the lines for the docstring of `compress`: each option by its Python name."""
     blocks = []
     for option in OPTIONS:
         choices = '" or "'.join(option.choices)

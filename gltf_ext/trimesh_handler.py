@@ -42,7 +42,7 @@ class _Undecoded:
 
 
 def decode_into_accessors(context: dict[str, Any]) -> None:
-    """Replaces the zeros in the primitive's accessors by the decoded arrays.
+    """Replace the zeros in the primitive's accessors by the decoded arrays.
 
     context: trimesh's PrimitivePreprocessContext. If the primitive cannot be decoded, loading it
     raises MeshletError. trimesh swallows what a handler raises and would go on with the zeros.
@@ -62,7 +62,7 @@ def decode_into_accessors(context: dict[str, Any]) -> None:
 
 
 def _decode(context: dict[str, Any]) -> dict[int, Any]:
-    """Number of an accessor -> its decoded array, for all accessors of the primitive."""
+    """Return number of an accessor -> its decoded array, for all accessors of the primitive."""
     extension, primitive, accessors = context["data"], context["primitive"], context["accessors"]
     view = bytes(context["views"][extension["bufferView"]])
     blob = unpack(view) if is_packed(view) else view

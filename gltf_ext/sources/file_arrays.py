@@ -58,7 +58,7 @@ def stamp_of(path: Path) -> tuple[int, int]:
 
 
 def check_unchanged(path: Path, stamp: tuple[int, int] | None) -> None:
-    """Raises MeshletError for a file that has another stamp by now."""
+    """Raise MeshletError for a file that has another stamp by now."""
     if stamp_of(path) != stamp:
         raise MeshletError("changed while it was read", "run the command again", str(path))
 
@@ -66,7 +66,7 @@ def check_unchanged(path: Path, stamp: tuple[int, int] | None) -> None:
 def large_primitives(
     document: Document, path: Path, options: Options
 ) -> dict[tuple[int, int], Source]:
-    """The primitives that do not fit memory, by (mesh, primitive): all but the smallest.
+    """Return the primitives that do not fit memory, by (mesh, primitive): all but the smallest.
 
     path: the document's file. Raises MeshletError for one that has to be read as a whole.
     """
@@ -119,7 +119,7 @@ class _AccessorFiles:
         self._document, self._path = document, path
 
     def array(self, index: int, name: str, count: int | None) -> FileArray:
-        """An accessor, of `count` elements. Raises MeshletError."""
+        """Return an accessor, of `count` elements. Raises MeshletError."""
         document = self._document
         accessor = item(document.accessors, index, f"the accessor of {name},")
         format_ = accessor_format(accessor, name)
