@@ -216,9 +216,9 @@ def _compress_and_verify(
     if report["output"] != str(output):
         raise MeshletError("the result does not fit a .glb", "compress it by itself")
     names = ("max_memory", "work_dir", "obj_groups")
-    chosen = {"work_dir": str(folder), **job.options}
-    chosen = {name: chosen[name] for name in names if name in chosen}
-    verification = verify(inputs.model, output, **chosen)
+    of_verify = {"work_dir": str(folder), **job.options}
+    of_verify = {name: of_verify[name] for name in names if name in of_verify}
+    verification = verify(inputs.model, output, **of_verify)
     if inputs.current_stamps() != inputs.stamps:
         raise MeshletError("changed while it was read", "run again")
     if not verification["ok"]:

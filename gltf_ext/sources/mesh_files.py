@@ -299,9 +299,9 @@ def to_document(meshes: Sequence[IndexedMesh]) -> Document:
     images = _images(materials)
     for holder, image in zip(document.images, images):
         holder["bufferView"] = document.add_view(image)
-    chosen = iter(of_primitives)
+    remaining = iter(of_primitives)
     for mesh in meshes:
-        items = [_primitive(document, p, next(chosen), materials) for p in mesh.primitives]
+        items = [_primitive(document, p, next(remaining), materials) for p in mesh.primitives]
         document.meshes.append({"name": _text(mesh.name), "primitives": items})
     return document
 

@@ -75,8 +75,8 @@ def read(
     is_complete = True
     for line in dict.fromkeys(libraries):
         readings = _readings(line)
-        there = (names for names in readings if any(map(is_there, _paths(folder, names))))
-        for file in next(there, readings[0]):
+        existing = (names for names in readings if any(map(is_there, _paths(folder, names))))
+        for file in next(existing, readings[0]):
             path = named_file(folder, file, contents, MATERIALS)
             is_complete &= path is not None
             for name, lines in _materials_of(path.read_bytes() if path else b""):
@@ -331,15 +331,15 @@ class _Reader:
         return placement, image
 
     def _emissive_texture(self) -> Texture | None:
-        found = self._image(EMISSION)
-        return found and found[0].texture(found[1])
+        image = self._image(EMISSION)
+        return image and image[0].texture(image[1])
 
     def _normal_texture(self) -> Texture | None:
         keyword = next((keyword for keyword in NORMALS if keyword in self._lines), b"")
-        found = self._image(keyword)
-        if not found:
+        placement_and_image = self._image(keyword)
+        if not placement_and_image:
             return None
-        placement, image = found
+        placement, image = placement_and_image
         if keyword != b"norm" and texture_images.is_gray(image):
             warn(self._contents, f"{self._name}: its height map is left out; glTF has normal maps")
             return None

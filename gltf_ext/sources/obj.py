@@ -96,7 +96,7 @@ def blocks(path: Path) -> Iterator[Block]:
     with open(path, "rb") as file:
         for text in text_blocks(file):
             scans = dict(zip(KEYWORDS, _codec.scan_lines(text, KEYWORDS)))
-            of_kinds, (written, counts, at) = [scans[kind] for kind in KINDS], scans["f"]
+            of_kinds, (numbers_of_file, counts, at) = [scans[kind] for kind in KINDS], scans["f"]
             rows = [_rows(scan[0], scan[1], kind) for kind, scan in enumerate(of_kinds)]
             sizes = counts.astype(np.int64) // len(KINDS)
             above = _Above(totals, [scan[2] for scan in of_kinds], at)
@@ -113,7 +113,7 @@ def blocks(path: Path) -> Iterator[Block]:
                 states.append((state, int(np.searchsorted(at, offset))))
             yield Block(
                 rows,
-                _numbers(written.reshape(-1, 3), sizes, above),
+                _numbers(numbers_of_file.reshape(-1, 3), sizes, above),
                 sizes,
                 states,
                 words_after(text, scans["mtllib"][2]),
@@ -158,14 +158,16 @@ def _rows(numbers: np.ndarray, counts: np.ndarray, kind: int) -> np.ndarray:
     return result
 
 
-def _numbers(written: np.ndarray, sizes: np.ndarray, above: _Above) -> list[np.ndarray | None]:
+def _numbers(
+    numbers_of_file: np.ndarray, sizes: np.ndarray, above: _Above
+) -> list[np.ndarray | None]:
     """Return the numbers of each kind, as in Block.
 
-    written: int32[C, 3]: from 1, or negative and counted back from the face; 0 for none.
+    numbers_of_file: int32[C, 3]: from 1, or negative and counted back from the face; 0 for none.
     """
     result: list[np.ndarray | None] = []
     for kind in range(len(KINDS)):
-        numbers = written[:, kind].copy()
+        numbers = numbers_of_file[:, kind].copy()
         if not numbers.any():
             result.append(None)
             continue
@@ -177,7 +179,7 @@ def _numbers(written: np.ndarray, sizes: np.ndarray, above: _Above) -> list[np.n
                 raise MeshletError(f"a face uses a {NAMES[kind]} before the first", EXPORT_AGAIN)
         result.append(numbers)
     vertices = result[VERTEX]
-    if len(written) and (vertices is None or vertices.min() == NONE):
+    if len(numbers_of_file) and (vertices is None or vertices.min() == NONE):
         raise MeshletError("a face uses vertex 0", EXPORT_AGAIN)
     return result
 
@@ -283,10 +285,10 @@ class _Reader:
             sets_here, at = np.unique(of_triangles[first:last], return_index=True)
             for has in sets_here[np.argsort(at)].tolist():
                 parts[state, has].append(first + np.flatnonzero(of_triangles[first:last] == has))
-        for (state, has), chosen in parts.items():
+        for (state, has), ranges in parts.items():
             faces = self._faces_of(state, has)
             for kind, rows in zip(faces.kinds, faces.numbers):
-                rows.add(_joined(of_kinds[kind], chosen))
+                rows.add(_concatenate(of_kinds[kind], ranges))
 
     def _sets(self, numbers: list[np.ndarray | None], sizes: np.ndarray) -> _Sets:
         """Find the attributes that all corners of each face have."""
@@ -372,7 +374,7 @@ def _count(is_there: np.ndarray, sizes: np.ndarray) -> np.ndarray:
     return counts
 
 
-def _joined(rows: np.ndarray | None, parts: list[slice | np.ndarray]) -> np.ndarray:
+def _concatenate(rows: np.ndarray | None, parts: list[slice | np.ndarray]) -> np.ndarray:
     assert rows is not None
     return rows[parts[0]] if len(parts) == 1 else np.concatenate([rows[part] for part in parts])
 

@@ -85,12 +85,12 @@ class Element(NamedTuple):
         """Name -> type of each property that is no list."""
         return {p.name: p.dtype for p in self.properties if p.length is None}
 
-    def first_of(self, names: Sequence[Sequence[str]], needed: int) -> tuple[str, ...]:
-        """Return the first names of which the properties have at least the first `needed`."""
-        there = self.values
-        for chosen in names:
-            if all(name in there for name in chosen[:needed]):
-                return tuple(name for name in chosen if name in there)
+    def first_of(self, names: Sequence[Sequence[str]], count: int) -> tuple[str, ...]:
+        """Return the first names of which the properties have at least the first `count`."""
+        values = self.values
+        for candidates in names:
+            if all(name in values for name in candidates[:count]):
+                return tuple(name for name in candidates if name in values)
         return ()
 
 
@@ -314,8 +314,8 @@ def vertex_attributes(element: Element, columns: Columns) -> dict[str, np.ndarra
 
 def _lists_of(columns: Columns) -> Lists | None:
     """Return the vertices of faces or strips, if the columns have them."""
-    found = next((columns[name] for name in INDICES if name in columns), None)
-    return found if isinstance(found, Lists) else None
+    lists = next((columns[name] for name in INDICES if name in columns), None)
+    return lists if isinstance(lists, Lists) else None
 
 
 def to_int32(numbers: np.ndarray) -> np.ndarray:
@@ -346,8 +346,8 @@ def triangles_of_strips(lists: Lists) -> np.ndarray:
     turned = (third - begins[third]) % 2 == 1
     triangles = np.stack([np.where(turned, b, a), np.where(turned, a, b), c], axis=1)
     different = (a != b) & (b != c) & (c != a)
-    chosen: np.ndarray = triangles[different]
-    return chosen
+    result: np.ndarray = triangles[different]
+    return result
 
 
 class Scalars:
@@ -416,20 +416,20 @@ class Scalars:
 
 def _text(texts: Iterator[bytes], elements: Sequence[Element]) -> Iterator[tuple[Element, Columns]]:
     queue = list(elements)
-    left = queue[0].rows if queue else 0
+    rows_left = queue[0].rows if queue else 0
     for text in texts:
         ((numbers, counts, _),) = _codec.scan_lines(text, {"": "numbers"})
         ends = np.cumsum(counts, dtype=np.int64)
         at = 0
         while queue and at < len(counts):
-            rows = slice(at, at + min(left, len(counts) - at))
+            rows = slice(at, at + min(rows_left, len(counts) - at))
             starts = ends[rows] - counts[rows]
             yield queue[0], _columns_of_text(numbers, starts, ends[rows], queue[0])
-            left -= len(starts)
+            rows_left -= len(starts)
             at = rows.stop
-            if not left:
+            if not rows_left:
                 del queue[0]
-                left = queue[0].rows if queue else 0
+                rows_left = queue[0].rows if queue else 0
     if queue:
         raise MeshletError(CUT_OFF, "get it again")
 
@@ -467,19 +467,19 @@ def _binary(file: BinaryIO, element: Element) -> Iterator[Columns]:
             fields.append((f"{name} length", length, ()))
         fields.append((name, dtype, (count,) if length is not None else ()))
     row = np.dtype(fields)
-    left = element.rows
-    while left:
+    rows_left = element.rows
+    while rows_left:
         start = file.tell()
-        rows = read_rows(file, row, left)
+        rows = read_rows(file, row, rows_left)
         same = np.ones(len(rows), bool)
         for (name, _, length), count in zip(element.properties, lengths):
             if length is not None:
                 same &= rows[f"{name} length"] == count
         if not len(rows) or not same.all():
             file.seek(start)
-            yield from _mixed(file, element, left)
+            yield from _mixed(file, element, rows_left)
             return
-        left -= len(rows)
+        rows_left -= len(rows)
         yield {
             name: Lists(np.broadcast_to(np.int64(count), len(rows)), _values(rows, name))
             if length is not None
@@ -517,19 +517,19 @@ def _lengths_of_row(file: BinaryIO, element: Element) -> list[int]:
     return lengths
 
 
-def _mixed(file: BinaryIO, element: Element, left: int) -> Iterator[Columns]:
+def _mixed(file: BinaryIO, element: Element, rows_left: int) -> Iterator[Columns]:
     """Walk row by row: 1 us each."""
     size = block_bytes(file)
-    while left:
+    while rows_left:
         start, data = file.tell(), file.read(size)
-        places, end = _places(data, element, left)
+        places, end = _places(data, element, rows_left)
         file.seek(start + end)
         if not len(places):
             if len(data) < size:
                 raise MeshletError(CUT_OFF, "get it again")
             size *= 2  # for a row that is longer
             continue
-        left -= len(places)
+        rows_left -= len(places)
         array = np.frombuffer(data, np.uint8)
         columns: Columns = {}
         for (name, dtype, length), at, counts in zip(

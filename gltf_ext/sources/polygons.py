@@ -51,10 +51,10 @@ class Points:
         """float32[C, 3]; NaN for those that are missing. numbers: int[C]. Raises OSError."""
         is_there = (numbers >= 0) & (numbers < self._positions.count)
         if is_there.all():
-            return self._positions.chosen(numbers)
+            return self._positions.gather(numbers)
         result = np.full((len(numbers), 3), np.nan, np.float32)
         if is_there.any():
-            result[is_there] = self._positions.chosen(numbers[is_there])
+            result[is_there] = self._positions.gather(numbers[is_there])
         self.missing += int(np.count_nonzero(~is_there))
         return result
 

@@ -63,7 +63,7 @@ class RowArray(ABC):
         """Return [last - first, components]. Raises OSError."""
 
     @abstractmethod
-    def chosen(self, numbers: np.ndarray) -> np.ndarray:
+    def gather(self, numbers: np.ndarray) -> np.ndarray:
         """Return a copy of these rows: [len(numbers), components]. Raises OSError."""
 
 
@@ -98,7 +98,7 @@ class MemoryRows(RowArray):
         values: np.ndarray = np.ndarray((last - first, width), dtype, self._bytes, offset)
         return values
 
-    def chosen(self, numbers: np.ndarray) -> np.ndarray:
+    def gather(self, numbers: np.ndarray) -> np.ndarray:
         """Return a copy of these rows."""
         result: np.ndarray = self.rows(0, self.count)[numbers]
         return result
@@ -137,7 +137,7 @@ class FileRows(RowArray):
             row, block = end, block + 1
         return result
 
-    def chosen(self, numbers: np.ndarray) -> np.ndarray:
+    def gather(self, numbers: np.ndarray) -> np.ndarray:
         """Return a copy of these rows, which are read in runs. Raises OSError."""
         different, inverse = np.unique(numbers, return_inverse=True)
         is_end = (np.diff(different) > GAP_ROWS) | (np.diff(different // RUN_ROWS) != 0)

@@ -119,29 +119,29 @@ def _checked(count: int, path: Path, contents: MeshFile) -> int:
     size = os.path.getsize(path)
     if size < HEADER.itemsize:
         raise MeshletError(CUT_OFF, "get it again")
-    there, rest = divmod(size - HEADER.itemsize, TRIANGLE.itemsize)
-    if there == count:
+    actual, rest = divmod(size - HEADER.itemsize, TRIANGLE.itemsize)
+    if actual == count:
         return count
-    if rest and count > there:
+    if rest and count > actual:
         raise MeshletError(CUT_OFF, "get it again")
     if rest and count:
         contents.warnings.append(f"{size - _bytes_of(count)} bytes after the triangles are ignored")
         return count
-    contents.warnings.append(f"its header counts {count} triangles, but it has {there}")
-    return there
+    contents.warnings.append(f"its header counts {count} triangles, but it has {actual}")
+    return actual
 
 
 def _binary(file: BinaryIO, count: int, header: bytes) -> Iterator[Block]:
     """Yield facets of a file that is read up to the first."""
     at = header.find(MAGICS) + len(MAGICS)
     part = header[at : at + 4] if at >= len(MAGICS) and at + 4 <= len(header) else None
-    left = count
-    while left:
-        triangles = read_rows(file, TRIANGLE, left)
+    remaining = count
+    while remaining:
+        triangles = read_rows(file, TRIANGLE, remaining)
         if not len(triangles):
             raise MeshletError("became shorter while it was read", "try again")
         yield Block(0, "", triangles["corners"], _colors(triangles["attribute"], part))
-        left -= len(triangles)
+        remaining -= len(triangles)
 
 
 def _colors(attributes: np.ndarray, part: bytes | None) -> np.ndarray | None:

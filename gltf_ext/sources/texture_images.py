@@ -22,8 +22,8 @@ def is_gray(image: bytes) -> bool:
     """Return whether an image has one channel, and maybe an alpha."""
     from PIL import Image
 
-    with Image.open(io.BytesIO(image)) as opened:
-        return opened.mode in ("1", "L", "LA", "I", "I;16", "F")
+    with Image.open(io.BytesIO(image)) as pixels:
+        return pixels.mode in ("1", "L", "LA", "I", "I;16", "F")
 
 
 def with_alpha(color: bytes | None, alpha: bytes, channel: bytes) -> bytes:
@@ -31,7 +31,7 @@ def with_alpha(color: bytes | None, alpha: bytes, channel: bytes) -> bytes:
     from PIL import Image
 
     opacity = _band(alpha, channel, "A")
-    pixels = _opened(color).convert("RGB") if color else Image.new("RGB", opacity.size, "white")
+    pixels = _open(color).convert("RGB") if color else Image.new("RGB", opacity.size, "white")
     pixels.putalpha(opacity.resize(pixels.size))
     return _png(pixels)
 
@@ -52,7 +52,7 @@ def metal_rough(roughness: Channel | float, metalness: Channel | float) -> bytes
 
 def _band(image: bytes, channel: bytes, default: str) -> Image:
     """Return one channel as grey: the one that is named, else the default, else the luminance."""
-    pixels = _opened(image)
+    pixels = _open(image)
     if pixels.mode == "P" or "transparency" in pixels.info:
         pixels = pixels.convert("RGBA" if "transparency" in pixels.info else "RGB")
     band = CHANNELS.get(channel) or ("" if channel else default)
@@ -61,15 +61,15 @@ def _band(image: bytes, channel: bytes, default: str) -> Image:
     return pixels.convert("L")
 
 
-def _opened(image: bytes) -> Image:
+def _open(image: bytes) -> Image:
     from PIL import Image
 
     try:
-        opened = Image.open(io.BytesIO(image))
-        opened.load()
+        pixels = Image.open(io.BytesIO(image))
+        pixels.load()
     except Exception:  # Pillow's readers raise anything
         raise MeshletError("it cannot be read") from None
-    return opened
+    return pixels
 
 
 def _png(image: Image) -> bytes:

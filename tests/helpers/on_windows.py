@@ -159,7 +159,7 @@ def uris():
         triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
         Path("names.obj").write_text(f"mtllib {name}\n{triangle}", encoding="utf-8")
         errors = command("compress", "names.obj", "names.glb")
-        assert "is not a relative path, so its material is left out" in errors, errors
+        assert "is not a relative path, so its materials are left out" in errors, errors
 
 
 def closed_pipe():
