@@ -197,7 +197,7 @@ def beside(folder: Path, name: str) -> list[Path]:
     The second is where files are that once had an absolute path on another machine.
     """
     names = dict.fromkeys((name, name.replace("\\", "/").rpartition("/")[2]))
-    paths = (path_beside(folder, n) for n in names if n)
+    paths = (path_beside(folder, n) for n in names if n not in ("", ".", ".."))
     return list(dict.fromkeys(path for path in paths if path is not None))
 
 
