@@ -312,6 +312,20 @@ def scan_lines(
     ]
 
 
+def triangulate(points: NDArray[np.float32], sizes: NDArray[np.integer[Any]]) -> UInt32s:
+    """uint32[T, 3]: corners of triangles, numbered over all polygons, one polygon after the other.
+
+    points: float32[corners, 3], one polygon after the other; sizes: corners of each polygon, of
+    which those with fewer than 3 give no triangle. Convex polygons become fans around their first
+    corner, others lose their ears.
+    """
+    points = _array(points, np.float32, -1, 3)
+    sizes = np.ascontiguousarray(sizes, np.uint32)
+    result = Result()
+    functions.triangulate(points.ctypes, len(points), sizes.ctypes, len(sizes), result.out)
+    return result.array(0).reshape(-1, 3)
+
+
 def _row_of(stream: Stream) -> StreamRow:
     """Return the stream as C has it, which checks it. -1 becomes GLTF_MESHLET_CHOOSE_PREDICTOR."""
     integers = stream.kind, stream.elements, stream.bits, stream.predictor

@@ -22,8 +22,8 @@ _ARRAYS = (c_uint32 * 4, c_uint64 * 5, c_float * 4, c_uint64 * BLOB_MAX_STREAMS)
 _TYPES: dict[str, Any] = dict(zip("buqifzpc45os", (*_NUMBERS, c_void_p, PROGRESS, *_ARRAYS)))
 FUNCTIONS = """
 close p, get_array pupp, open pzp, get_counts pp, get_blob pup, get_stream puup, validate pi,
-get_meshlet_triangles pupz, get_statistics pp, decode pip, decode_meshlets ppzppp, encode pppp,
-weld pzzpp, scan_lines pzppzp, generate pppp, sort_points pzp, open_surface puqpfip,
+get_meshlet_triangles pupz, get_statistics pp, decode pip, decode_meshlets ppzppp, encode pppp, weld
+pzzpp, scan_lines pzppzp, triangulate pzpzp, generate pppp, sort_points pzp, open_surface puqpfip,
 measure ppppzpip, get_distances pzppqfipp, get_unpacked_bytes pzp, unpack pzipz, pack pzip
 """
 

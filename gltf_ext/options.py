@@ -236,6 +236,11 @@ class Options:
         "pack the result for download, about a third smaller (EXT_meshlet_transport, a draft); "
         "readers unpack it when they open it",
     )
+    obj_groups: bool = _declare(
+        False,
+        "--obj-groups",
+        "groups (g) of an .obj become nodes, too, below those of its objects (o)",
+    )
     threads: int = _declare(
         0,
         "--threads",

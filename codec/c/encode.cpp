@@ -4,6 +4,7 @@
 
 #include "c/objects.h"
 #include "common/curve.h"
+#include "common/polygons.h"
 #include "common/text_lines.h"
 #include "common/weld.h"
 #include "encode/pages.h"
@@ -286,6 +287,21 @@ int gltf_meshlet_scan_lines(const char* text, size_t size, const char* const* ke
       taken.push_back({keywords[i], kKinds[words[i]]});
     }
     return open_object<Result>(result, scan_lines({text, size}, taken));
+  });
+}
+
+int gltf_meshlet_triangulate(const float* points, size_t corners, const uint32_t* sizes,
+                             size_t count, gltf_meshlet_result** result) {
+  return guarded([&] {
+    require(result, kNull);
+    *result = nullptr;
+    require((points || corners == 0) && (sizes || count == 0), kNull);
+    require(corners <= UINT32_MAX, "there are too many corners");
+    size_t left = corners;
+    for (size_t i = 0; i < count; left -= sizes[i++])
+      require(sizes[i] <= left, "the polygons have more corners than there are");
+    require(left == 0, "the polygons have fewer corners than there are");
+    return open_object<Result>(result, triangulate(points, sizes, count));
   });
 }
 

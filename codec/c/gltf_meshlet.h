@@ -276,6 +276,15 @@ GLTF_MESHLET_API int gltf_meshlet_scan_lines(const char* text, size_t size,
                                              const char* const* keywords, const uint32_t* words,
                                              size_t count, gltf_meshlet_result** result);
 
+/* Cuts `count` polygons into triangles. points: 3 floats of each corner, one polygon after the
+ * other; sizes: corners of each polygon, `corners` in all, less than 2^32. Convex polygons become
+ * fans, others lose their ears. Array 0 of the result: uint32_t, three corners, numbered over all
+ * polygons, of each triangle; size - 2 triangles for each polygon with at least three corners, one
+ * polygon after the other. */
+GLTF_MESHLET_API int gltf_meshlet_triangulate(const float* points, size_t corners,
+                                              const uint32_t* sizes, size_t count,
+                                              gltf_meshlet_result** result);
+
 /* ---- Levels of detail ---- */
 
 /* Triangles of all groups: those of group g are begin[g] .. begin[g + 1], at least one. */

@@ -30,6 +30,7 @@ def verify(
     *,
     max_memory: str | int | None = None,
     work_dir: str | None = None,
+    obj_groups: bool = False,
     progress: bool = False,
 ) -> dict[str, Any]:
     """Compare a compressed file with the model it was made from.
@@ -41,6 +42,7 @@ def verify(
             bytes (K, M and G are powers of 1024). Levels of detail of primitives that are read in
             parts are not measured.
         work_dir: folder for work files; by default that of the system for temporary files.
+        obj_groups: for an .obj that was compressed with it.
         progress: draw a progress bar on a terminal.
 
     Returns:
@@ -72,20 +74,27 @@ def verify(
         OSError: a file cannot be read.
     """
     folder = work_dir or tempfile.gettempdir()
-    options = Options.of({"max_memory": max_memory, "work_dir": folder, "progress": progress})
+    options = Options.of(
+        {
+            "max_memory": max_memory,
+            "work_dir": folder,
+            "obj_groups": obj_groups,
+            "progress": progress,
+        }
+    )
     return _compare_files(original, compressed, options)
 
 
 def _compare_files(
     original: str | os.PathLike[str], compressed: str | os.PathLike[str], options: Options
 ) -> dict[str, Any]:
-    """Return the report of verify. options: max_memory, work_dir and progress."""
+    """Return the report of verify. options: max_memory, work_dir, obj_groups and progress."""
     large: Larges = {}
     with blaming(original):
         if options.memory:
             original_document, large = open_large(Path(original), options)
         else:
-            original_document = open_model(original)
+            original_document = open_model(original, options.obj_groups)
     with blaming(compressed):
         compressed_document = open_model(compressed)
     if not has_compressed(compressed_document):

@@ -151,6 +151,7 @@ def compress(input: File, output: File, settings: Options) -> Report:
         fallback: also write plain buffers into OUT.fallback.bin, for readers without the extension.
         transport: pack the result for download, about a third smaller (EXT_meshlet_transport, a
             draft); readers unpack it when they open it.
+        obj_groups: groups (g) of an .obj become nodes, too, below those of its objects (o).
         threads: number of threads, 0 for one per processor; the bytes are the same for any (0 to
             1024, default 0).
         max_memory: work through models larger than memory in chunks; the process stays below so
@@ -179,7 +180,7 @@ def compress(input: File, output: File, settings: Options) -> Report:
         if settings.memory:
             document, large = open_large(Path(input), settings)
         else:
-            document = open_model(input)
+            document = open_model(input, settings.obj_groups)
         sources_read = document.files()
         jobs = _jobs(document, large, settings)
         encoded = _encode_all(jobs, settings, chunks, Path(input).name)

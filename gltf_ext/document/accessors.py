@@ -194,24 +194,21 @@ def store(
     store_rows(document, accessor, rows.data, target, fallback)
 
 
-def add_accessor(document: Document, values: np.ndarray) -> int:
+def add_accessor(document: Document, values: np.ndarray, normalized: bool = False) -> int:
     """Return the number of a new accessor with a buffer view of its own.
 
-    values: [count, components] of float32 or uint8, which is normalized, for vertices; of uint32
-    for indices.
+    values: [count, components] of any type of DTYPES for vertices; of uint32 for indices.
     """
-    component, target = {
-        "u4": (gltf.UNSIGNED_INT, gltf.ELEMENT_ARRAY_BUFFER),
-        "u1": (gltf.UNSIGNED_BYTE, gltf.ARRAY_BUFFER),
-        "f4": (gltf.FLOAT, gltf.ARRAY_BUFFER),
-    }[values.dtype.str[1:]]
+    component = next(number for number, dtype in DTYPES.items() if dtype == values.dtype)
+    is_index = component == gltf.UNSIGNED_INT
+    target = gltf.ELEMENT_ARRAY_BUFFER if is_index else gltf.ARRAY_BUFFER
     columns = values.shape[1]
     accessor: gltf.Accessor = {
         "componentType": component,
         "count": len(values),
         "type": "SCALAR" if columns == 1 else f"VEC{columns}",
     }
-    if component == gltf.UNSIGNED_BYTE:
+    if normalized:
         accessor["normalized"] = True
     store(document, accessor, values, target, fallback=False)
     document.accessors.append(accessor)

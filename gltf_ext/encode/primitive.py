@@ -22,7 +22,8 @@ from gltf_ext.progress import Advance
 from gltf_ext.scheduler import Runner
 from gltf_ext.sources.memory import UNEVEN, chunk_size, fitting
 from gltf_ext.sources.primitives import DropCounts
-from gltf_ext.sources.source import Rows, Source, blocks
+from gltf_ext.sources.row_arrays import Rows
+from gltf_ext.sources.source import Source, blocks
 from gltf_ext.work_files import Spool, WorkFile
 
 # Shares of the progress: triangles read, and sorted into chunks; the rest is for encoding.

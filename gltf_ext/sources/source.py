@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from gltf_ext.progress import Advance
 from gltf_ext.scheduler import in_order
 from gltf_ext.sources.attribute_names import is_of_target, local_name, pair_names
 from gltf_ext.sources.primitives import DropCounts, Primitive, place
+from gltf_ext.sources.row_arrays import Rows
 
 # Rows that are read at a time. With 1 << 17, a million triangles in --max-memory 110M peaked at 98
 # to 110 MB, with 1 << 16 at 80 to 87.
@@ -26,24 +27,6 @@ EXPORT_AGAIN = "export the model again"
 WIDTHS = {"POSITION": 3, "NORMAL": 3, "TANGENT": 4}  # components; a target's TANGENT has three
 
 Box = tuple[np.ndarray, np.ndarray]  # smallest and largest position
-
-
-class Rows(Protocol):
-    """Elements of `format` that are read in blocks."""
-
-    @property
-    def count(self) -> int:
-        """The number of elements."""
-        ...
-
-    @property
-    def format(self) -> Format:
-        """Their type."""
-        ...
-
-    def rows(self, first: int, last: int) -> np.ndarray:
-        """[last - first, components] elements. Raises MeshletError, OSError."""
-        ...
 
 
 @dataclass(frozen=True)

@@ -401,6 +401,25 @@ void test_lines() {
   REFUSED(gltf_meshlet_scan_lines(text, 1, keywords, words, 1, nullptr));
 }
 
+void test_polygons() {
+  gltf_meshlet_result* result;
+  const float points[] = {0, 0, 0, 1, 0, 0, 0, 1, NAN};
+  const uint32_t three = 3, sizes[] = {2, 1};
+  WORKS(gltf_meshlet_triangulate(nullptr, 0, nullptr, 0, &result));
+  WORKS(gltf_meshlet_close(result));
+  WORKS(gltf_meshlet_triangulate(points, 3, &three, 1, &result));
+  WORKS(gltf_meshlet_close(result));
+  WORKS(gltf_meshlet_triangulate(points, 3, sizes, 2, &result));
+  WORKS(gltf_meshlet_close(result));
+  REFUSED(gltf_meshlet_triangulate(points, 2, &three, 1, &result));
+  EXPECT(result == nullptr);
+  REFUSED(gltf_meshlet_triangulate(points, 3, sizes, 1, &result));
+  REFUSED(gltf_meshlet_triangulate(points, ~size_t(0), &three, 1, &result));
+  REFUSED(gltf_meshlet_triangulate(nullptr, 3, &three, 1, &result));
+  REFUSED(gltf_meshlet_triangulate(points, 3, nullptr, 1, &result));
+  REFUSED(gltf_meshlet_triangulate(points, 3, &three, 1, nullptr));
+}
+
 void test_levels() {
   GENERATE_REFUSES(m.groups.size = 0);
   GENERATE_REFUSES(m.groups.begin = nullptr);
@@ -478,6 +497,7 @@ int main(int argc, char** argv) {
   test_packing();
   test_weld_and_sort();
   test_lines();
+  test_polygons();
   test_levels();
   return 0;
 }
