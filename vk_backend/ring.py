@@ -234,6 +234,15 @@ class Ring:
         """Slots of a batch, empty ones between segments included."""
         return _slots_of(self.batches[number])
 
+    def slot_words(self) -> np.ndarray:
+        """uint32[slots, words]: what the slots hold; waits."""
+        words = self._buffers["slots"].read()
+        return words[: words.size // self.slots * self.slots].reshape(self.slots, -1)
+
+    def summaries(self) -> np.ndarray:
+        """uint32[slots]: triangles | vertices << 8 | error << 16 of what they hold; waits."""
+        return self._buffers["summaries"].read()[: self.slots]
+
     def wait_for_drawing(self, commands: Any) -> None:
         """Records, for a single queue, that later decoding waits for earlier drawing."""
         self._device.barrier(commands, MESH_STAGE, 0, COMPUTE_STAGE, 0)
