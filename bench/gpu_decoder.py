@@ -8,14 +8,14 @@ import numpy as np
 
 import bench.compiled_shaders  # noqa: F401  before their structures
 from gltf_ext import _codec
-from vk_backend.constants import CONSTANTS
-from vk_backend.device import Device
-from vk_backend.errors import VulkanError
-from vk_backend.memory import Buffer
-from vk_backend.pipelines import ComputePipeline, Timestamps, push_record
-from vk_backend.reflection import structure
-from vk_backend.scene_buffers import team_bytes
-from vk_backend.slot_layout import PACKED_POSITION_BITS, packed_field
+from vk_backend.decode.slots import PACKED_POSITION_BITS, packed_field
+from vk_backend.gpu.constants import CONSTANTS
+from vk_backend.gpu.device import Device
+from vk_backend.gpu.errors import VulkanError
+from vk_backend.gpu.memory import Buffer
+from vk_backend.gpu.pipelines import ComputePipeline, Timestamps, push_record
+from vk_backend.gpu.reflection import structure
+from vk_backend.scene.buffers import team_bytes
 
 PUSH = structure("Push", "bench")
 CONNECTED = structure("Connected", "bench")

@@ -23,7 +23,7 @@ WARM_UP = 600  # milliseconds of work before the timed runs: an idle GPU has a l
 def measure(options: argparse.Namespace) -> dict:
     """All models with all methods."""
     from bench.gpu_decoder import METHODS
-    from vk_backend.device import Device
+    from vk_backend.gpu.device import Device
 
     with tempfile.TemporaryDirectory() as folder, Device(options.device) as device:
         rows = [

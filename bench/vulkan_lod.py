@@ -64,7 +64,7 @@ def camera_at(moment: float, low: np.ndarray, high: np.ndarray, size: float):
 
     low, high: the scene's box; size: the longest side of its middle instance.
     """
-    from vk_backend.camera import Camera
+    from vk_backend.scene.camera import Camera
 
     radius = 0.6 * size
     whole = max(np.linalg.norm(high - low) / 2, radius)
@@ -119,8 +119,8 @@ class Load:
     """Work that keeps the GPU's clock up while the host prepares a frame."""
 
     def __init__(self, device: Any, fills: int):
-        from vk_backend import vk
-        from vk_backend.memory import Buffer
+        from vk_backend.gpu import vk
+        from vk_backend.gpu.memory import Buffer
 
         self._device = device
         self._buffer = Buffer(device, LOAD_BYTES if fills else 4)
@@ -132,14 +132,14 @@ class Load:
 
     def begin(self) -> None:
         """Starts the work; the next frame begins after it."""
-        from vk_backend import vk
+        from vk_backend.gpu import vk
 
         buffers = [vk.VkCommandBufferSubmitInfo(commandBuffer=self._commands)]
         info = vk.VkSubmitInfo2(commandBufferInfoCount=1, pCommandBufferInfos=buffers)
         vk.vkQueueSubmit2(self._device.graphics.handle, 1, [info], None)
 
     def free(self) -> None:
-        from vk_backend import vk
+        from vk_backend.gpu import vk
 
         graphics = self._device.graphics
         vk.vkFreeCommandBuffers(self._device.handle, graphics.pool, 1, [self._commands])
@@ -155,10 +155,10 @@ class Flight:
     def __init__(
         self, device: Any, path: Path, pool: int, size: tuple[int, int], occlusion: bool, fills: int
     ):
-        from vk_backend.levels import LevelsDrawing
-        from vk_backend.pooled import DecodedPool
         from vk_backend.renderer import PATHS
-        from vk_backend.scene import load_scene
+        from vk_backend.scene.scene import load_scene
+        from vk_backend.visibility.levels import LevelsDrawing
+        from vk_backend.visibility.pooled import DecodedPool
 
         self.width, self.height = size
         self.scene = load_scene(path, levels=True)
@@ -241,7 +241,7 @@ def compared(renderer: Any, path: Path, options: argparse.Namespace) -> dict:
     """Shares of the sampled pixels of a scene of one instance that are within one pixel."""
     from gltf_ext.checks.samples import nearest_places
     from gltf_ext.lod.cuts import Cut
-    from vk_backend.scene import load_scene
+    from vk_backend.scene.scene import load_scene
 
     size, none = (options.width, options.height), np.zeros(0, bool)
     flown, whole = load_scene(path, levels=True), load_scene(path)

@@ -15,28 +15,28 @@ from typing import Any, ClassVar
 import numpy as np
 
 import bench.compiled_shaders  # noqa: F401  before their structures
-from vk_backend import vk
-from vk_backend.acceleration import Shape
-from vk_backend.camera import Camera
-from vk_backend.constants import CONSTANTS
-from vk_backend.decoded import Decoded
-from vk_backend.device import Device
 from vk_backend.frame_commands import FrameCommands
-from vk_backend.graphics_pipeline import MESH, TASK
-from vk_backend.limits import MAX_WORKGROUPS
-from vk_backend.memory import Buffer
-from vk_backend.mesh import MeshDrawing
-from vk_backend.pipelines import ComputePipeline
-from vk_backend.pooled import PooledDrawing
-from vk_backend.raster import Drawing, Path
-from vk_backend.raytrace import RayTracer
-from vk_backend.raytrace_commands import MESHLET_LEVELS, FrameSubmissions
-from vk_backend.raytrace_geometry import Geometry, Piece, pieces_of
-from vk_backend.reflection import structure
+from vk_backend.gpu import vk
+from vk_backend.gpu.constants import CONSTANTS
+from vk_backend.gpu.device import Device
+from vk_backend.gpu.limits import MAX_WORKGROUPS
+from vk_backend.gpu.memory import Buffer
+from vk_backend.gpu.pipelines import ComputePipeline
+from vk_backend.gpu.reflection import structure
+from vk_backend.raster.drawing import Drawing, Path
+from vk_backend.raster.mesh import MeshDrawing
+from vk_backend.raster.pipeline import MESH, TASK
+from vk_backend.raytrace.acceleration import Shape
+from vk_backend.raytrace.commands import MESHLET_LEVELS, FrameSubmissions
+from vk_backend.raytrace.geometry import Geometry, Piece, pieces_of
+from vk_backend.raytrace.tracer import RayTracer
 from vk_backend.renderer import PATHS
-from vk_backend.scene import Scene
-from vk_backend.scene_buffers import SceneBuffers
-from vk_backend.visibility import VISIBILITY, VisibilityDrawing
+from vk_backend.scene.buffers import SceneBuffers
+from vk_backend.scene.camera import Camera
+from vk_backend.scene.decoded import Decoded
+from vk_backend.scene.scene import Scene
+from vk_backend.visibility.drawing import VISIBILITY, VisibilityDrawing
+from vk_backend.visibility.pooled import PooledDrawing
 
 PLAIN_PRIMITIVE, PLAIN_MESHLET, CACHED_MESHLET, PAPER_PUSH = (
     structure(name, "bench")

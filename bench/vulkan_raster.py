@@ -61,14 +61,14 @@ TIES = 1e-3  # share of pixels that may differ: triangles at the same depth
 
 def fit_camera(scene, width: int, height: int):
     """The whole scene."""
-    from vk_backend.camera import Camera
+    from vk_backend.scene.camera import Camera
 
     return Camera.fit_box(scene.low, scene.high, width, height)
 
 
 def close_camera(scene, width: int, height: int):
     """From the middle of the scene's box."""
-    from vk_backend.camera import Camera
+    from vk_backend.scene.camera import Camera
 
     middle, radius = (scene.low + scene.high) / 2, np.linalg.norm(scene.high - scene.low) / 2
     target = middle + radius * np.array([0.1, 0.05, -1.0])
@@ -171,8 +171,8 @@ def measure_model(
 ) -> list[dict]:
     """A row for each of `paths` that the device supports. view: a value of VIEWS."""
     from bench.vulkan_paths import POOLED, TimedDrawing
-    from vk_backend.mesh import MeshDrawing
-    from vk_backend.scene import load_scene
+    from vk_backend.raster.mesh import MeshDrawing
+    from vk_backend.scene.scene import load_scene
 
     scene = load_scene(path)
     camera, size = view

@@ -48,7 +48,7 @@ SETTINGS = ("path", "cache", "group")
 
 def turntable(scene, width: int, height: int, degrees: float):
     """A camera around the scene's box, turned about the vertical axis through its centre."""
-    from vk_backend.camera import DEFAULT_VIEW, Camera
+    from vk_backend.scene.camera import DEFAULT_VIEW, Camera
 
     angle = np.radians(degrees)
     x, y, z = DEFAULT_VIEW
@@ -65,7 +65,7 @@ def configurations() -> list[dict]:
 
 def measure(options: argparse.Namespace) -> dict:
     """All models in all configurations."""
-    from vk_backend.device import Device
+    from vk_backend.gpu.device import Device
 
     rows: list[dict] = []
     with Device(options.device) as device, tempfile.TemporaryDirectory() as folder:
@@ -79,7 +79,7 @@ def measure(options: argparse.Namespace) -> dict:
 def measure_model(device, path: Path) -> list[dict]:
     """The rows of one model."""
     from bench.vulkan_paths import TRACERS
-    from vk_backend.scene import load_scene
+    from vk_backend.scene.scene import load_scene
 
     scene, name = load_scene(path), path.stem
     rows, tracers = [], []

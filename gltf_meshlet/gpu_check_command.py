@@ -54,8 +54,8 @@ def run(options: argparse.Namespace) -> int:
 
 def _checker(folder: Path) -> Checker:
     """Makes the scene, compressed without and with levels of detail."""
-    from vk_backend.camera import Camera
     from vk_backend.check.report import Checker, Model
+    from vk_backend.scene.camera import Camera
 
     source = check_scene.write(folder / "scene.glb")
     files = folder / "compressed.glb", folder / "levels.glb"

@@ -27,7 +27,7 @@ BENCH_SOURCES = ROOT / "bench" / "shaders"
 WGSL_ONLY = SOURCES / "web"  # see build_wgsl.py
 PACKAGES = ("vk_backend", "bench")  # each has its modules in a folder spirv
 OUTPUT = ROOT / "vk_backend" / "spirv"
-# Copied to the output for vk_backend.constants.
+# Copied to the output for vk_backend.gpu.constants.
 HEADERS = (
     ROOT / "codec" / "format" / "constants.h",
     SOURCES / "scene" / "scene_constants.h",

@@ -10,12 +10,12 @@ from importlib import import_module
 from typing import Any
 
 _PUBLIC = {
-    "Camera": "camera",
+    "Camera": "scene.camera",
     "Picture": "renderer",
-    "RayTracer": "raytrace",
+    "RayTracer": "raytrace.tracer",
     "Renderer": "renderer",
-    "VulkanError": "errors",
-    "load_scene": "scene",
+    "VulkanError": "gpu.errors",
+    "load_scene": "scene.scene",
 }
 __all__ = list(_PUBLIC)
 

@@ -21,15 +21,15 @@ from gltf_ext.files import write_files
 from gltf_ext.lod.detail import missing_levels
 from gltf_ext.progress import progress_bar
 
-from . import vk
-from .background import before_sky
-from .camera import Camera
-from .errors import VulkanError
+from .gpu import vk
+from .gpu.errors import VulkanError
 from .renderer import PATHS, Picture, Renderer
-from .scene import Scene, load_scene
+from .scene.background import before_sky
+from .scene.camera import Camera
+from .scene.scene import Scene, load_scene
 
 if TYPE_CHECKING:
-    from .raytrace import TracedPicture
+    from .raytrace.tracer import TracedPicture
 
 GIF_MILLISECONDS = 50  # per picture of an animation
 
@@ -68,7 +68,7 @@ def _render(options: argparse.Namespace) -> int:
         )
         path = options.path or _default_path(renderer, scene)
         if path == "rt" and scene.has_levels:
-            from .cut_scene import cut_scene
+            from .levels.cut_scene import cut_scene
 
             size = options.width, options.height
             scene = cut_scene(scene, cameras[0], *size, options.lod_error)
@@ -184,7 +184,7 @@ def _drawing(
             )
 
         return draw, lambda: renderer.resident_bytes
-    from .raytrace import RayTracer
+    from .raytrace.tracer import RayTracer
 
     tracer = RayTracer(
         renderer.device,

@@ -6,11 +6,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from . import vk
-from .device import Queue, Submission
-from .pipelines import Timestamps
-from .raster import Drawing
-from .ring import COMPUTE_STAGE, MESH_STAGE, Ring
+from .decode.ring import COMPUTE_STAGE, MESH_STAGE, Ring
+from .gpu import vk
+from .gpu.device import Queue, Submission
+from .gpu.pipelines import Timestamps
+from .raster.drawing import Drawing
 
 ALL_STAGES = vk.VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT
 

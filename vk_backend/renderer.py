@@ -9,16 +9,16 @@ import numpy as np
 
 from gltf_ext.errors import MeshletError
 
-from .camera import Camera
-from .device import Device
-from .errors import VulkanError
 from .frame_commands import FrameCommands
-from .levels import CutDrawing, LevelsDrawing, LevelStatistics, MeshLevelsDrawing
-from .mesh import MESH_PATHS, MeshDrawing, TaskStatistics
-from .pooled import PooledDrawing, PoolStatistics
-from .raster import GRAPHICS_PATHS, Drawing
-from .scene import Scene
-from .visibility import VISIBILITY
+from .gpu.device import Device
+from .gpu.errors import VulkanError
+from .raster.drawing import GRAPHICS_PATHS, Drawing
+from .raster.mesh import MESH_PATHS, MeshDrawing, TaskStatistics
+from .scene.camera import Camera
+from .scene.scene import Scene
+from .visibility.drawing import VISIBILITY
+from .visibility.levels import CutDrawing, LevelsDrawing, LevelStatistics, MeshLevelsDrawing
+from .visibility.pooled import PooledDrawing, PoolStatistics
 
 PATHS = {path.name: path for path in (VISIBILITY, *MESH_PATHS, *GRAPHICS_PATHS)}
 DEFAULTS = ("visibility", "stream", "vertex")  # the last one works everywhere

@@ -18,10 +18,10 @@ from pathlib import Path
 import numpy as np
 
 from gltf_ext import _codec
-from vk_backend import vk
-from vk_backend.device import Device
-from vk_backend.memory import Buffer
-from vk_backend.pipelines import pipeline_layout, push
+from vk_backend.gpu import vk
+from vk_backend.gpu.device import Device
+from vk_backend.gpu.memory import Buffer
+from vk_backend.gpu.pipelines import pipeline_layout, push
 
 GROUP = 32  # threads of a workgroup: local_size_x, numthreads
 MAX_STREAMS, MAX_ELEMENTS = 8, 20  # as in the shader

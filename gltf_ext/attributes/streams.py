@@ -33,7 +33,7 @@ from gltf_ext.sources.attribute_names import is_of_target, local_name, semantic
 GRID, OCT, INTEGER, FLOAT32, SIGN = range(5)
 # Skin weights whose sum differs from one by less than this are taken to sum to one.
 WEIGHT_SUM_TOLERANCE = 1e-3
-SMALLEST_STEP = float(np.finfo(np.float32).tiny)
+SMALLEST_STEP = float(np.finfo(np.float32).tiny)  # GPUs flush smaller ones to zero
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,6 @@ import re
 from typing import TypeVar
 
 T = TypeVar("T")
-# GPUs flush smaller ones to zero
 OF_TARGET = re.compile(r"targets\[\d+\]\.")  # before the name of a morph target's attribute
 
 

@@ -1,5 +1,5 @@
 // Constants that the host and the ray-tracing shaders share. Nothing but #define NAME integer, so
-// that GLSL and vk_backend/constants.py can both read it.
+// that GLSL and vk_backend/gpu/constants.py can both read it.
 #ifndef RT_CONSTANTS_H
 #define RT_CONSTANTS_H
 

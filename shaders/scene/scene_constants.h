@@ -1,5 +1,5 @@
 // Constants of the scene, its slots and the raster paths. The host and the shaders share them.
-// Nothing but #define NAME integer, so that GLSL and vk_backend/constants.py can both read it.
+// Nothing but #define NAME integer, so that GLSL and vk_backend/gpu/constants.py can both read it.
 #ifndef SCENE_CONSTANTS_H
 #define SCENE_CONSTANTS_H
 

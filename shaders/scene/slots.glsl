@@ -1,5 +1,5 @@
 // A slot holds one decoded meshlet: in the ray tracer's cache, or in the ring of path `stream`.
-// vk_backend/slot_layout.py computes its size.
+// vk_backend/decode/slots.py computes its size.
 //   64 words: triangles a | b << 8 | v << 16; readers mask the upper byte, which decoders use
 //   64 positions: packed_position, or three floats
 //   64 * ATTRIBUTE_WORDS words: normal, texture coordinates and colour of each vertex, without

@@ -30,7 +30,7 @@ METHODS = ("serial", "team", "parallel", "interior", "traversal")
 @pytest.fixture(scope="module")
 def device(request):
     require_vulkan()
-    from vk_backend.device import Device
+    from vk_backend.gpu.device import Device
 
     with Device(validation=True) as device:
         yield device
@@ -213,7 +213,7 @@ def test_seams_without_affine_streams(decoder, monkeypatch):
 
 def test_too_many_elements_for_shared_memory(device):
     from bench.gpu_decoder import GpuDecoder
-    from vk_backend.errors import VulkanError
+    from vk_backend.gpu.errors import VulkanError
 
     with pytest.raises(VulkanError, match="too many for the decoder team"):
         GpuDecoder(device, "team", 64, 256 * device.limits.compute_shared_bytes)

@@ -36,7 +36,7 @@ def renderer():
 @pytest.fixture(scope="module")
 def drawn(tmp_path_factory):
     pytest.importorskip("vulkan", exc_type=Exception)
-    from vk_backend.scene import load_scene
+    from vk_backend.scene.scene import load_scene
 
     return load_scene(zoo(tmp_path_factory.mktemp("zoo") / "zoo.glb"))
 
@@ -49,7 +49,7 @@ def device():
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory):
     pytest.importorskip("vulkan", exc_type=Exception)
-    from vk_backend.scene import load_scene
+    from vk_backend.scene.scene import load_scene
 
     return load_scene(several(tmp_path_factory.mktemp("scene")))
 
@@ -113,7 +113,7 @@ def test_a_timed_frame_can_be_run_again(renderer, drawn, overlap, monkeypatch):
     from bench.vulkan_paths import TimedDrawing
 
     if overlap:
-        monkeypatch.setattr("vk_backend.ring.OVERLAPPED", 0)
+        monkeypatch.setattr("vk_backend.decode.ring.OVERLAPPED", 0)
     options = {"culling": True, "lit": True, "ring": 20}
     registered = []
     for _ in range(2):
@@ -134,9 +134,9 @@ def test_ids_of_uncompressed_meshlets(renderer, drawn, monkeypatch):
     """In several draws: a draw has at most MAX_WORKGROUPS workgroups."""
     from bench.vulkan_paths import PLAIN, PlainDrawing
     from vk_backend.frame_commands import FrameCommands
-    from vk_backend.targets import Targets
+    from vk_backend.gpu.targets import Targets
 
-    monkeypatch.setattr("vk_backend.raster.MAX_WORKGROUPS", 1)
+    monkeypatch.setattr("vk_backend.raster.drawing.MAX_WORKGROUPS", 1)
     targets = Targets(renderer.device, WIDTH, HEIGHT, ids=True)
     drawing = PlainDrawing(renderer.device, drawn, PLAIN, ids=True)
     drawing.look(drawn.cameras[0], WIDTH, HEIGHT)
@@ -196,7 +196,7 @@ def test_paper_and_hostile_blobs(device, scene):
 @pytest.mark.parametrize("mode", ("MASK", "BLEND"))
 def test_transparent_surfaces(mode, device, tmp_path):
     """Rays of rt and of rt-triangles hit the same."""
-    from vk_backend.scene import load_scene
+    from vk_backend.scene.scene import load_scene
 
     transparent_scene = load_scene(transparent(tmp_path, mode))
     instances = []

@@ -13,7 +13,7 @@ from tests.helpers.environment import missing
 from tests.helpers.gltf_builder import Builder, everything
 
 if TYPE_CHECKING:
-    from vk_backend.device import Device
+    from vk_backend.gpu.device import Device
 
 WIDTH, HEIGHT = 64, 48
 NO_HIT = 0xFFFFFFFF
@@ -22,8 +22,8 @@ NO_HIT = 0xFFFFFFFF
 def open_device() -> Iterator[Device]:
     """For a fixture: a device with the validation layer, which must be silent."""
     try:
-        from vk_backend.device import Device
-        from vk_backend.errors import VulkanError
+        from vk_backend.gpu.device import Device
+        from vk_backend.gpu.errors import VulkanError
     except ImportError as error:
         missing(f"Vulkan cannot be used: {error}")
     try:
@@ -79,7 +79,7 @@ def several(
 
 
 def camera_of(scene, turn: float = 0.0):
-    from vk_backend.camera import Camera
+    from vk_backend.scene.camera import Camera
 
     view = (0.45 * np.cos(turn) + np.sin(turn), 0.35, np.cos(turn) - 0.45 * np.sin(turn))
     return Camera.fit_box(scene.low, scene.high, WIDTH, HEIGHT, view)

@@ -16,9 +16,9 @@ from tests.helpers.environment import missing
 from tests.helpers.gltf_builder import Builder, grid_mesh
 
 if TYPE_CHECKING:
-    from vk_backend.camera import Camera
-    from vk_backend.device import Device, Resource
+    from vk_backend.gpu.device import Device, Resource
     from vk_backend.renderer import Renderer
+    from vk_backend.scene.camera import Camera
 
 UNLIT = {"KHR_materials_unlit": {}}
 # 2 x 2 texels, opaque red, green, blue and transparent white.
@@ -30,7 +30,7 @@ TEXELS = np.array(
 def require_vulkan() -> None:
     """Reports a missing package, driver or validation layer."""
     try:
-        from vk_backend.device import Device
+        from vk_backend.gpu.device import Device
 
         Device(validation=True).close()
     except MeshletError as error:
@@ -39,7 +39,7 @@ def require_vulkan() -> None:
 
 def resources_of(device: Device) -> set[Resource]:
     """Everything on a device that can be freed before the device is closed."""
-    from vk_backend.device import Resource
+    from vk_backend.gpu.device import Resource
 
     owners = {getattr(action, "__self__", None) for action in device._closing}
     return {owner for owner in owners if isinstance(owner, Resource)}
@@ -198,7 +198,7 @@ def hall(path: Path) -> Path:
 
 def hall_flight() -> list[Camera]:
     """Cameras for `hall`: from afar, past the wall, through balls, with the near plane in them."""
-    from vk_backend.camera import Camera
+    from vk_backend.scene.camera import Camera
 
     eyes = [(2.5 * np.sin(t), 0.3 * t, 4 - 1.1 * t) for t in np.linspace(0, 5, 14)]
     eyes += [(0.0, 0.0, 0.03), (-0.5, -0.2, 0.2), (0.1, 0.1, 9.0), (0.1, 0.1, 9.0)]

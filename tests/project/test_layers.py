@@ -51,6 +51,21 @@ LAYERS = (
     {"batches"},
     {"__init__", "trimesh_handler"},
 )
+# Those of vk_backend.
+VULKAN_LAYERS = (
+    {"gpu"},
+    {"scene"},
+    {"decode"},
+    {"levels"},
+    {"raster"},
+    {"visibility"},
+    {"raytrace"},
+    {"frame_commands"},
+    {"renderer"},
+    {"check"},
+    {"command"},
+    {"__init__"},
+)
 # Where a file with this suffix names others of ours, and how.
 INCLUDES = {
     **dict.fromkeys((".h", ".cpp", ".glsl"), re.compile(r'^#include "([^"]+)"', re.M)),
@@ -109,21 +124,39 @@ def test_every_package_is_in_the_wheel_and_typed_and_has_its_layer():
         assert set(wheel) >= ALLOWED[package], f"what {package} imports is not in the wheel"
 
 
-def layer_problems(path):
-    """Imports of a module of gltf_ext that are not from below."""
-    number = {name: i for i, names in enumerate(LAYERS) for name in names}
-    own = path.relative_to(ROOT / "gltf_ext").with_suffix("").parts[0]
+def layer_problems(path, package="gltf_ext", layers=LAYERS):
+    """Imports of a module of a package that are not from below."""
+    number = {name: i for i, names in enumerate(layers) for name in names}
+    own = path.relative_to(ROOT / package).with_suffix("").parts[0]
     for name in imported(path):
-        package, _, rest = name.partition(".")
-        if package == "gltf_ext":
+        of, _, rest = name.partition(".")
+        if of == package:
             other = rest.partition(".")[0]
-            if number.get(other, 0 if other.startswith("__") else len(LAYERS)) > number[own]:
+            if number.get(other, 0 if other.startswith("__") else len(layers)) > number[own]:
                 yield f"{path.relative_to(ROOT)} imports {name}"
 
 
 def test_folders_of_gltf_ext_import_only_from_below():
     problems = [problem for path in modules_of("gltf_ext") for problem in layer_problems(path)]
     assert problems == []
+
+
+def test_folders_of_vk_backend_import_only_from_below():
+    problems = [
+        problem
+        for path in modules_of("vk_backend")
+        for problem in layer_problems(path, "vk_backend", VULKAN_LAYERS)
+    ]
+    assert problems == []
+
+
+def test_gpu_knows_nothing_of_gltf():
+    """The folder takes from other packages only the errors that all commands print."""
+    used = {name for path in modules_of("vk_backend/gpu") for name in imported(path)}
+    ours = {name for name in used if name.partition(".")[0] in OURS}
+    assert {name for name in ours if not name.startswith("vk_backend.gpu")} == {
+        "gltf_ext.errors.MeshletError"
+    }
 
 
 def test_imports_are_found(tmp_path, monkeypatch):
@@ -142,6 +175,12 @@ def test_imports_are_found(tmp_path, monkeypatch):
     monkeypatch.setitem(globals(), "ROOT", tmp_path)
     assert list(layer_problems(module)) == [
         "gltf_ext/lod/cuts.py imports gltf_ext.commands.compress.Job"
+    ]
+    module = tmp_path / "vk_backend" / "gpu" / "memory.py"
+    module.parent.mkdir(parents=True)
+    module.write_text("from .device import Device\nfrom ..scene.scene import Scene\n")
+    assert list(layer_problems(module, "vk_backend", VULKAN_LAYERS)) == [
+        "vk_backend/gpu/memory.py imports vk_backend.scene.scene.Scene"
     ]
 
 

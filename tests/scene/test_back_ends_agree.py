@@ -22,7 +22,7 @@ class Reading:
     """One file as both back ends read it."""
 
     def __init__(self, path: Path):
-        from vk_backend.scene import load_scene
+        from vk_backend.scene.scene import load_scene
 
         self.mi, self.plugin = require("scalar_rgb")
         self.path = path
@@ -173,7 +173,7 @@ def test_transforms_that_are_not_finite_are_refused_by_both(tmp_path):
 
 
 def refused_by_both(builder: Builder, folder: Path, message: str) -> None:
-    from vk_backend.scene import load_scene
+    from vk_backend.scene.scene import load_scene
 
     _, plugin = require("scalar_rgb")
     gltf_ext.compress(builder.write(folder / "source.glb"), folder / "compressed.glb")
@@ -184,7 +184,7 @@ def refused_by_both(builder: Builder, folder: Path, message: str) -> None:
 
 def test_vast_positions_are_refused_by_both(read):
     """A finite step with infinite positions."""
-    from vk_backend.scene import load_scene
+    from vk_backend.scene.scene import load_scene
 
     reading = read(sheet())
     primitive = reading.vulkan.primitives[0]
@@ -226,7 +226,7 @@ def same_view(camera, sensor: dict, size=(1, 1, 1, 1)) -> None:
 
 @pytest.mark.parametrize("shape", [(64, 48), (48, 64)])
 def test_default_view(read, shape):
-    from vk_backend.camera import Camera
+    from vk_backend.scene.camera import Camera
 
     reading = read(sheet(), nodes=[{"mesh": 0, "translation": [4, 5, 6], "scale": [1, 3, 1]}])
     ours = Camera.fit(reading.vulkan, *shape)

@@ -23,7 +23,7 @@ def vulkan(request):
 
 
 def test_choice_by_number_and_name():
-    from vk_backend.device import Device
+    from vk_backend.gpu.device import Device
 
     with Device() as first:
         name = first.name
@@ -33,14 +33,14 @@ def test_choice_by_number_and_name():
 
 @pytest.mark.parametrize(("select", "index"), [("0", 0), ("2", 2), ("4070", 1), ("rtx 40", 1)])
 def test_a_number_may_be_part_of_a_name(select, index):
-    from vk_backend.physical import index_of
+    from vk_backend.gpu.physical import index_of
 
     assert index_of(select, ["llvmpipe", "RTX 4070", "RTX 4090"]) == index
 
 
 @pytest.mark.parametrize("select", ["no such device", 99, "99", "²", "9" * 5000])
 def test_no_such_device(select):
-    from vk_backend.device import Device
+    from vk_backend.gpu.device import Device
 
     with pytest.raises(MeshletError, match=r"^there is no device .*; there are: 0: "):
         Device(select)
@@ -49,7 +49,7 @@ def test_no_such_device(select):
 @pytest.fixture
 def live(monkeypatch):
     """The handles of instances, devices, buffers and memory that were created and not destroyed."""
-    from vk_backend import vk
+    from vk_backend.gpu import vk
 
     handles = []
 
@@ -78,12 +78,12 @@ OPENING = ("choose", "Device._create_device", "Device._queue", "read_limits")
 
 @pytest.mark.parametrize("failing", OPENING)
 def test_a_device_that_cannot_be_opened_leaves_nothing(monkeypatch, live, failing):
-    from vk_backend.device import Device
+    from vk_backend.gpu.device import Device
 
     def fail(*_, **__):
         raise MeshletError("nothing here")
 
-    monkeypatch.setattr(f"vk_backend.device.{failing}", fail)
+    monkeypatch.setattr(f"vk_backend.gpu.device.{failing}", fail)
     with pytest.raises(MeshletError, match="nothing here"):
         Device(validation=True)
     assert live == []
@@ -99,7 +99,7 @@ def offer(monkeypatch, *devices: tuple[int, tuple[int, int], bool]) -> None:
 
     They are named 0, 1, ... and are the real first one otherwise.
     """
-    from vk_backend import vk
+    from vk_backend.gpu import vk
 
     enumerate_, properties_of = vk.vkEnumeratePhysicalDevices, vk.vkGetPhysicalDeviceProperties
     features_of = vk.vkGetPhysicalDeviceFeatures2
@@ -149,7 +149,7 @@ OLD, BARE, FINE = ((1, 2), True), ((1, 3), False), ((1, 3), True)
     ],
 )
 def test_default_is_the_first_device_that_works(monkeypatch, devices, name):
-    from vk_backend.device import Device
+    from vk_backend.gpu.device import Device
 
     offer(monkeypatch, *devices)
     with Device() as device:
@@ -165,7 +165,7 @@ def test_default_is_the_first_device_that_works(monkeypatch, devices, name):
     ],
 )
 def test_no_device_that_works(monkeypatch, live, devices, select, message):
-    from vk_backend.device import Device
+    from vk_backend.gpu.device import Device
 
     offer(monkeypatch, *devices)
     with pytest.raises(MeshletError, match=message):
@@ -178,9 +178,9 @@ def test_no_device_that_works(monkeypatch, live, devices, select, message):
 
 def test_the_validation_layer_watches_synchronisation():
     """Two copies to the same bytes without a barrier between them."""
-    from vk_backend import vk
-    from vk_backend.device import Device
-    from vk_backend.memory import Buffer
+    from vk_backend.gpu import vk
+    from vk_backend.gpu.device import Device
+    from vk_backend.gpu.memory import Buffer
 
     with Device(validation=True) as device:
         source, target = (Buffer(device, 64) for _ in range(2))
@@ -204,7 +204,7 @@ def test_the_validation_layer_watches_synchronisation():
 
 def lose(monkeypatch, *functions):
     """Has functions of Vulkan report from now on that the device is lost."""
-    from vk_backend import vk
+    from vk_backend.gpu import vk
 
     def lost(*_):
         raise vk.VkErrorDeviceLost
@@ -216,7 +216,7 @@ def lose(monkeypatch, *functions):
 @pytest.mark.parametrize("where", ["vkQueueSubmit2", "vkQueueWaitIdle", "vkGetQueryPoolResults"])
 def test_a_lost_device_frees_everything(monkeypatch, live, tmp_path, where):
     from vk_backend.renderer import Renderer
-    from vk_backend.scene import load_scene
+    from vk_backend.scene.scene import load_scene
 
     scene = load_scene(zoo(tmp_path / "zoo.glb"))
     lost = "was lost while it ran; the driver stopped the work"
@@ -238,7 +238,7 @@ def test_a_lost_device_ends_the_command_with_one_line(monkeypatch, tmp_path, cap
 
 def test_missing_extension_is_named(tmp_path):
     from vk_backend.renderer import Renderer
-    from vk_backend.scene import load_scene
+    from vk_backend.scene.scene import load_scene
 
     scene = load_scene(zoo(tmp_path / "zoo.glb"))
     with Renderer() as renderer:
@@ -266,7 +266,7 @@ def test_missing_extension_is_named(tmp_path):
 
 def test_impossible_pictures(tmp_path):
     from vk_backend.renderer import Renderer
-    from vk_backend.scene import load_scene
+    from vk_backend.scene.scene import load_scene
 
     scene = load_scene(zoo(tmp_path / "zoo.glb"))
     with Renderer() as renderer:

@@ -44,7 +44,7 @@ def files(tmp_path_factory):
 
 def usual_camera():
     from gltf_meshlet.demo import check_scene as scene
-    from vk_backend.camera import Camera
+    from vk_backend.scene.camera import Camera
 
     options = {"yfov": scene.FIELD_OF_VIEW, "near": scene.NEAR, "far": scene.FAR}
     return Camera.look_at(scene.EYE, scene.TARGET, **options)
@@ -96,8 +96,8 @@ def test_every_way_is_right(checker):
 
 def test_the_scene_of_the_command_has_what_paths_treat_differently(tmp_path):
     from gltf_meshlet.demo import check_scene
-    from vk_backend.ring import BULK_MESHLETS
-    from vk_backend.scene import load_scene
+    from vk_backend.decode.ring import BULK_MESHLETS
+    from vk_backend.scene.scene import load_scene
 
     gltf_ext.compress(check_scene.write(tmp_path / "a.glb"), tmp_path / "b.glb")
     scene = load_scene(tmp_path / "b.glb")
@@ -116,7 +116,7 @@ def test_the_scene_of_the_command_has_what_paths_treat_differently(tmp_path):
 def picture(files):
     """(scene, camera, picture by path vertex)"""
     from vk_backend.renderer import Renderer
-    from vk_backend.scene import load_scene
+    from vk_backend.scene.scene import load_scene
 
     require_vulkan()
     scene, camera = load_scene(files[0]), usual_camera()
@@ -179,8 +179,8 @@ def other_blob(blob: bytes) -> bytes:
 
 def test_a_wrong_decoder_is_found(checker, monkeypatch, capsys):
     """Path visibility decodes other bytes than it should."""
-    from vk_backend import scene_buffers
     from vk_backend.check.text import device_text, wrong_ways
+    from vk_backend.scene import buffers as scene_buffers
 
     upload = scene_buffers.SceneBuffers._upload_blobs
 
@@ -232,13 +232,13 @@ def test_a_crash_and_a_hang_are_failures():
 
 
 def test_a_path_that_fails_leaves_the_others(files, checker, monkeypatch):
-    from vk_backend import vk
+    from vk_backend.gpu import vk
 
     def refused(*_):
         raise vk.VkErrorFeatureNotPresent
 
     ways(monkeypatch, "vertex", "geometry")
-    monkeypatch.setattr("vk_backend.raster.graphics_pipeline", refused)
+    monkeypatch.setattr("vk_backend.raster.drawing.graphics_pipeline", refused)
     report = checker.device_report(0)
     assert results(report) == {"vertex": "failed", "geometry": "failed"}
     assert "the driver refused: VkErrorFeatureNotPresent" in report["ways"][0]["why"]
@@ -249,7 +249,7 @@ def test_a_path_that_fails_leaves_the_others(files, checker, monkeypatch):
 
 def test_a_driver_without_mesh_shaders_and_rays(checker, monkeypatch):
     from vk_backend.check.text import device_text, wrong_ways
-    from vk_backend.physical import Physical
+    from vk_backend.gpu.physical import Physical
 
     absent = {"VK_EXT_mesh_shader", "VK_KHR_ray_tracing_pipeline"}
     original = Physical.__init__
@@ -275,8 +275,8 @@ def test_a_driver_without_mesh_shaders_and_rays(checker, monkeypatch):
 
 
 def test_a_driver_that_is_too_old(checker, monkeypatch):
-    from vk_backend.errors import VulkanError
-    from vk_backend.physical import Physical
+    from vk_backend.gpu.errors import VulkanError
+    from vk_backend.gpu.physical import Physical
 
     fault = VulkanError("it has no Vulkan 1.3", "update the driver")
     monkeypatch.setattr(Physical, "fault", lambda self, needed: fault)

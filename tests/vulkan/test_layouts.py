@@ -14,7 +14,7 @@ from tools.spirv import (
     instructions,
     words_of,
 )
-from vk_backend.reflection import shipped_reflection, specialization_ids, structure
+from vk_backend.gpu.reflection import shipped_reflection, specialization_ids, structure
 
 
 def test_dtypes_have_the_members_of_structures():

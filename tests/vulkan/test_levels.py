@@ -72,7 +72,7 @@ def renderer():
 
 @pytest.fixture(scope="module")
 def scene(file):
-    from vk_backend.scene import load_scene
+    from vk_backend.scene.scene import load_scene
 
     return load_scene(file, levels=True)
 
@@ -80,7 +80,7 @@ def scene(file):
 @pytest.fixture(scope="module")
 def whole(file, renderer):
     """Camera number -> the picture at full detail."""
-    from vk_backend.scene import load_scene
+    from vk_backend.scene.scene import load_scene
 
     scene = load_scene(file)
     return [renderer.render(scene, camera_at(n), None, WIDTH, HEIGHT) for n in range(len(EYES))]
@@ -99,7 +99,7 @@ def pooled(renderer):
 
 
 def camera_at(number):
-    from vk_backend.camera import Camera
+    from vk_backend.scene.camera import Camera
 
     eye, target = map(np.array, EYES[number])
     return Camera.look_at(eye, target, near=0.1, far=100.0, yfov=0.8)
@@ -205,14 +205,14 @@ def test_instances_keep_their_numbers(renderer, scene, whole):
 
 
 def root_bytes(renderer, scene):
-    from vk_backend.hierarchies import Hierarchies
+    from vk_backend.levels.hierarchies import Hierarchies
 
     h = Hierarchies(scene)
     return int(h.sizes[h.is_root].sum()), int(h.sizes.sum())
 
 
 def test_small_pools_raise_the_error(renderer, scene, whole, pooled):
-    from vk_backend.errors import VulkanError
+    from vk_backend.gpu.errors import VulkanError
 
     camera = camera_at(1)
     roots, everything = root_bytes(renderer, scene)
@@ -249,7 +249,7 @@ def assert_no_hole(picture, whole, pixels=6):
 
 def opened(renderer, file):
     """(scene, its Residency) before any page but the root pages was read."""
-    from vk_backend.scene import load_scene
+    from vk_backend.scene.scene import load_scene
 
     scene = load_scene(file, levels=True)
     picture = renderer.render(scene, camera_at(0), None, WIDTH, HEIGHT, lod_error=1e6)
@@ -305,8 +305,8 @@ def test_failed_pages_leave_coarser_ones(renderer, file, whole):
 
 
 def test_too_many_clusters_raise_the_error(renderer, file, whole, monkeypatch):
-    from vk_backend import levels
-    from vk_backend.scene import load_scene
+    from vk_backend.scene.scene import load_scene
+    from vk_backend.visibility import levels
 
     monkeypatch.setattr(levels, "CLUSTERS", 120)
     scene = load_scene(file, levels=True)
@@ -317,7 +317,7 @@ def test_too_many_clusters_raise_the_error(renderer, file, whole, monkeypatch):
 
 def test_decoded_clusters_stay(renderer, file, scene, whole):
     """Pictures do not depend on what was decoded before; a camera at rest decodes nothing."""
-    from vk_backend.scene import load_scene
+    from vk_backend.scene.scene import load_scene
 
     pictures = [renderer.render(scene, camera_at(n), None, WIDTH, HEIGHT) for n in (0, 1, 2, 1, 1)]
     assert pictures[-1].levels.decoded == 0 < pictures[-1].levels.clusters
@@ -335,7 +335,7 @@ def test_decoded_clusters_stay(renderer, file, scene, whole):
 
 @pytest.mark.parametrize("slots", [1, 100, 200])
 def test_few_slots_raise_the_error(renderer, file, whole, slots):
-    from vk_backend.scene import load_scene
+    from vk_backend.scene.scene import load_scene
 
     renderer.ring = slots
     try:
@@ -353,7 +353,7 @@ def test_few_slots_raise_the_error(renderer, file, whole, slots):
 
 
 def test_instances_share_decoded_clusters(renderer, file):
-    from vk_backend.scene import load_scene
+    from vk_backend.scene.scene import load_scene
 
     scene = load_scene(file, levels=True)
     picture = renderer.render(scene, camera_at(2), None, WIDTH, HEIGHT, lod_error=1e3, wait=False)
@@ -365,7 +365,7 @@ def test_instances_share_decoded_clusters(renderer, file):
 
 def test_hidden_clusters_change_no_pixel(renderer, scene):
     """In a flight around and through the balls, at several errors."""
-    from vk_backend.camera import Camera
+    from vk_backend.scene.camera import Camera
 
     hidden = []
     for number, t in enumerate(np.linspace(0, 2 * np.pi, 24)):
@@ -391,8 +391,8 @@ def test_hidden_clusters_change_no_pixel(renderer, scene):
 @pytest.mark.parametrize("number", [0, 2])
 def test_rays_meet_the_cut_of_the_camera(renderer, scene, whole, number):
     """The same clusters as path visibility, each instance with its own cut."""
-    from vk_backend.cut_scene import cut_scene
-    from vk_backend.raytrace import RayTracer
+    from vk_backend.levels.cut_scene import cut_scene
+    from vk_backend.raytrace.tracer import RayTracer
 
     camera = camera_at(number)
     cut = cut_scene(scene, camera, WIDTH, HEIGHT, 1.5)
@@ -413,7 +413,7 @@ def test_rays_meet_the_cut_of_the_camera(renderer, scene, whole, number):
 
 def test_the_default_path_has_levels(renderer, scene, monkeypatch):
     """On a device without 64-bit atomics, paths stream and vertex are no choice."""
-    from vk_backend.errors import VulkanError
+    from vk_backend.gpu.errors import VulkanError
 
     has = renderer.device.capabilities
     monkeypatch.setattr(renderer.device, "capabilities", has - {"atomics64"})
@@ -426,7 +426,7 @@ def test_the_default_path_has_levels(renderer, scene, monkeypatch):
 
 
 def test_other_paths_have_no_levels(renderer, scene):
-    from vk_backend.errors import VulkanError
+    from vk_backend.gpu.errors import VulkanError
 
     with pytest.raises(VulkanError, match="no levels"):
         renderer.render(scene, camera_at(0), "vertex", WIDTH, HEIGHT)
@@ -466,7 +466,7 @@ def test_mutated_pages(renderer, file, whole, checked):
 def test_mutated_tables(renderer, file, tmp_path):
     """Tables are refused, or describe a hierarchy that the shaders can draw."""
     from gltf_ext.lod import open_lod
-    from vk_backend.scene import load_scene
+    from vk_backend.scene.scene import load_scene
 
     data, random, drawn = file.read_bytes(), np.random.default_rng(7), 0
     tables = open_lod(file)[0].tables.to_bytes()
@@ -495,8 +495,8 @@ MESH_PATHS = ("mesh", "mesh-paper")
 
 def visible_jobs(renderer, scene, camera):
     """(surely, possibly): how many of the clusters that were chosen last are in view."""
-    from vk_backend.pooled import CUT, JOB
-    from vk_backend.scene_buffers import PRIMITIVE
+    from vk_backend.scene.buffers import PRIMITIVE
+    from vk_backend.visibility.pooled import CUT, JOB
 
     drawing = renderer.drawing
     count = int(drawing._jobs.read(CUT, 1)["clusters"][0])
@@ -546,7 +546,7 @@ def test_mesh_paths_draw_the_cut(renderer, scene, path, pixels):
 
 @pytest.mark.parametrize("path", MESH_PATHS)
 def test_mesh_paths_hide_no_visible_cluster(renderer, scene, path, monkeypatch):
-    from vk_backend.camera import Camera
+    from vk_backend.scene.camera import Camera
 
     hidden = []
     for t in np.linspace(0, 2 * np.pi, 16):
@@ -590,8 +590,8 @@ def test_mesh_paths_keep_to_their_pools(renderer, scene, whole, path, monkeypatc
 
 
 def test_mesh_paths_free_their_buffers(renderer, file):
-    from vk_backend.memory import Buffer
-    from vk_backend.scene import load_scene
+    from vk_backend.gpu.memory import Buffer
+    from vk_backend.scene.scene import load_scene
 
     live = []
     for _ in range(3):  # a new scene frees the drawings of the last one
@@ -604,7 +604,7 @@ def test_mesh_paths_free_their_buffers(renderer, file):
 
 @pytest.mark.parametrize("path", MESH_PATHS)
 def test_mesh_paths_with_mutated_pages(renderer, file, path):
-    from vk_backend.scene import load_scene
+    from vk_backend.scene.scene import load_scene
 
     scene = load_scene(file, levels=True)
     renderer.render(scene, camera_at(0), path, WIDTH, HEIGHT, lod_error=1e6)

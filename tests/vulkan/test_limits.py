@@ -23,7 +23,7 @@ def renderer():
 
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory):
-    from vk_backend.scene import load_scene
+    from vk_backend.scene.scene import load_scene
 
     return load_scene(zoo(tmp_path_factory.mktemp("zoo") / "zoo.glb"))
 
@@ -42,7 +42,7 @@ def limited(monkeypatch, device, **limits):
 def test_a_large_picture_takes_no_more_workgroups_than_the_device_has(renderer, scene):
     """4096 x 4097 pixels have more than 65,535 workgroups: the validation layer must be silent."""
     from vk_backend.frame_commands import FrameCommands
-    from vk_backend.visibility import Planes
+    from vk_backend.visibility.drawing import Planes
 
     drawn(renderer, scene)
     planes = Planes(renderer.device, 4096, 4097, ids=False)
@@ -53,7 +53,7 @@ def test_a_large_picture_takes_no_more_workgroups_than_the_device_has(renderer, 
 
 def test_few_workgroups_clear_all_pixels(renderer, scene, monkeypatch):
     whole = drawn(renderer, scene)
-    monkeypatch.setattr("vk_backend.visibility.MAX_WORKGROUPS", 7)
+    monkeypatch.setattr("vk_backend.visibility.drawing.MAX_WORKGROUPS", 7)
     other = drawn(renderer, scene)
     assert (other.ids == whole.ids).all() and (other.color == whole.color).all()
     assert not whole.covered.all()
@@ -73,13 +73,13 @@ def test_too_many_workgroups(renderer, scene, monkeypatch, most):
 
 
 def texture_array(device, textures):
-    from vk_backend.textures import TextureArray
+    from vk_backend.scene.textures import TextureArray
 
     return TextureArray(device, textures)
 
 
 def test_a_texture_that_is_too_long(renderer):
-    from vk_backend.materials import Texture
+    from vk_backend.scene.materials import Texture
 
     most = renderer.device.limits.image_side
     texture = Texture(np.zeros((1, most + 1, 4), np.uint8))
@@ -112,10 +112,10 @@ def test_the_command_names_the_file_with_a_texture_that_is_too_long(tmp_path, ca
 
 def test_textures_share_samplers(monkeypatch):
     """A device may allow only 4000 samplers; there are 18 different ones."""
-    from vk_backend import vk
-    from vk_backend.device import Device
-    from vk_backend.materials import Texture
-    from vk_backend.textures import WRAP
+    from vk_backend.gpu import vk
+    from vk_backend.gpu.device import Device
+    from vk_backend.scene.materials import Texture
+    from vk_backend.scene.textures import WRAP
 
     live = []
     create, destroy = vk.vkCreateSampler, vk.vkDestroySampler
@@ -143,8 +143,8 @@ def test_textures_share_samplers(monkeypatch):
 
 
 def test_colour_attachments_take_resources_from_textures(renderer, monkeypatch):
-    from vk_backend import vk
-    from vk_backend.limits import read_limits
+    from vk_backend.gpu import vk
+    from vk_backend.gpu.limits import read_limits
 
     class Core:
         maxPerStageResources = 18
@@ -160,11 +160,11 @@ def test_colour_attachments_take_resources_from_textures(renderer, monkeypatch):
 
 
 def test_too_many_textures(renderer, monkeypatch):
-    from vk_backend.materials import Texture
+    from vk_backend.scene.materials import Texture
 
     limited(monkeypatch, renderer.device, textures=16)
     textures = [Texture(np.full((1, 1, 4), 255, np.uint8))] * 17
-    monkeypatch.setattr("vk_backend.textures._upload", None)  # the number is checked before
+    monkeypatch.setattr("vk_backend.scene.textures._upload", None)  # the number is checked before
     with pytest.raises(MeshletError, match=r"room for 32 textures, too many for .*; at most 16$"):
         texture_array(renderer.device, textures)
 
@@ -205,7 +205,7 @@ def test_a_failed_drawing_leaves_no_resource(renderer, scene, monkeypatch, path)
 
 
 def test_too_large_buffer(renderer, monkeypatch):
-    from vk_backend.memory import Buffer
+    from vk_backend.gpu.memory import Buffer
 
     limited(monkeypatch, renderer.device, buffer_bytes=10_000_000)
     with pytest.raises(
@@ -215,9 +215,9 @@ def test_too_large_buffer(renderer, monkeypatch):
 
 
 def test_too_many_allocations(monkeypatch):
-    from vk_backend.allocator import BLOCK_BYTES
-    from vk_backend.device import Device
-    from vk_backend.memory import Buffer
+    from vk_backend.gpu.allocator import BLOCK_BYTES
+    from vk_backend.gpu.device import Device
+    from vk_backend.gpu.memory import Buffer
 
     with Device() as device:
         limited(monkeypatch, device, allocations=2)
@@ -237,8 +237,8 @@ def test_impossible_picture(renderer, scene, monkeypatch, size):
 
 @pytest.mark.parametrize("limit", ["structure_boxes", "structure_instances"])
 def test_too_large_acceleration_structure(renderer, scene, monkeypatch, limit):
-    from vk_backend.acceleration import BOTTOM, TOP, Structures
-    from vk_backend.raytrace_geometry import Boxes, Instances
+    from vk_backend.raytrace.acceleration import BOTTOM, TOP, Structures
+    from vk_backend.raytrace.geometry import Boxes, Instances
 
     level, shape = (BOTTOM, Boxes) if limit == "structure_boxes" else (TOP, Instances)
     limited(monkeypatch, renderer.device, **{limit: 9})
@@ -249,8 +249,8 @@ def test_too_large_acceleration_structure(renderer, scene, monkeypatch, limit):
 
 def test_push_constants_fit_every_device():
     """Vulkan guarantees 128 bytes."""
-    from vk_backend.limits import PUSH_BYTES
-    from vk_backend.reflection import shipped_reflection, structure
+    from vk_backend.gpu.limits import PUSH_BYTES
+    from vk_backend.gpu.reflection import shipped_reflection, structure
 
     names = [name for name in shipped_reflection()["structures"] if name.endswith("Push")]
     assert len(names) > 4

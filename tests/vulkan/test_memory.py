@@ -22,7 +22,7 @@ def vulkan():
 
 @pytest.fixture
 def device():
-    from vk_backend.device import Device
+    from vk_backend.gpu.device import Device
 
     with Device(validation=True) as made:
         yield made
@@ -32,7 +32,7 @@ def device():
 
 def counted(monkeypatch, *names: str) -> dict[str, int]:
     """Counts calls of functions of the Vulkan API from now on."""
-    from vk_backend import vk
+    from vk_backend.gpu import vk
 
     calls = dict.fromkeys(names, 0)
 
@@ -51,7 +51,7 @@ def counted(monkeypatch, *names: str) -> dict[str, int]:
 @given(st.data())
 def test_ranges_of_a_block_do_not_overlap(data):
     """Takes and gives back ranges in any order; the block is whole again at the end."""
-    from vk_backend.allocator import Block
+    from vk_backend.gpu.allocator import Block
 
     block, taken = Block(1000), {}
     for _ in range(data.draw(st.integers(1, 40))):
@@ -72,7 +72,7 @@ def test_ranges_of_a_block_do_not_overlap(data):
 
 
 def test_a_block_fills_its_gaps():
-    from vk_backend.allocator import Block
+    from vk_backend.gpu.allocator import Block
 
     block = Block(100)
     assert [block.take(30, 1) for _ in range(4)] == [0, 30, 60, None]
@@ -84,8 +84,8 @@ def test_a_block_fills_its_gaps():
 
 def test_many_buffers_take_few_allocations(device, monkeypatch):
     """A device may allow only 4096 allocations."""
-    from vk_backend.allocator import LOCAL, READBACK, UPLOAD
-    from vk_backend.memory import Buffer
+    from vk_backend.gpu.allocator import LOCAL, READBACK, UPLOAD
+    from vk_backend.gpu.memory import Buffer
 
     calls = counted(monkeypatch, "vkAllocateMemory", "vkFreeMemory")
     buffers = [
@@ -105,8 +105,8 @@ def test_many_buffers_take_few_allocations(device, monkeypatch):
 
 
 def test_large_buffers_give_their_memory_back(device, monkeypatch):
-    from vk_backend.allocator import BLOCK_BYTES
-    from vk_backend.memory import Buffer
+    from vk_backend.gpu.allocator import BLOCK_BYTES
+    from vk_backend.gpu.memory import Buffer
 
     calls = counted(monkeypatch, "vkAllocateMemory", "vkFreeMemory")
     for _ in range(3):
@@ -117,8 +117,8 @@ def test_large_buffers_give_their_memory_back(device, monkeypatch):
 
 
 def test_too_much_memory_is_one_line(device, monkeypatch):
-    from vk_backend import vk
-    from vk_backend.memory import Buffer
+    from vk_backend.gpu import vk
+    from vk_backend.gpu.memory import Buffer
 
     def fail(*_):
         raise vk.VkErrorOutOfDeviceMemory
@@ -130,7 +130,7 @@ def test_too_much_memory_is_one_line(device, monkeypatch):
 
 def test_staging_buffers_are_forgotten(device):
     """Writes and reads leave nothing behind for the device to free."""
-    from vk_backend.memory import Buffer
+    from vk_backend.gpu.memory import Buffer
 
     buffer = Buffer(device, 4000).write(bytes(4000))
     before = len(device._closing)
@@ -144,8 +144,8 @@ def test_staging_buffers_are_forgotten(device):
 
 def test_uploads_are_visible_to_later_commands(device, monkeypatch):
     """Waiting for the queue does not make them so."""
-    from vk_backend import vk
-    from vk_backend.memory import Buffer
+    from vk_backend.gpu import vk
+    from vk_backend.gpu.memory import Buffer
 
     recorded = []
 
@@ -176,8 +176,8 @@ def test_uploads_are_visible_to_later_commands(device, monkeypatch):
 
 def test_the_cpu_reads_cached_memory():
     """An NVIDIA GPU's types: without a cache, memory is read many times more slowly."""
-    from vk_backend import vk
-    from vk_backend.allocator import LOCAL, READBACK, UPLOAD, Allocator
+    from vk_backend.gpu import vk
+    from vk_backend.gpu.allocator import LOCAL, READBACK, UPLOAD, Allocator
 
     local, visible, coherent, cached = 1, 2, 4, 8
     types = [0, local, visible | coherent, visible | coherent | cached, local | visible | coherent]
@@ -201,9 +201,9 @@ class Copies:
     """
 
     def __init__(self, patch: pytest.MonkeyPatch):
-        from vk_backend import vk
-        from vk_backend.allocator import LOCAL, READBACK
-        from vk_backend.memory import STORAGE, Buffer
+        from vk_backend.gpu import vk
+        from vk_backend.gpu.allocator import LOCAL, READBACK
+        from vk_backend.gpu.memory import STORAGE, Buffer
 
         self.seen = self.unseen = 0
         readable, waiting, make = set(), {}, Buffer.__init__
@@ -243,10 +243,10 @@ class Copies:
 
 def test_copies_are_visible_to_the_cpu(monkeypatch, tmp_path):
     """Of buffers, images and results of frames with levels."""
-    from vk_backend.camera import Camera
-    from vk_backend.memory import Buffer
+    from vk_backend.gpu.memory import Buffer
     from vk_backend.renderer import Renderer
-    from vk_backend.scene import load_scene
+    from vk_backend.scene.camera import Camera
+    from vk_backend.scene.scene import load_scene
 
     positions, triangles = ball(120, 90)
     builder = Builder()

@@ -25,7 +25,7 @@ def renderer():
 
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory):
-    from vk_backend.scene import load_scene
+    from vk_backend.scene.scene import load_scene
 
     return load_scene(hall(tmp_path_factory.mktemp("mesh") / "hall.glb"))
 
@@ -131,7 +131,7 @@ def test_what_is_hidden_changes_no_pixel(renderer, drawn, path, monkeypatch):
 @pytest.mark.parametrize("path", PATHS)
 def test_shared_hints_change_no_pixel(renderer, scene, drawn, path, monkeypatch):
     """As with more meshlets than hints."""
-    from vk_backend import mesh
+    from vk_backend.raster import mesh
 
     references = [drawn(camera, path, occlusion=False) for camera in hall_flight()[:8]]
     monkeypatch.setattr(mesh, "HINTS", 64)
@@ -181,7 +181,7 @@ def test_a_small_payload_is_refused(renderer, drawn, monkeypatch):
 
 
 def test_the_payload_takes_room_from_the_team(renderer, scene, drawn, monkeypatch):
-    from vk_backend.scene_buffers import team_bytes
+    from vk_backend.scene.buffers import team_bytes
 
     needed = team_bytes(scene.max_elements, scene.max_streams)
     monkeypatch.setattr(renderer, "ring", 9)
@@ -194,8 +194,8 @@ def test_the_payload_takes_room_from_the_team(renderer, scene, drawn, monkeypatc
 
 def test_every_device_has_room_for_the_payloads():
     """The least that VK_EXT_mesh_shader allows, for vertices of a dozen elements."""
-    from vk_backend.mesh import MESH_PATHS
-    from vk_backend.scene_buffers import team_bytes
+    from vk_backend.raster.mesh import MESH_PATHS
+    from vk_backend.scene.buffers import team_bytes
 
     for path in MESH_PATHS:
         assert path.payload <= 16384 and path.payload + team_bytes(12, 8) <= 28672

@@ -25,7 +25,7 @@ def renderer():
 def scenes(tmp_path_factory):
     """(one blob per primitive, pages) of the same model."""
     pytest.importorskip("vulkan", exc_type=Exception)
-    from vk_backend.scene import load_scene
+    from vk_backend.scene.scene import load_scene
 
     folder = tmp_path_factory.mktemp("pages")
     one = zoo(folder / "zoo.glb")
@@ -102,7 +102,7 @@ def test_paths_agree_bit_for_bit(renderer, scenes, path):
 def test_rays(renderer, scenes, cache):
     if "raytracing" not in renderer.device.capabilities:
         missing(f"{renderer.device.name} has no VK_KHR_ray_tracing_pipeline")
-    from vk_backend.raytrace import RayTracer
+    from vk_backend.raytrace.tracer import RayTracer
 
     one, pages = scenes
     pictures = []

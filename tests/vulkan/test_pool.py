@@ -17,7 +17,7 @@ def renderer():
 
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory):
-    from vk_backend.scene import load_scene
+    from vk_backend.scene.scene import load_scene
 
     return load_scene(hall(tmp_path_factory.mktemp("pool") / "hall.glb"))
 
@@ -66,7 +66,7 @@ def test_a_camera_at_rest_decodes_nothing(drawn):
 
 @pytest.mark.parametrize("slots", [2, 9, 40])
 def test_a_pool_that_is_too_small_takes_several_passes(renderer, drawn, slots):
-    from vk_backend.pooled import DecodedPool
+    from vk_backend.visibility.pooled import DecodedPool
 
     sizes = set()
     for camera in hall_flight()[::4]:
@@ -113,7 +113,7 @@ def test_the_pyramid_has_the_farthest_depths(renderer, drawn, size):
 
 
 def test_a_pool_needs_a_slot(drawn):
-    from vk_backend.errors import VulkanError
+    from vk_backend.gpu.errors import VulkanError
 
     with pytest.raises(VulkanError, match="holds no meshlet; use"):
         drawn(hall_flight()[0], 1000)

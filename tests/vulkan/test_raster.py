@@ -33,7 +33,7 @@ def renderer(request):
 
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory):
-    from vk_backend.scene import load_scene
+    from vk_backend.scene.scene import load_scene
 
     return load_scene(zoo(tmp_path_factory.mktemp("zoo") / "zoo.glb"))
 
@@ -73,9 +73,10 @@ def test_pictures_without_ids_are_the_same(renderer, scene, path):
 @pytest.mark.parametrize("path", ["mesh", "mesh-paper", "stream"])
 def test_large_models_are_drawn_in_parts(renderer, model, tmp_path, path, monkeypatch):
     """A draw has at most MAX_WORKGROUPS workgroups."""
-    from vk_backend import mesh, raster
-    from vk_backend.camera import Camera
-    from vk_backend.scene import load_scene
+    from vk_backend.raster import drawing as raster
+    from vk_backend.raster import mesh
+    from vk_backend.scene.camera import Camera
+    from vk_backend.scene.scene import load_scene
 
     gltf_ext.compress(model("bunny.glb"), tmp_path / "bunny.glb")
     scene = load_scene(tmp_path / "bunny.glb")
@@ -106,8 +107,8 @@ def test_paths_agree_on_more_models(renderer, model, tmp_path, path, name):
 
 
 def _compare(renderer, source, folder, path):
-    from vk_backend.camera import Camera
-    from vk_backend.scene import load_scene
+    from vk_backend.scene.camera import Camera
+    from vk_backend.scene.scene import load_scene
 
     gltf_ext.compress(source, folder / "model.glb")
     scene = load_scene(folder / "model.glb")
@@ -122,7 +123,7 @@ def _compare(renderer, source, folder, path):
 @pytest.mark.parametrize("sections", [1, 2])
 @pytest.mark.parametrize("slots", [1, 5, 8, 24, 100])
 def test_batches_hold_every_meshlet_once_and_in_order(slots, sections):
-    from vk_backend.ring import schedule
+    from vk_backend.decode.ring import schedule
 
     counts = [7, 1, 0, 16]
     batches = schedule(counts, slots, sections)
@@ -141,7 +142,7 @@ def test_batches_hold_every_meshlet_once_and_in_order(slots, sections):
 
 def test_large_scenes_get_a_ring_of_two_sections():
     """From OVERLAPPED meshlets on, with at most a third in each."""
-    from vk_backend.ring import OVERLAPPED, RING, division
+    from vk_backend.decode.ring import OVERLAPPED, RING, division
 
     assert division(OVERLAPPED - 1, RING) == (1, RING)
     assert division(OVERLAPPED, RING) == (2, -(-OVERLAPPED // 3))
@@ -154,8 +155,8 @@ def test_large_scenes_get_a_ring_of_two_sections():
 
 def test_the_help_names_the_default_rings():
     from gltf_meshlet.render_command import OWN_OPTIONS
-    from vk_backend.ring import RING
-    from vk_backend.visibility import SLOTS
+    from vk_backend.decode.ring import RING
+    from vk_backend.visibility.drawing import SLOTS
 
     text = f"default {SLOTS} with path visibility, {RING} with stream"
     assert text in OWN_OPTIONS["vulkan"]["ring"].help
@@ -168,7 +169,7 @@ def test_the_help_names_the_default_rings():
 )
 def test_the_ring_changes_nothing(renderer, scene, monkeypatch, ring, overlap, culling):
     """The picture depends neither on the ring's size nor on overlap, nor on an earlier picture."""
-    from vk_backend import ring as rings
+    from vk_backend.decode import ring as rings
 
     meshlets = sum(scene.primitives[i.primitive].meshlets for i in scene.instances)
     assert meshlets > 64, "several batches, or one"
@@ -259,8 +260,8 @@ ALL_SHOWN = ("NORMAL", "TANGENT", "TEXCOORD_0", "TEXCOORD_1", "COLOR_0")
 )
 def test_slots_hold_what_shading_needs(renderer, tmp_path, names, position_bits):
     """With positions too fine for a slot's integers, unused streams in between, positions only."""
-    from vk_backend.camera import Camera
-    from vk_backend.scene import load_scene
+    from vk_backend.scene.camera import Camera
+    from vk_backend.scene.scene import load_scene
 
     values, triangles, _ = everything()
     builder = Builder()
@@ -285,9 +286,9 @@ def test_slots_hold_what_shading_needs(renderer, tmp_path, names, position_bits)
 def test_slots_hold_attributes_of_more_than_64_bits(renderer, tmp_path, monkeypatch, bits, words):
     """Other encoders may write wide normals, texture coordinates and colours."""
     from gltf_ext.attributes import streams as attributes
-    from vk_backend.camera import Camera
-    from vk_backend.scene import load_scene
-    from vk_backend.slot_layout import SlotLayout
+    from vk_backend.decode.slots import SlotLayout
+    from vk_backend.scene.camera import Camera
+    from vk_backend.scene.scene import load_scene
 
     usual = attributes._attribute_streams
 
@@ -408,7 +409,7 @@ def test_picture_is_what_numpy_draws(renderer, scene, camera):
 def test_depth_is_mitsuba_s(renderer, tmp_path):
     """Compares rays through the pixels' centres, apart from silhouettes."""
     from tests.helpers.mitsuba_reference import require
-    from vk_backend.scene import load_scene
+    from vk_backend.scene.scene import load_scene
 
     path = zoo(tmp_path / "zoo.glb")
     mi, plugin = require("scalar_rgb")
@@ -444,7 +445,7 @@ def test_depth_is_mitsuba_s(renderer, tmp_path):
 
 
 def _sheet_picture(renderer, path, material, **attributes):
-    from vk_backend.scene import load_scene
+    from vk_backend.scene.scene import load_scene
 
     scene = load_scene(one_sheet(path, material, **attributes))
     return renderer.render(scene, scene.cameras[0], "vertex", 16, 16)
@@ -540,7 +541,7 @@ directions = st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda d: np.linalg.norm(
 def test_culling_drops_nothing_visible(
     renderer, scene, path, eye, target, distance, yfov, orthographic
 ):
-    from vk_backend.camera import Camera
+    from vk_backend.scene.camera import Camera
 
     origin, shape = (
         np.array(eye) * distance,
@@ -594,8 +595,8 @@ def test_bounds_hold_their_meshlets(renderer, scene):
 
 def test_vertices_of_too_many_components_are_refused(renderer, tmp_path):
     """Teams need shared memory per element. Paths without teams draw the scene."""
-    from vk_backend.camera import Camera
-    from vk_backend.scene import load_scene
+    from vk_backend.scene.camera import Camera
+    from vk_backend.scene.scene import load_scene
 
     sets = 60
     positions, triangles = grid_mesh(6, 5)
@@ -623,15 +624,15 @@ def test_vertices_of_too_many_components_are_refused(renderer, tmp_path):
             renderer.render(scene, camera, path, 16, 16)
     assert renderer.render(scene, camera, "vertex", 16, 16).covered.any()
     if "raytracing" in renderer.device.capabilities:
-        from vk_backend.raytrace import RayTracer
+        from vk_backend.raytrace.tracer import RayTracer
 
         with pytest.raises(MeshletError, match="too many for path rt on"):
             RayTracer(renderer.device, scene)
 
 
 def test_resident_memory_is_the_file_s(renderer, model, tmp_path):
-    from vk_backend.camera import Camera
-    from vk_backend.scene import load_scene
+    from vk_backend.scene.camera import Camera
+    from vk_backend.scene.scene import load_scene
 
     gltf_ext.compress(model("bunny.glb"), tmp_path / "bunny.glb")
     scene = load_scene(tmp_path / "bunny.glb")
@@ -642,7 +643,7 @@ def test_resident_memory_is_the_file_s(renderer, model, tmp_path):
 
 def test_resident_memory_has_the_ring(renderer, scene, monkeypatch):
     """Per slot: positions, at most ten words of attributes, 64 triangles, 28 bytes for decoding."""
-    from vk_backend.slot_layout import SlotLayout
+    from vk_backend.decode.slots import SlotLayout
 
     renderer.render(scene, scene.cameras[0], "mesh", 16, 16)
     without, slot = renderer.resident_bytes, SlotLayout.of(scene).bytes
@@ -680,7 +681,7 @@ def mutated(blob: bytes, random: np.random.Generator) -> bytes | None:
 )
 def test_mutated_blobs_draw_something_and_come_back(renderer, scene, monkeypatch, path, ring):
     if ring == "bulk":
-        monkeypatch.setattr("vk_backend.ring.BULK_MESHLETS", 0)
+        monkeypatch.setattr("vk_backend.decode.ring.BULK_MESHLETS", 0)
         monkeypatch.setattr(renderer, "ring", 1000)  # another drawing
     elif ring:
         monkeypatch.setattr(renderer, "ring", ring)

@@ -49,7 +49,7 @@ def device():
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory):
     pytest.importorskip("vulkan", exc_type=Exception)
-    from vk_backend.scene import load_scene
+    from vk_backend.scene.scene import load_scene
 
     return load_scene(several(tmp_path_factory.mktemp("scene")))
 
@@ -58,13 +58,13 @@ def scene(tmp_path_factory):
 def fine_scene(tmp_path_factory):
     """Some hundred meshlets, so that a small cache does not suffice."""
     pytest.importorskip("vulkan", exc_type=Exception)
-    from vk_backend.scene import load_scene
+    from vk_backend.scene.scene import load_scene
 
     return load_scene(several(tmp_path_factory.mktemp("fine"), name="fine", size=(120, 90)))
 
 
 def tracer(device, scene, **options):
-    from vk_backend.raytrace import RayTracer
+    from vk_backend.raytrace.tracer import RayTracer
 
     return RayTracer(device, scene, **options)
 
@@ -165,7 +165,7 @@ def test06_sweeping_changes_nothing(settings, device, fine_scene, fine_film):
 
 def test06_serial_decoder(device, fine_scene, fine_film, monkeypatch):
     """Identical pictures if a thread each decodes the meshlets of a part, as in large models."""
-    monkeypatch.setattr("vk_backend.raytrace.SERIAL_FILL", 1)
+    monkeypatch.setattr("vk_backend.raytrace.tracer.SERIAL_FILL", 1)
     traced = tracer(device, fine_scene, cache=0.25, **SWEEPING)
     for camera, expected in zip(fine_cameras(fine_scene), fine_film):
         picture = traced.render(camera, WIDTH, HEIGHT)
@@ -178,7 +178,7 @@ def test06_any_camera(place, device, fine_scene):
     """Identical pictures where the scene fills the picture, or none of it: strips, no rectangle."""
     from dataclasses import replace
 
-    from vk_backend.camera import Camera
+    from vk_backend.scene.camera import Camera
 
     low, high = fine_scene.low, fine_scene.high
     middle, size = (low + high) / 2, (high - low) / 8
@@ -224,7 +224,7 @@ def test06_sizes(device, fine_scene, fine_film):
 
 def doubled(folder, material: dict | None = None):
     """A scene in which two instances are in the same place, and every hit is one of both."""
-    from vk_backend.scene import load_scene
+    from vk_backend.scene.scene import load_scene
 
     builder = Builder()
     builder.mesh(*waves(60, 45))
@@ -251,7 +251,7 @@ def test07_equal_distances(cache, device, tmp_path):
 
 def test07_equal_triangles(device, tmp_path):
     """Of triangles in the same place rays hit the one with the smallest id."""
-    from vk_backend.scene import load_scene
+    from vk_backend.scene.scene import load_scene
 
     builder = Builder()
     values, triangles = waves(30, 20)
@@ -279,7 +279,7 @@ def test07_equal_triangles(device, tmp_path):
 
 def test07_transparent_parts(device, tmp_path):
     """Which surfaces let a ray pass does not depend on the order of parts."""
-    from vk_backend.scene import load_scene
+    from vk_backend.scene.scene import load_scene
 
     material = {
         "alphaMode": "BLEND",
@@ -316,7 +316,7 @@ def test08_bound(share, device, fine_scene):
 
 def fine_bytes(scene) -> int:
     """Bytes of all meshlets, decoded."""
-    from vk_backend.slot_layout import SlotLayout
+    from vk_backend.decode.slots import SlotLayout
 
     return SlotLayout.of(scene, traced=True).bytes * sum(p.meshlets for p in scene.primitives)
 
@@ -340,7 +340,7 @@ def test08_memory(device, scene):
 
 def test08_parts_are_compact():
     """Every part of a cloud of points is near itself: half as large as the cloud, or smaller."""
-    from vk_backend.raytrace_geometry import spatial_order
+    from vk_backend.raytrace.geometry import spatial_order
 
     points = np.random.default_rng(5).random((1000, 3))
     for size in (1, 7, 125, 400, 1000, 2000):
@@ -352,7 +352,7 @@ def test08_parts_are_compact():
 
 
 def test09_boxes_of_whole_meshlets(device, scene, expected, monkeypatch):
-    monkeypatch.setattr("vk_backend.raytrace.RayTracer.box_triangles", 64)
+    monkeypatch.setattr("vk_backend.raytrace.tracer.RayTracer.box_triangles", 64)
     traced = tracer(device, scene, cache=1.0)
     assert_same_hits(traced.render(camera_of(scene), WIDTH, HEIGHT), expected, scene)
     traced.free()
@@ -360,7 +360,7 @@ def test09_boxes_of_whole_meshlets(device, scene, expected, monkeypatch):
 
 def test10_fine_positions(device, tmp_path):
     """Positions with more bits than packed slots hold."""
-    from vk_backend.scene import load_scene
+    from vk_backend.scene.scene import load_scene
 
     scene = load_scene(several(tmp_path, position_bits=23))
     traced = tracer(device, scene, cache=1.0)
@@ -373,7 +373,7 @@ def test10_fine_positions(device, tmp_path):
 @pytest.mark.parametrize("mode", ("MASK", "BLEND"))
 def test11_transparent(mode, device, tmp_path):
     """Rays pass transparent surfaces."""
-    from vk_backend.scene import load_scene
+    from vk_backend.scene.scene import load_scene
 
     traced = tracer(device, load_scene(transparent(tmp_path, mode)), cache=1.0)
     instances = traced.render(camera_of(traced.scene), WIDTH, HEIGHT).ids[..., 0]
@@ -386,7 +386,7 @@ def test11_transparent(mode, device, tmp_path):
 def test12_hostile(name, serial, device, scene, monkeypatch):
     """Mutated blobs render in bounded time and do not break the device."""
     if serial:
-        monkeypatch.setattr("vk_backend.raytrace.SERIAL_FILL", 1)
+        monkeypatch.setattr("vk_backend.raytrace.tracer.SERIAL_FILL", 1)
     broken = broken_scene(scene)
     traced = tracer(device, broken, bounces=1, samples=1, **TRACERS[name])
     for _ in range(2):
@@ -398,7 +398,7 @@ def test12_hostile(name, serial, device, scene, monkeypatch):
 def test13_errors(device, scene, shared, monkeypatch):
     from dataclasses import replace
 
-    from vk_backend.errors import VulkanError
+    from vk_backend.gpu.errors import VulkanError
 
     traced = shared("some")
     camera = camera_of(scene)
@@ -464,7 +464,7 @@ def test16_pipelines(device, scene, shared):
 @pytest.mark.parametrize("name", MODELS)
 @pytest.mark.parametrize("cache", CACHES)
 def test17_models(name, cache, device, model, tmp_path):
-    from vk_backend.scene import load_scene
+    from vk_backend.scene.scene import load_scene
 
     path = tmp_path / name
     gltf_ext.compress(model(name), path)
@@ -478,7 +478,7 @@ def test17_models(name, cache, device, model, tmp_path):
 
 def launches_of(device, monkeypatch) -> list[tuple[int, int]]:
     """Records each launch of rays from now on: (number of its submission, rays)."""
-    from vk_backend import vk
+    from vk_backend.gpu import vk
 
     launches: dict[object, list[int]] = {}  # of a command buffer that waits
     submitted: list[tuple[int, int]] = []
@@ -506,7 +506,7 @@ def launches_of(device, monkeypatch) -> list[tuple[int, int]]:
 @pytest.mark.parametrize("name", ["few", "all"])
 def test18_submissions_are_short(device, scene, shared, monkeypatch, name):
     """A driver ends a submission that takes seconds: large frames have several."""
-    from vk_backend import raytrace_commands
+    from vk_backend.raytrace import commands as raytrace_commands
 
     camera = camera_of(scene)
     traced = shared(name, bounces=1)

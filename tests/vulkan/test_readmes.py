@@ -15,7 +15,9 @@ PACKAGE = ROOT / "vk_backend"
 # README -> the files that its tables list: each row starts with a name in backticks.
 LISTED = {
     PACKAGE / "README.md": {
-        path.name for path in PACKAGE.glob("*.py") if path.name != "__init__.py"
+        path.relative_to(PACKAGE).as_posix()
+        for path in PACKAGE.rglob("*.py")
+        if path.name != "__init__.py"
     },
     build_shaders.SOURCES / "README.md": {
         path.relative_to(build_shaders.SOURCES).as_posix()
@@ -41,14 +43,16 @@ def imported_modules(path: Path) -> set[str]:
     """Modules of the package that a module imports when it is imported."""
     found = set()
     for node in ast.parse(path.read_text()).body:
-        if isinstance(node, ast.ImportFrom) and node.level == 1:
-            names = [node.module] if node.module else [alias.name for alias in node.names]
-            found |= {f"{name}.py" for name in names}
+        if isinstance(node, ast.ImportFrom) and node.level > 0:
+            folder = path.parents[node.level - 1] / (node.module or "").replace(".", "/")
+            of = [folder] if folder.with_suffix(".py").is_file() else []
+            names = of or [folder / alias.name for alias in node.names]
+            found |= {f"{name.relative_to(PACKAGE).as_posix()}.py" for name in names}
     return found
 
 
 def test_modules_import_only_modules_above_them():
     order = rows_of(PACKAGE / "README.md")
-    assert imported_modules(PACKAGE / "ring.py") >= {"vk.py", "device.py"}
+    assert imported_modules(PACKAGE / "decode" / "ring.py") >= {"gpu/vk.py", "gpu/device.py"}
     for index, name in enumerate(order):
         assert imported_modules(PACKAGE / name) <= set(order[:index]), name

@@ -34,7 +34,7 @@ def blob(page):
 @pytest.mark.parametrize("slots", [0, 1, 7, 25, PAGES])
 def test_pages_have_all_that_they_need(slots, failing):
     pytest.importorskip("vulkan", exc_type=Exception)
-    from vk_backend.residency import NOT_RESIDENT, Residency
+    from vk_backend.levels.residency import NOT_RESIDENT, Residency
 
     random = np.random.default_rng(slots)
     found = hierarchy(random)
@@ -75,7 +75,7 @@ def test_pages_have_all_that_they_need(slots, failing):
 
 def test_recently_used_pages_stay():
     pytest.importorskip("vulkan", exc_type=Exception)
-    from vk_backend.residency import NOT_RESIDENT, Residency
+    from vk_backend.levels.residency import NOT_RESIDENT, Residency
 
     found = SimpleNamespace(is_root=np.arange(6) < 1, coarser=[])
     residency = Residency(found, 3, blob)

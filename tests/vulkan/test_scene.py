@@ -13,10 +13,10 @@ import gltf_ext
 from gltf_ext.errors import MeshletError
 from tests.helpers.gltf_builder import Builder, everything, glb_bytes, glb_json
 from tests.helpers.vulkan_scenes import zoo
-from vk_backend import scene as scenes
-from vk_backend.camera import Camera
 from vk_backend.command import _turn
-from vk_backend.scene import load_scene
+from vk_backend.scene import scene as scenes
+from vk_backend.scene.camera import Camera
+from vk_backend.scene.scene import load_scene
 
 
 @pytest.fixture(scope="module")

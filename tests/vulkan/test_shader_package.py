@@ -76,7 +76,7 @@ COMPILERS = {
 @pytest.fixture(scope="module")
 def device():
     require_vulkan()
-    from vk_backend.device import Device
+    from vk_backend.gpu.device import Device
 
     with Device(validation=True) as device:
         yield device

@@ -10,9 +10,9 @@ import pytest
 
 from tools import build_shaders, shader_sources
 from tools.spirv import DECORATION_SPEC_ID, OP_DECORATE, instructions, words_of
-from vk_backend.constants import CONSTANTS, read_constants
-from vk_backend.reflection import shipped_reflection, specialization_ids
-from vk_backend.scene_buffers import team_bytes
+from vk_backend.gpu.constants import CONSTANTS, read_constants
+from vk_backend.gpu.reflection import shipped_reflection, specialization_ids
+from vk_backend.scene.buffers import team_bytes
 
 MODULES = build_shaders.modules()
 

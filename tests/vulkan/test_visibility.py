@@ -23,7 +23,7 @@ def renderer():
 
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory):
-    from vk_backend.scene import load_scene
+    from vk_backend.scene.scene import load_scene
 
     return load_scene(zoo(tmp_path_factory.mktemp("zoo") / "zoo.glb"))
 
@@ -33,7 +33,7 @@ def made(path, positions, triangles, **material):
 
     So it shares zoo's pipelines, which a software driver compiles for many seconds.
     """
-    from vk_backend.scene import load_scene
+    from vk_backend.scene.scene import load_scene
 
     builder = Builder()
     corners = np.asarray(positions, np.float32)
@@ -59,7 +59,7 @@ def made(path, positions, triangles, **material):
 
 
 def camera_at(eye, target, near, far=100.0, yfov=1.2):
-    from vk_backend.camera import Camera
+    from vk_backend.scene.camera import Camera
 
     return Camera.look_at(np.array(eye), np.array(target), near=near, far=far, yfov=yfov)
 
@@ -158,8 +158,8 @@ def test_causes_find_a_wrong_triangle(renderer, scene):
     ],
 )
 def test_real_models(renderer, model, tmp_path, name):
-    from vk_backend.camera import Camera
-    from vk_backend.scene import load_scene
+    from vk_backend.scene.camera import Camera
+    from vk_backend.scene.scene import load_scene
 
     gltf_ext.compress(model(name), tmp_path / name)
     loaded = load_scene(tmp_path / name)
@@ -227,7 +227,7 @@ def test_the_ring_changes_nothing(renderer, scene, monkeypatch, ring):
 @pytest.mark.parametrize(("small", "pieces"), [(0, 1 << 16), (8, 9)])
 def test_the_size_of_a_triangle_changes_nothing(renderer, scene, monkeypatch, small, pieces):
     """Neither which shader draws it, nor whether there is room for its pieces."""
-    from vk_backend import visibility
+    from vk_backend.visibility import drawing as visibility
 
     whole = renderer.render(scene, scene.cameras[0], "visibility", WIDTH, HEIGHT)
     monkeypatch.setattr(visibility, "SMALL_PIXELS", small)
@@ -243,7 +243,7 @@ def test_the_size_of_a_triangle_changes_nothing(renderer, scene, monkeypatch, sm
 @pytest.mark.parametrize("culling", [True, False])
 def test_bulk_passes_decode_what_teams_decode(renderer, scene, monkeypatch, culling):
     """In one batch, and in several: no segment is cut."""
-    from vk_backend import ring
+    from vk_backend.decode import ring
 
     camera = scene.cameras[0]
     arguments = (scene, camera, "visibility", WIDTH, HEIGHT, culling)
@@ -261,9 +261,9 @@ def test_bulk_passes_decode_what_teams_decode(renderer, scene, monkeypatch, cull
 
 def test_bulk_passes_need_whole_primitives_and_no_other_streams(renderer, scene, tmp_path):
     from tests.helpers.gltf_builder import everything
-    from vk_backend.ring import bulk_fits
-    from vk_backend.scene import load_scene
-    from vk_backend.slot_layout import SlotLayout
+    from vk_backend.decode.ring import bulk_fits
+    from vk_backend.decode.slots import SlotLayout
+    from vk_backend.scene.scene import load_scene
 
     largest, layout = max(p.meshlets for p in scene.primitives), SlotLayout.of(scene)
     assert bulk_fits(scene, layout, largest) and not bulk_fits(scene, layout, largest - 1)
@@ -279,7 +279,7 @@ def test_bulk_passes_need_whole_primitives_and_no_other_streams(renderer, scene,
 
 
 def test_segments_for_bulk_passes():
-    from vk_backend.ring import BULK_SLOTS, schedule_whole
+    from vk_backend.decode.ring import BULK_SLOTS, schedule_whole
 
     counts = [7, 1, 16, 20, 3, 24]
     batches = schedule_whole(counts, 32)

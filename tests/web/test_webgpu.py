@@ -21,7 +21,7 @@ from tests.helpers.browsers import lavapipe_environment, need_decoder, pictures,
 from tests.helpers.environment import NODE_MODULES, ROOT, VECTORS
 from tests.helpers.models import HARD, REFUSED
 from tools import build_wgsl
-from vk_backend.constants import CONSTANTS
+from vk_backend.gpu.constants import CONSTANTS
 
 WIDE = VECTORS / "valid_64_streams.bin"  # more than `interior` takes
 METHODS = ["interior", "traversal"]

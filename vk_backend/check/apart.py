@@ -10,7 +10,7 @@ from typing import Any
 
 from gltf_ext.errors import MeshletError
 
-from .. import vk
+from ..gpu import vk
 
 
 @dataclass(frozen=True)

@@ -9,12 +9,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..camera import Camera
-from ..raytrace import RayTracer
+from ..decode.ring import Ring
+from ..decode.slots import SlotLayout
+from ..raytrace.tracer import RayTracer
 from ..renderer import Picture, Renderer
-from ..ring import Ring
-from ..scene import Scene, load_scene
-from ..slot_layout import SlotLayout
+from ..scene.camera import Camera
+from ..scene.scene import Scene, load_scene
 from .driver import RAYS
 from .slots import wrong_meshlets
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
-from .. import vk
-from ..allocator import BLOCK_BYTES
-from ..limits import Limits, read_limits
-from ..mesh import MESH_PATHS
-from ..physical import CAPABILITIES, CORE, NEEDED, OPTIONAL, Physical
+from ..gpu import vk
+from ..gpu.allocator import BLOCK_BYTES
+from ..gpu.limits import Limits, read_limits
+from ..gpu.physical import CAPABILITIES, CORE, NEEDED, OPTIONAL, Physical
+from ..raster.mesh import MESH_PATHS
 from ..renderer import PATHS
-from ..scene_buffers import TEAM_ELEMENT_BYTES, TEAM_OTHER_BYTES, TEAM_STREAM_BYTES
+from ..scene.buffers import TEAM_ELEMENT_BYTES, TEAM_OTHER_BYTES, TEAM_STREAM_BYTES
 
 RAYS = "rt"
 TYPES = ("other", "integrated GPU", "discrete GPU", "virtual GPU", "software")

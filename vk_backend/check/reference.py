@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..camera import Camera
-from ..scene import Scene
-from ..targets import NO_ID
+from ..gpu.targets import NO_ID
+from ..scene.camera import Camera
+from ..scene.scene import Scene
 
 # A pixel may show a triangle whose edge is so near to its centre, in pixels: Vulkan demands 4 bits
 # of subpixel precision.

@@ -8,11 +8,11 @@ from typing import Any
 
 from gltf_ext.progress import Advance
 
-from ..camera import Camera
-from ..instance import open_instance
-from ..physical import NEEDED, devices_of, index_of
+from ..gpu.instance import open_instance
+from ..gpu.physical import NEEDED, devices_of, index_of
 from ..renderer import PATHS
-from ..scene import Scene, load_scene
+from ..scene.camera import Camera
+from ..scene.scene import Scene, load_scene
 from .apart import Failure, run_apart
 from .drawn import CHECKED, TIMED, WAYS, Drawn, Job, Way, draw
 from .driver import RAYS, driver_report, limits_report, why_not_offered

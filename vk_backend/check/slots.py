@@ -8,9 +8,9 @@ import numpy as np
 
 from gltf_ext import _codec
 
-from ..constants import CONSTANTS
-from ..scene import SHADED, Primitive, Scene
-from ..slot_layout import SlotLayout, packed_field
+from ..decode.slots import SlotLayout, packed_field
+from ..gpu.constants import CONSTANTS
+from ..scene.scene import SHADED, Primitive, Scene
 
 TRIANGLES = CONSTANTS["MESHLET_TRIANGLES"]
 VERTICES = CONSTANTS["MESHLET_VERTICES"]

@@ -1,5 +1,5 @@
 // Facts of the format, for C++, GLSL and Python. Nothing but
-// `#define NAME integer`: vk_backend/constants.py reads this file as text.
+// `#define NAME integer`: vk_backend/gpu/constants.py reads this file as text.
 #ifndef CONSTANTS_H
 #define CONSTANTS_H
 

@@ -8,10 +8,10 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from . import vk
-from .device import Device, Resource
-from .memory import ADDRESSED, STORAGE, Buffer
-from .pipelines import read_queries
+from ..gpu import vk
+from ..gpu.device import Device, Resource
+from ..gpu.memory import ADDRESSED, STORAGE, Buffer
+from ..gpu.pipelines import read_queries
 
 BOX_BYTES = 24  # VkAabbPositionsKHR
 BATCH_BYTES = 256 << 20  # of structures that are built together before they are compacted

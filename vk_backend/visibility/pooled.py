@@ -13,20 +13,20 @@ import numpy as np
 
 from gltf_ext.ranges import numbers_of
 
-from . import vk
-from .constants import CONSTANTS
-from .device import Device
-from .errors import VulkanError
-from .memory import STORAGE, Buffer
-from .pipelines import ComputePipeline, addresses, push_record
-from .raster import Mark, no_mark
-from .raster_layout import CONNECTED
-from .reflection import structure
-from .ring import TEAM, Ring
-from .scene import Scene
-from .slot_layout import SlotLayout
-from .targets import pyramid_tiles
-from .visibility import PIECE_WORKGROUPS, Planes, VisibilityDrawing
+from ..decode.ring import TEAM, Ring
+from ..decode.slots import SlotLayout
+from ..decode.structures import CONNECTED
+from ..gpu import vk
+from ..gpu.constants import CONSTANTS
+from ..gpu.device import Device
+from ..gpu.errors import VulkanError
+from ..gpu.memory import STORAGE, Buffer
+from ..gpu.pipelines import ComputePipeline, addresses, push_record
+from ..gpu.reflection import structure
+from ..gpu.targets import pyramid_tiles
+from ..raster.drawing import Mark, no_mark
+from ..scene.scene import Scene
+from .drawing import PIECE_WORKGROUPS, Planes, VisibilityDrawing
 
 CUT, JOB, FRESH = map(structure, ("Cut", "Job", "Fresh"))
 INDIRECT = STORAGE | vk.VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from .constants import CONSTANTS
-from .scene import SHADED, Primitive, Scene
+from ..gpu.constants import CONSTANTS
+from ..scene.scene import SHADED, Primitive, Scene
 
 PACKED_POSITION_BITS = CONSTANTS["PACKED_POSITION_BITS"]
 

@@ -6,14 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from . import vk
+from ..gpu import vk
+from ..gpu.constants import CONSTANTS
+from ..gpu.device import Device
+from ..gpu.errors import VulkanError
+from ..gpu.memory import STORAGE, Buffer
+from ..gpu.pipelines import push_record
+from ..gpu.reflection import structure
 from .camera import Camera
-from .constants import CONSTANTS
-from .device import Device
-from .errors import VulkanError
-from .memory import STORAGE, Buffer
-from .pipelines import push_record
-from .reflection import structure
 from .scene import SHADED, Attribute, Instance, Primitive, Scene
 
 # Shared memory that a team decoder needs at most (shaders/decoders/team_meshlet.glsl), in bytes:

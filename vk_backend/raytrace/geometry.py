@@ -10,16 +10,17 @@ import numpy as np
 
 from gltf_scene.scene import box_corners
 
-from . import acceleration, vk
+from ..decode.bounds import record_bounds
+from ..gpu import vk
+from ..gpu.constants import CONSTANTS
+from ..gpu.device import Device
+from ..gpu.errors import VulkanError
+from ..gpu.memory import Buffer
+from ..gpu.pipelines import ComputePipeline
+from ..gpu.reflection import structure
+from ..scene.scene import Instance, Scene
+from . import acceleration
 from .acceleration import BOTTOM, BOX_BYTES, INPUT, TOP, Boxes, Instances, Shape, Structures
-from .constants import CONSTANTS
-from .device import Device
-from .errors import VulkanError
-from .memory import Buffer
-from .pipelines import ComputePipeline
-from .raster import record_bounds
-from .reflection import structure
-from .scene import Instance, Scene
 
 PLACED, SOURCE = structure("Placed"), structure("Source")  # of shaders/raytrace/rt_common.glsl
 MESHLET_TRIANGLES = CONSTANTS["MESHLET_TRIANGLES"]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .reflection import structure
+from ..gpu.reflection import structure
 
 RASTER_PUSH = structure("RasterPush")  # push constants of all raster paths
 BOUNDS_PUSH = structure("BoundsPush")  # of bounds.comp

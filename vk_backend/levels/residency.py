@@ -13,7 +13,7 @@ import numpy as np
 
 from gltf_ext.errors import MeshletError
 
-from .constants import CONSTANTS
+from ..gpu.constants import CONSTANTS
 from .hierarchies import Hierarchies
 
 NOT_RESIDENT = CONSTANTS["NOT_RESIDENT"]

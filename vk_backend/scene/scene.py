@@ -36,8 +36,8 @@ from gltf_scene.scene import (
 )
 from gltf_scene.view_points import view_points
 
+from ..gpu.constants import CONSTANTS
 from .camera import Camera
-from .constants import CONSTANTS
 from .decoded import (
     HAS_COLOR,
     HAS_NORMAL,

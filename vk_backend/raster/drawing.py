@@ -10,21 +10,22 @@ import numpy as np
 
 from gltf_ext.errors import blaming
 
-from . import vk
-from .camera import Camera
-from .constants import CONSTANTS
-from .decoded import HAS_COLOR, HAS_NORMAL, HAS_TEXCOORD
-from .device import Device
-from .graphics_pipeline import FRAGMENT, GEOMETRY, MESH, VERTEX, Modules, graphics_pipeline
-from .limits import MAX_WORKGROUPS, Limits
-from .memory import Buffer
-from .pipelines import ComputePipeline, addresses, push, push_record
-from .raster_layout import BOUNDS_PUSH, RASTER_PUSH
-from .ring import RING, Ring
-from .scene import Scene
-from .scene_buffers import FRAME, SceneBuffers, require_payload, require_room
-from .targets import Targets
-from .textures import TextureArray, array_size, textures_layout
+from ..decode.bounds import fill_bounds
+from ..decode.ring import RING, Ring
+from ..decode.structures import RASTER_PUSH
+from ..gpu import vk
+from ..gpu.constants import CONSTANTS
+from ..gpu.device import Device
+from ..gpu.limits import MAX_WORKGROUPS, Limits
+from ..gpu.memory import Buffer
+from ..gpu.pipelines import addresses, push, push_record
+from ..gpu.targets import Targets
+from ..scene.buffers import FRAME, SceneBuffers, require_payload, require_room
+from ..scene.camera import Camera
+from ..scene.decoded import HAS_COLOR, HAS_NORMAL, HAS_TEXCOORD
+from ..scene.scene import Scene
+from ..scene.textures import TextureArray, array_size, textures_layout
+from .pipeline import FRAGMENT, GEOMETRY, MESH, VERTEX, Modules, graphics_pipeline
 
 # Variants of surface.frag, and some of geometry.geom, with the attributes that they pass on. A
 # scene uses the first variant that has all of its attributes.
@@ -312,28 +313,6 @@ class Drawing:
         wait: for data that the frame lacked.
         """
         return True
-
-
-def fill_bounds(buffers: SceneBuffers) -> None:
-    """Computes the culling bounds of all meshlets on the device, from the blobs."""
-    device, scene = buffers.device, buffers.scene
-    pipeline = bounds_pipeline(device, scene)
-    with device.commands() as commands:
-        for number, primitive in enumerate(scene.primitives):
-            table = {"primitives": buffers.primitives_address, "primitive": number}
-            record_bounds(commands, pipeline, primitive.meshlets, **table)
-        device.full_barrier(commands)
-
-
-def bounds_pipeline(device: Device, scene: Scene) -> ComputePipeline:
-    return ComputePipeline.of(device, "bounds.comp", {"MAX_STREAMS": scene.max_streams})
-
-
-def record_bounds(commands: Any, pipeline: ComputePipeline, meshlets: int, **fields: int) -> None:
-    """Records the bounds of so many meshlets. fields: of BOUNDS_PUSH."""
-    data = push_record(BOUNDS_PUSH, meshlets=meshlets, **fields)
-    workgroups = min(-(-meshlets // CONSTANTS["BOUNDS_THREADS"]), MAX_WORKGROUPS)
-    pipeline.dispatch(commands, workgroups, data)
 
 
 GRAPHICS_PATHS = (

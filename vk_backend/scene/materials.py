@@ -13,7 +13,7 @@ from gltf_scene import materials as gltf_materials
 from gltf_scene.images import read_image
 from gltf_scene.materials import DEFAULT_CUTOFF, TextureUse, read_material
 
-from .constants import CONSTANTS
+from ..gpu.constants import CONSTANTS
 
 
 @dataclass(frozen=True)

@@ -12,17 +12,17 @@ import numpy as np
 
 from gltf_ext.ranges import begins
 
-from . import vk
-from .allocator import UPLOAD
-from .constants import CONSTANTS
-from .device import Device
-from .errors import VulkanError
+from ..decode.bounds import bounds_pipeline, record_bounds
+from ..gpu import vk
+from ..gpu.allocator import UPLOAD
+from ..gpu.constants import CONSTANTS
+from ..gpu.device import Device
+from ..gpu.errors import VulkanError
+from ..gpu.memory import Buffer
+from ..scene.buffers import PRIMITIVE, primitive_record
+from ..scene.scene import Scene
 from .hierarchies import PAGE_ROW, Hierarchies
-from .memory import Buffer
-from .raster import bounds_pipeline, record_bounds
 from .residency import Residency, Update
-from .scene import Scene
-from .scene_buffers import PRIMITIVE, primitive_record
 
 UPLOADS = 64  # pages of a frame, at most
 NOT_RESIDENT = CONSTANTS["NOT_RESIDENT"]

@@ -8,9 +8,9 @@ import numpy as np
 
 from gltf_ext.lod.cuts import View, cut_for_view
 
-from .camera import Camera
+from ..scene.camera import Camera
+from ..scene.scene import Instance, Primitive, Scene
 from .hierarchies import Hierarchies
-from .scene import Instance, Primitive, Scene
 
 
 def cut_scene(scene: Scene, camera: Camera, width: int, height: int, pixels: float) -> Scene:

@@ -12,16 +12,16 @@ import numpy as np
 
 from gltf_ext.ranges import begins
 
-from . import vk
-from .constants import CONSTANTS
-from .graphics_pipeline import MESH, TASK
-from .limits import MAX_WORKGROUPS
-from .memory import Buffer
-from .pipelines import ComputePipeline, addresses, push, push_record
-from .raster import BLOBS, Drawing, Mark, Path, no_mark
-from .raster_layout import RASTER_PUSH
-from .reflection import structure
-from .targets import DepthTargets, pyramid_tiles
+from ..decode.structures import RASTER_PUSH
+from ..gpu import vk
+from ..gpu.constants import CONSTANTS
+from ..gpu.limits import MAX_WORKGROUPS
+from ..gpu.memory import Buffer
+from ..gpu.pipelines import ComputePipeline, addresses, push, push_record
+from ..gpu.reflection import structure
+from ..gpu.targets import DepthTargets, pyramid_tiles
+from .drawing import BLOBS, Drawing, Mark, Path, no_mark
+from .pipeline import MESH, TASK
 
 TASK_PUSH, TASK_COUNTERS = map(structure, ("TaskPush", "TaskCounters"))
 # Most notes of what was visible, a bit each. With more meshlets, some share a note.

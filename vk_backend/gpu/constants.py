@@ -19,7 +19,7 @@ def read_constants(text: str) -> dict[str, int]:
 def _shipped_constants() -> dict[str, int]:
     headers = [
         file
-        for file in (resources.files(__package__) / "spirv").iterdir()
+        for file in (resources.files("vk_backend") / "spirv").iterdir()
         if file.name.endswith(".h")
     ]
     return {

@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from . import vk
-from .device import Device
+from ..gpu import vk
+from ..gpu.device import Device
 
 Area = tuple[int, int, int, int]  # of a picture: left, top, width, height
 

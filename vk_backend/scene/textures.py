@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 import pygltflib
 
-from . import vk
-from .allocator import UPLOAD
-from .device import Device, Resource
+from ..gpu import vk
+from ..gpu.allocator import UPLOAD
+from ..gpu.device import Device, Resource
+from ..gpu.memory import Buffer, Image
+from ..gpu.pipelines import pipeline_layout
 from .materials import Texture
-from .memory import Buffer, Image
-from .pipelines import pipeline_layout
 
 FORMAT = vk.VK_FORMAT_R8G8B8A8_SRGB
 WRAP = {

@@ -12,16 +12,16 @@ from typing import Any
 
 import numpy as np
 
-from . import vk
-from .constants import CONSTANTS
-from .device import Device, Timeline
-from .errors import VulkanError
-from .limits import MAX_WORKGROUPS
-from .memory import Buffer
-from .pipelines import ComputePipeline, addresses
-from .raster_layout import CONNECTED, PLACES, RASTER_PUSH, SEGMENT
-from .scene import SHADED, Primitive, Scene
-from .slot_layout import SlotLayout, packed_field
+from ..gpu import vk
+from ..gpu.constants import CONSTANTS
+from ..gpu.device import Device, Timeline
+from ..gpu.errors import VulkanError
+from ..gpu.limits import MAX_WORKGROUPS
+from ..gpu.memory import Buffer
+from ..gpu.pipelines import ComputePipeline, addresses
+from ..scene.scene import SHADED, Primitive, Scene
+from .slots import SlotLayout, packed_field
+from .structures import CONNECTED, PLACES, RASTER_PUSH, SEGMENT
 
 RING = 8192  # slots of path stream, unless the scene has fewer meshlets
 # From this many meshlets on, filling one half of the ring while the other is drawn was faster on an

@@ -10,22 +10,22 @@ import numpy as np
 
 from gltf_ext.errors import blaming
 
-from . import vk
-from .camera import Camera
-from .constants import CONSTANTS
-from .device import Device
-from .errors import VulkanError
-from .limits import MAX_WORKGROUPS
-from .memory import Buffer
-from .pipelines import ComputePipeline, Timestamps, addresses, push, push_record
-from .raytrace_commands import MESHLET_LEVELS, Area, FrameSubmissions, tiles
-from .raytrace_geometry import Geometry
-from .raytrace_pipeline import RayPipeline
-from .reflection import structure
-from .scene import Scene
-from .scene_buffers import FRAME, SceneBuffers, require_room
-from .slot_layout import SlotLayout
-from .textures import TextureArray, array_size, textures_layout
+from ..decode.slots import SlotLayout
+from ..gpu import vk
+from ..gpu.constants import CONSTANTS
+from ..gpu.device import Device
+from ..gpu.errors import VulkanError
+from ..gpu.limits import MAX_WORKGROUPS
+from ..gpu.memory import Buffer
+from ..gpu.pipelines import ComputePipeline, Timestamps, addresses, push, push_record
+from ..gpu.reflection import structure
+from ..scene.buffers import FRAME, SceneBuffers, require_room
+from ..scene.camera import Camera
+from ..scene.scene import Scene
+from ..scene.textures import TextureArray, array_size, textures_layout
+from .commands import MESHLET_LEVELS, Area, FrameSubmissions, tiles
+from .geometry import Geometry
+from .pipeline import RayPipeline
 
 RAYS_PUSH, FILL_PUSH = structure("RaysPush"), structure("FillPush")
 MAX_PARTS = 64  # of the model: the slots hold one at a time

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from . import vk
-from .device import Device
-from .memory import STORAGE, Buffer
-from .pipelines import stage
+from ..gpu import vk
+from ..gpu.device import Device
+from ..gpu.memory import STORAGE, Buffer
+from ..gpu.pipelines import stage
 
 SHADER_GROUPS = 3  # ray generation, miss, hit
 STAGES = {

@@ -8,7 +8,7 @@ import numpy as np
 
 from gltf_ext import _codec
 
-from .constants import CONSTANTS
+from ..gpu.constants import CONSTANTS
 
 # Bits of `Scene.attributes` and of the shaders' constant ATTRIBUTES.
 HAS_NORMAL = CONSTANTS["HAS_NORMAL"]

@@ -14,20 +14,20 @@ import numpy as np
 
 from gltf_ext.errors import MeshletError
 
-from . import vk
-from .allocator import READBACK
-from .camera import Camera
-from .constants import CONSTANTS
-from .hierarchies import Hierarchies
-from .memory import Buffer
-from .mesh import MeshDrawing
-from .page_pool import UPLOADS, PagePool
-from .pipelines import ComputePipeline, addresses, push, push_record
+from ..gpu import vk
+from ..gpu.allocator import READBACK
+from ..gpu.constants import CONSTANTS
+from ..gpu.memory import Buffer
+from ..gpu.pipelines import ComputePipeline, addresses, push, push_record
+from ..gpu.reflection import structure
+from ..levels.hierarchies import Hierarchies
+from ..levels.page_pool import UPLOADS, PagePool
+from ..levels.residency import Update
+from ..raster.drawing import Drawing, Mark, no_mark
+from ..raster.mesh import MeshDrawing
+from ..scene.buffers import SceneBuffers
+from ..scene.camera import Camera
 from .pooled import CUT, INDIRECT, JOB, PooledDrawing, PoolStatistics, offset
-from .raster import Drawing, Mark, no_mark
-from .reflection import structure
-from .residency import Update
-from .scene_buffers import SceneBuffers
 
 CUT_PUSH = structure("CutPush")
 POOL = 1 << 28  # bytes, at most, unless the user says more

@@ -10,14 +10,14 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from . import vk
-from .constants import CONSTANTS
-from .device import Device
-from .limits import MAX_WORKGROUPS
-from .memory import Buffer
-from .pipelines import ComputePipeline
-from .raster import BLOBS, Drawing, Mark, Path, no_mark
-from .targets import pyramid_bytes
+from ..gpu import vk
+from ..gpu.constants import CONSTANTS
+from ..gpu.device import Device
+from ..gpu.limits import MAX_WORKGROUPS
+from ..gpu.memory import Buffer
+from ..gpu.pipelines import ComputePipeline
+from ..gpu.targets import pyramid_bytes
+from ..raster.drawing import BLOBS, Drawing, Mark, Path, no_mark
 
 # Of the ring, unless the scene has fewer meshlets. On an H200, half as many take 1.28 times as long
 # for bistro_like (23,882 meshlets) and 1.19 times for dragon_x4 (56,899), with 24 instead of 39 and

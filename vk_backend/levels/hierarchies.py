@@ -16,9 +16,9 @@ from gltf_ext.lod.reading import LodPrimitive, streams_of_blob
 from gltf_ext.lod.tables import GROUP, MAX_CLUSTERS, PAGE, RUN_GROUP_BITS, Tables
 from gltf_ext.ranges import begins, numbers_of
 
-from .constants import CONSTANTS
-from .reflection import structure
-from .scene import Primitive, Scene
+from ..gpu.constants import CONSTANTS
+from ..gpu.reflection import structure
+from ..scene.scene import Primitive, Scene
 
 # Of shaders/levels/levels.glsl.
 HIERARCHY, BLOCK, PAGE_ROW = map(structure, ("Hierarchy", "Block", "Page"))

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from . import vk
-from .decoded import VERTEX_FLOATS
-from .device import Device
-from .pipelines import stage
-from .targets import COLOR_FORMAT, DEPTH_FORMAT, IDS_FORMAT
-from .textures import textures_layout
+from ..gpu import vk
+from ..gpu.device import Device
+from ..gpu.pipelines import stage
+from ..gpu.targets import COLOR_FORMAT, DEPTH_FORMAT, IDS_FORMAT
+from ..scene.decoded import VERTEX_FLOATS
+from ..scene.textures import textures_layout
 
 MESH = vk.VK_SHADER_STAGE_MESH_BIT_EXT
 TASK = vk.VK_SHADER_STAGE_TASK_BIT_EXT

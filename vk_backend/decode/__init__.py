@@ -1,0 +1,1 @@
+"""Compute shaders decode meshlets into slots."""

@@ -1,0 +1,1 @@
+"""Levels of detail: tables, pages and the memory that they take."""

@@ -1,0 +1,1 @@
+"""The paths with a graphics pipeline."""

@@ -1,0 +1,1 @@
+"""The scene of a file, on the host and on the device."""

@@ -1,0 +1,1 @@
+"""The path that rasterises with compute shaders."""
