@@ -298,6 +298,23 @@ def test_a_small_payload_excludes_a_path(checker, monkeypatch):
     assert report["ways"][1]["why"].endswith("bytes at most, the path needs 2400")
 
 
+def test_without_the_package_that_builds_levels(tmp_path, monkeypatch):
+    from gltf_ext.lod import simplifier
+    from gltf_meshlet import gpu_check_command
+    from vk_backend.check import report as reports
+    from vk_backend.check.drawn import WAYS
+
+    def absent():
+        raise gltf_ext.MeshletError("levels of detail need the package meshoptimizer", "install it")
+
+    monkeypatch.setattr(simplifier, "_library", absent)
+    checker = gpu_check_command._checker(tmp_path)
+    monkeypatch.setattr(reports, "WAYS", [way for way in WAYS if way.lod_error])
+    report = checker.device_report(0)
+    assert set(results(report).values()) == {"not offered"}
+    assert "need the package meshoptimizer" in report["ways"][0]["why"]
+
+
 # --- the command ---
 
 

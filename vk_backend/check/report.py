@@ -27,11 +27,15 @@ COLOR_SHARE = 1e-3
 
 @dataclass(frozen=True)
 class Model:
-    """The scene to draw: the same triangles in a compressed file and in one with levels."""
+    """The scene to draw: the same triangles in a compressed file and in one with levels.
+
+    why_no_levels: instead of the latter.
+    """
 
     compressed: str
     levels: str
     camera: Camera
+    why_no_levels: str = ""
 
 
 class Checker:
@@ -67,8 +71,9 @@ class Checker:
         ways: list[dict[str, Any]] = []
         plain: Drawn | None = None
         for done, way in enumerate(WAYS):
-            if way.path in absent:
-                ways.append({"way": way.name, "result": NOT_OFFERED, "why": absent[way.path]})
+            why = absent.get(way.path) or (way.lod_error and self._model.why_no_levels)
+            if why:
+                ways.append({"way": way.name, "result": NOT_OFFERED, "why": why})
             else:
                 drawn = self._draw(number, way, report["timed_pixels"])
                 plain = drawn if isinstance(drawn, Drawn) and plain is None else plain
