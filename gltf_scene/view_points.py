@@ -17,11 +17,17 @@ from gltf_ext.document.nodes import MAX_SIZE
 from gltf_ext.errors import MeshletError
 from gltf_ext.sources.primitives import is_compressed
 from gltf_ext.sources.source import read_primitive
-from gltf_scene.scene import PlacedPrimitive, value_format
+from gltf_scene.scene import PlacedPrimitive
+from gltf_scene.values import box_corners, value_format
 
 # Decoded for a scene, in 0.05 to 0.3 s; larger scenes give an evenly spread sample.
 MAX_MESHLETS = 2048
 MAX_POINTS = 1 << 18  # of a scene with many instances
+# Unit vectors, about 15 degrees apart, spread by the golden ratio.
+_TURNS = np.arange(256) * 2.399963229728653
+_HEIGHTS = 1 - (np.arange(256) + 0.5) / 128
+_RADII = np.sqrt(1 - _HEIGHTS**2)
+DIRECTIONS = np.column_stack([_RADII * np.cos(_TURNS), _HEIGHTS, _RADII * np.sin(_TURNS)])
 
 
 def view_points(document: Document, placed: Sequence[PlacedPrimitive]) -> np.ndarray:
@@ -56,16 +62,36 @@ def view_points(document: Document, placed: Sequence[PlacedPrimitive]) -> np.nda
 def _in_world(
     placed: Sequence[PlacedPrimitive], local: dict[tuple[int, int], np.ndarray]
 ) -> np.ndarray:
-    """At most about MAX_POINTS points of all instances, the extremes of each among them."""
-    total = sum(len(local[p.mesh, p.primitive]) for p in placed)
+    """At most about MAX_POINTS points of all instances, the extremes of each among them.
+
+    Of very many instances, only those that reach farthest into DIRECTIONS.
+    """
+    total = sum(len(local[p.mesh, p.primitive]) * len(p.matrices) for p in placed)
     step = max(-(-total // MAX_POINTS), 1)
     points = [np.zeros((0, 3))]
     for p in placed:
         own = local[p.mesh, p.primitive]
         if step > 1 and len(own):
             own = np.concatenate([own[::step], own[own.argmin(axis=0)], own[own.argmax(axis=0)]])
-        points.append(own @ p.matrix[:3, :3].T + p.matrix[:3, 3])
+        matrices = p.matrices
+        if len(own) * len(matrices) > MAX_POINTS:
+            matrices = matrices[_outermost(matrices, own)]
+        moved = np.matmul(own, matrices[:, :3, :3].transpose(0, 2, 1)) + matrices[:, None, :3, 3]
+        points.append(moved.reshape(-1, 3))
     return np.concatenate(points)
+
+
+def _outermost(matrices: np.ndarray, own: np.ndarray) -> np.ndarray:
+    """int64[m]: the instances whose points reach farthest into each of DIRECTIONS.
+
+    matrices: float64[n, 4, 4]; own: float64[points, 3] of the primitive.
+    """
+    corners = box_corners(own.min(axis=0), own.max(axis=0))
+    found = []
+    for direction in DIRECTIONS:
+        rows = direction @ matrices[:, :3].reshape(len(matrices), 3, 4)  # float64[n, 4]
+        found.append(int((rows[:, :3] @ corners.T + rows[:, 3:]).max(axis=1).argmax()))
+    return np.unique(found)
 
 
 def _plain_positions(document: Document, mesh: int, primitive: int) -> np.ndarray:

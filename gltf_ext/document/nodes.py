@@ -46,11 +46,7 @@ def placed(document: Document) -> Iterator[tuple[pygltflib.Node, np.ndarray]]:
             )
         with np.errstate(over="ignore", invalid="ignore"):
             matrix: np.ndarray = parent @ local_matrix(node)
-        if not (np.abs(matrix) < MAX_SIZE).all():
-            raise MeshletError(
-                f"a node's transform is not finite, or larger than {MAX_SIZE:g}",
-                "export the file again, smaller",
-            )
+        require_finite(matrix)
         yield node, matrix
         if node.children:
             ancestors.add(index)
@@ -62,20 +58,41 @@ def local_matrix(node: pygltflib.Node) -> np.ndarray:
     """float64[4, 4] from a node's matrix, or its translation, rotation and scale."""
     if node.matrix is not None:
         return np.reshape(np.array(node.matrix, np.float64), (4, 4), order="F")
-    result = np.eye(4)
-    rotation = np.eye(3) if node.rotation is None else _rotation(node.rotation)
-    result[:3, :3] = rotation * np.array(node.scale or (1, 1, 1), np.float64)
-    result[:3, 3] = node.translation or 0
+    given = (
+        (node.translation or (0, 0, 0)),
+        (node.rotation or (0, 0, 0, 1)),
+        (node.scale or (1,) * 3),
+    )
+    result: np.ndarray = trs_matrices(*(np.array([v], np.float64) for v in given))[0]
     return result
 
 
-def _rotation(quaternion: list[float]) -> np.ndarray:
-    """float64[3, 3] of a quaternion x, y, z, w of any length."""
-    x, y, z, w = np.array(quaternion, np.float64) / max(float(np.linalg.norm(quaternion)), 1e-30)
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
+def trs_matrices(translation: np.ndarray, rotation: np.ndarray, scale: np.ndarray) -> np.ndarray:
+    """float64[n, 4, 4]
+
+    translation, scale: float64[n, 3]; rotation: float64[n, 4], quaternions x, y, z, w of any
+    length; zero turns nothing.
+    """
+    lengths = np.linalg.norm(rotation, axis=1, keepdims=True)
+    x, y, z, w = (rotation / np.maximum(lengths, 1e-30)).T
+    result = np.zeros((len(translation), 4, 4))
+    rows = (
+        (1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)),
+        (2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)),
+        (2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)),
     )
+    for row, values in enumerate(rows):
+        for column, value in enumerate(values):
+            result[:, row, column] = value * scale[:, column]
+    result[:, :3, 3] = translation
+    result[:, 3, 3] = 1
+    return result
+
+
+def require_finite(matrices: np.ndarray) -> None:
+    """Raises MeshletError for numbers that are not finite, or as large as MAX_SIZE."""
+    if not (np.abs(matrices) < MAX_SIZE).all():
+        raise MeshletError(
+            f"a node's transform is not finite, or larger than {MAX_SIZE:g}",
+            "export the file again, smaller",
+        )

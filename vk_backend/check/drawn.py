@@ -145,10 +145,10 @@ def _ring_meshlets(scene: Scene, ring: Ring) -> tuple[int, int]:
     held: dict[int, tuple[int, int, int]] = {}
     for batch in ring.batches:
         for segment in batch:
-            primitive = scene.instances[segment.instance].primitive
+            primitive = int(scene.instances.primitive[segment.instance])
             for k in range(segment.meshlets):
-                slot = segment.slot + k
-                held[slot] = slot, primitive, segment.first + k
+                slot = int(segment.slot) + k
+                held[slot] = slot, primitive, int(segment.first) + k
     decoded = [place for place in held.values() if counts[place[0]]]
     return wrong_meshlets(scene, SlotLayout.of(scene), ring.slot_words(), decoded)
 
