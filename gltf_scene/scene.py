@@ -91,7 +91,6 @@ def read_scene(document: Document) -> Scene:
         if light is not None:
             scene.lights.append(_read_light(document, light, place, matrix))
         if node.mesh is not None:
-            scene.warnings += _ignored(node)
             left -= _places(document, node)
             if left < 0:
                 raise MeshletError(
@@ -112,14 +111,6 @@ def _places(document: Document, node: pygltflib.Node) -> int:
 def is_mirrored(matrix: np.ndarray) -> bool:
     """Whether a matrix turns counter-clockwise triangles into clockwise ones."""
     return bool(np.linalg.det(matrix[:3, :3]) < 0)
-
-
-def _ignored(node: pygltflib.Node) -> list[str]:
-    """Warnings about features of a node that no back end has."""
-    found = []
-    if node.skin is not None:
-        found.append("a skin is not applied: the mesh is shown in its bind pose")
-    return found
 
 
 def _add_primitives(

@@ -23,6 +23,19 @@ from gltf_ext.sources.importers import open_model
 from gltf_ext.sources.primitives import is_compressed
 from gltf_scene.camera import Camera, unit
 from gltf_scene.default_light import KEY, sky_radiance
+from gltf_scene.features import (
+    CLEARCOAT,
+    IOR,
+    LIGHTS,
+    METALS,
+    NORMALS,
+    ROUGHNESS,
+    SHEEN,
+    STRENGTH,
+    TRANSMISSION,
+    UNLIT,
+    undrawn,
+)
 from gltf_scene.materials import read_material
 from gltf_scene.scene import Light, PlacedPrimitive, is_mirrored, read_scene
 from gltf_scene.values import value_format as format_of
@@ -35,6 +48,10 @@ from .materials import Materials
 PLUGIN = "meshlet_edgebreaker"
 # glTF cameras look along -z, Mitsuba's along +z with x to the left.
 FLIP_CAMERA = np.diag([-1.0, 1.0, -1.0, 1.0])
+# Of gltf_scene.features.
+DRAWN = frozenset(
+    {LIGHTS, METALS, ROUGHNESS, NORMALS, UNLIT, STRENGTH, IOR, TRANSMISSION, CLEARCOAT, SHEEN}
+)
 LEAST_NEAR_CLIP = 1e-5
 FAR_CLIP = 1e6  # of cameras without a far plane
 SKY_ROWS = 64  # of the environment map of the default sky
@@ -160,7 +177,9 @@ class _Builder:
             self._scene["default_key_light"] = _key_light(camera, self._default_light)
         self._scene["sensor"] = self._sensor(camera)
         levels = missing_levels(self._document) if self._lod else []
-        for warning in [*self._source.warnings, *self._materials.warnings, *levels]:
+        ignored = undrawn(self._document, DRAWN)
+        found = [*self._source.warnings, *self._materials.warnings, *ignored, *levels]
+        for warning in found:
             warnings.warn(f"{self._path}: {warning}", stacklevel=4)
         return self._scene
 

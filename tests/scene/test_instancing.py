@@ -258,5 +258,5 @@ def test_mitsuba_shows_what_explicit_nodes_show(tmp_path):
         path = write_instanced(tmp_path / f"{explicit}.glb", scattered(8), explicit=explicit)
         options = {"width": 48, "height": 36, "spp": 4}
         pictures.append(np.array(mi.render(plugin.load_scene(path, **options), seed=1)))
-    assert pictures[0].std() > 0.05
+    assert pictures[0].std() > 0.03
     np.testing.assert_allclose(pictures[0], pictures[1], atol=1e-3)

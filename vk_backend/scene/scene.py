@@ -26,6 +26,7 @@ from gltf_ext.lod.reading import LodPrimitive, read_lod
 from gltf_ext.ranges import begins
 from gltf_ext.sources.importers import open_model
 from gltf_ext.sources.primitives import EXTENSION
+from gltf_scene.features import STRENGTH, UNLIT, undrawn
 from gltf_scene.instancing import MAX_PLACES
 from gltf_scene.scene import PlacedPrimitive, read_scene
 from gltf_scene.values import ValueFormat, box_corners, position_box, value_format
@@ -44,6 +45,7 @@ from .decoded import (
 from .instances import Instances
 from .materials import Material, Materials, Texture
 
+DRAWN = frozenset({UNLIT, STRENGTH})  # of gltf_scene.features
 MAX_MESHLETS = 1 << 31  # of all instances: shaders number them with 32 bits
 # Attributes that shading needs: role -> elements that it may have.
 ROLES = {"POSITION": (3,), "NORMAL": (3,), "TEXCOORD": (2,), "COLOR": (3, 4)}
@@ -326,7 +328,7 @@ class _Loader:
     def result(self) -> Scene:
         require_compressed(self._document)
         source = read_scene(self._document)
-        self._warnings += source.warnings
+        self._warnings += source.warnings + undrawn(self._document, DRAWN)
         parts = [self._instances(p) for p in source.primitives if self._is_compressed(p)]
         if not parts:
             raise MeshletError(
@@ -365,8 +367,6 @@ class _Loader:
         place = placed.mesh, placed.primitive
         if place not in self._indices:
             compressed = read_compressed(self._document, *place)
-            if compressed.targets:
-                self._warnings.append("morph targets are not applied")
             first = len(self._primitives)
             self._primitives += self._pages(compressed, texcoord)
             self._indices[place] = range(first, len(self._primitives))

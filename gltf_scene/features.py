@@ -1,0 +1,70 @@
+"""What a file has besides triangles, materials and cameras, to say which of it is not drawn."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Container, Iterator
+from typing import Any
+
+import pygltflib
+
+from gltf_ext.document.document import Document
+from gltf_ext.document.json_values import member, number
+
+LEAST_MIRROR = 0.05  # share of a metal's light that shows its surroundings
+MATERIALS = "KHR_materials_"
+
+LIGHTS, SKINS, MORPHS, ANIMATIONS = "lights", "skins", "morph targets", "animations"
+METALS, NORMALS = "reflections of metals", "normal maps"
+ROUGHNESS, OCCLUSION = "metallic-roughness maps", "occlusion maps"
+UNLIT, STRENGTH, IOR, TRANSMISSION, CLEARCOAT, SHEEN = (
+    MATERIALS + name
+    for name in ("unlit", "emissive_strength", "ior", "transmission", "clearcoat", "sheen")
+)
+
+
+def undrawn(document: Document, drawn: Container[str]) -> list[str]:
+    """A warning in one line that names the features of a file that are not among `drawn`, or none.
+
+    Features are those of FEATURES, and material extensions by their names.
+    """
+    found = [name for name, has in FEATURES.items() if name not in drawn and has(document)]
+    found += sorted({name for name in _material_extensions(document) if name not in drawn})
+    return [f"not drawn: {', '.join(found)}"] if found else []
+
+
+def _lights(document: Document) -> bool:
+    return any(member(node.extensions, "KHR_lights_punctual") for node in document.nodes)
+
+
+def _morphs(document: Document) -> bool:
+    return any(p.targets for mesh in document.meshes for p in mesh.primitives)
+
+
+def _metals(document: Document) -> bool:
+    """As in shaders/raster/shading.glsl, a rough metal reflects light as other surfaces do."""
+    return any(
+        number(pbr.metallicFactor, 1.0) * (1 - number(pbr.roughnessFactor, 1.0) ** 4) > LEAST_MIRROR
+        for pbr in _pbrs(document)
+    )
+
+
+def _pbrs(document: Document) -> Iterator[Any]:
+    for material in document.materials:
+        yield material.pbrMetallicRoughness or pygltflib.PbrMetallicRoughness()
+
+
+def _material_extensions(document: Document) -> Iterator[str]:
+    for material in document.materials:
+        yield from (n for n in material.extensions or {} if n.startswith(MATERIALS))
+
+
+FEATURES: dict[str, Callable[[Document], bool]] = {
+    LIGHTS: _lights,
+    SKINS: lambda document: any(node.skin is not None for node in document.nodes),
+    MORPHS: _morphs,
+    ANIMATIONS: lambda document: bool(document.animations),
+    METALS: _metals,
+    ROUGHNESS: lambda document: any(p.metallicRoughnessTexture for p in _pbrs(document)),
+    NORMALS: lambda document: any(m.normalTexture for m in document.materials),
+    OCCLUSION: lambda document: any(m.occlusionTexture for m in document.materials),
+}
