@@ -5,12 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import pygltflib
 
+from gltf_ext.document import gltf
 from gltf_ext.document.accessors import accessor_format, read_accessor
 from gltf_ext.document.document import Document, item
-from gltf_ext.document.json_objects import NOT_VALID
-from gltf_ext.document.json_values import member
+from gltf_ext.document.json_values import NOT_VALID, member
 from gltf_ext.document.nodes import require_finite, trs_matrices
 from gltf_ext.errors import MeshletError
 from gltf_scene.values import ValueFormat
@@ -27,7 +26,7 @@ ROTATION_INTEGERS = ("int8", "int16")  # fractions
 MAX_PLACES = 1 << 22
 
 
-def instance_count(document: Document, node: pygltflib.Node) -> int | None:
+def instance_count(document: Document, node: gltf.Node) -> int | None:
     """Instances of a node's mesh; None without the extension. Raises MeshletError.
 
     Reads no more than the counts of accessors.
@@ -35,9 +34,9 @@ def instance_count(document: Document, node: pygltflib.Node) -> int | None:
     accessors = _accessors(document, node)
     if accessors is None:
         return None
-    counts = {accessor.count for accessor in accessors.values()}
+    counts = {accessor.get("count") for accessor in accessors.values()}
     if len(counts) != 1:
-        said = ", ".join(f"{name} has {a.count}" for name, a in accessors.items())
+        said = ", ".join(f"{name} has {a.get('count')}" for name, a in accessors.items())
         raise MeshletError(
             f"attributes of {INSTANCING} differ in number: {said or 'none'}", NOT_VALID
         )
@@ -47,7 +46,7 @@ def instance_count(document: Document, node: pygltflib.Node) -> int | None:
     return count
 
 
-def instance_matrices(document: Document, node: pygltflib.Node, matrix: np.ndarray) -> np.ndarray:
+def instance_matrices(document: Document, node: gltf.Node, matrix: np.ndarray) -> np.ndarray:
     """float64[n, 4, 4]: object to world, of a node with the extension.
 
     matrix: the node's. Raises MeshletError for attributes that are not valid, and for transforms
@@ -65,11 +64,11 @@ def instance_matrices(document: Document, node: pygltflib.Node, matrix: np.ndarr
     return matrices
 
 
-def _accessors(document: Document, node: pygltflib.Node) -> dict[str, Any] | None:
+def _accessors(document: Document, node: gltf.Node) -> dict[str, Any] | None:
     """Attribute -> its accessor, those of the application included."""
-    if INSTANCING not in (node.extensions or {}):
+    if not gltf.has_extension(node, INSTANCING):
         return None
-    attributes = member(member(node.extensions, INSTANCING), "attributes")
+    attributes = member(member(node.get("extensions"), INSTANCING), "attributes")
     return {
         name: item(document.accessors, index, f"the accessor of {name},")
         for name, index in attributes.items()
@@ -78,22 +77,22 @@ def _accessors(document: Document, node: pygltflib.Node) -> dict[str, Any] | Non
 
 def _values(
     document: Document,
-    node: pygltflib.Node,
+    node: gltf.Node,
     name: str,
     count: int,
     components: int,
     otherwise: tuple[float, ...],
 ) -> np.ndarray:
     """float64[count, components]"""
-    attributes = member(member(node.extensions, INSTANCING), "attributes")
+    attributes = member(member(node.get("extensions"), INSTANCING), "attributes")
     if name not in attributes:
         return np.broadcast_to(np.array(otherwise, np.float64), (count, components))
     accessor = item(document.accessors, attributes[name], f"the accessor of {name},")
-    dtype, found = accessor_format(accessor, name)
+    dtype, columns = accessor_format(accessor, name)
     fits = dtype.kind == "f" or (name == "ROTATION" and dtype.name in ROTATION_INTEGERS)
-    if found != components or not fits:
+    if columns != components or not fits:
         raise MeshletError(
-            f"{name} of {INSTANCING} has {found} components of type {dtype.name}", NOT_VALID
+            f"{name} of {INSTANCING} has {columns} components of type {dtype.name}", NOT_VALID
         )
     form = ValueFormat(dtype, components, dtype.kind != "f")
     stored = read_accessor(document, attributes[name], name, count)

@@ -10,9 +10,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-import pygltflib
 
-from gltf_ext.document.document import TRIANGLE_MODES, Document, item
+from gltf_ext.document import gltf
+from gltf_ext.document.document import Document, item
 from gltf_ext.document.json_values import member, number, numbers
 from gltf_ext.document.nodes import placed
 from gltf_ext.errors import MeshletError
@@ -82,17 +82,17 @@ class Scene:
 def read_scene(document: Document) -> Scene:
     """The document's default scene; all root nodes if it has no scenes. Raises MeshletError."""
     scene = Scene()
-    left = MAX_PLACES
+    room = MAX_PLACES
     for place, (node, matrix) in enumerate(placed(document)):
-        if node.camera is not None:
-            camera = item(document.cameras, node.camera, "camera")
+        if "camera" in node:
+            camera = item(document.cameras, node["camera"], "camera")
             scene.cameras.append(read_camera(camera, matrix))
-        light = member(node.extensions, LIGHTS).get("light")
+        light = member(node.get("extensions"), LIGHTS).get("light")
         if light is not None:
             scene.lights.append(_read_light(document, light, place, matrix))
-        if node.mesh is not None:
-            left -= _places(document, node)
-            if left < 0:
+        if "mesh" in node:
+            room -= _places(document, node)
+            if room < 0:
                 raise MeshletError(
                     f"its nodes show more than {MAX_PLACES:,} primitives", "split the scene"
                 )
@@ -101,10 +101,10 @@ def read_scene(document: Document) -> Scene:
     return scene
 
 
-def _places(document: Document, node: pygltflib.Node) -> int:
+def _places(document: Document, node: gltf.Node) -> int:
     """Primitives that a node shows, those of each instance counted."""
     count = instance_count(document, node)
-    primitives = len(item(document.meshes, node.mesh, "mesh").primitives)
+    primitives = len(item(document.meshes, node["mesh"], "mesh")["primitives"])
     return primitives * (1 if count is None else count)
 
 
@@ -114,22 +114,23 @@ def is_mirrored(matrix: np.ndarray) -> bool:
 
 
 def _add_primitives(
-    scene: Scene, document: Document, node: pygltflib.Node, place: int, matrix: np.ndarray
+    scene: Scene, document: Document, node: gltf.Node, place: int, matrix: np.ndarray
 ) -> None:
     matrices = matrix[None]
     if instance_count(document, node) is not None:
         matrices = instance_matrices(document, node, matrix)
-    for index, primitive in enumerate(item(document.meshes, node.mesh, "mesh").primitives):
-        if primitive.mode not in TRIANGLE_MODES:
-            scene.warnings.append(f"mesh {node.mesh} primitive {index} has no triangles: left out")
+    mesh = node["mesh"]
+    for index, primitive in enumerate(item(document.meshes, mesh, "mesh")["primitives"]):
+        if gltf.mode(primitive) not in gltf.TRIANGLE_MODES:
+            scene.warnings.append(f"mesh {mesh} primitive {index} has no triangles: left out")
             continue
         scene.primitives.append(
-            PlacedPrimitive(place, node.mesh, index, primitive.material, matrices)
+            PlacedPrimitive(place, mesh, index, primitive.get("material"), matrices)
         )
 
 
 def _read_light(document: Document, index: Any, node: int, matrix: np.ndarray) -> Light:
-    lights = member(document.extensions, LIGHTS).get("lights", [])
+    lights = member(document.json.get("extensions"), LIGHTS).get("lights", [])
     light = item(lights if isinstance(lights, list) else [], index, "light")
     light = light if isinstance(light, dict) else {}
     intensity = number(light.get("intensity"), 1.0)

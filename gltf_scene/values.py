@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import pygltflib
 
+from gltf_ext.document import gltf
 from gltf_ext.document.accessors import accessor_format, stated_bounds
 from gltf_ext.document.document import Document, item
 
@@ -57,27 +57,27 @@ class ValueFormat:
         return values
 
 
-def value_format(document: Document, primitive: pygltflib.Primitive, name: str) -> ValueFormat:
+def value_format(document: Document, primitive: gltf.Primitive, name: str) -> ValueFormat:
     """The format of one of the primitive's attributes. Raises MeshletError.
 
     Integer texture coordinates are plain integers only if the file declares
     KHR_mesh_quantization; glTF itself allows only normalised ones.
     """
-    index = primitive.attributes[name]
+    index = primitive["attributes"][name]
     accessor = item(document.accessors, index, f"the accessor of {name},")
     dtype, components = accessor_format(accessor, name)
     forgotten = name.startswith(ALWAYS_NORMALIZED) or (
-        name.startswith("TEXCOORD_") and QUANTIZATION not in (document.extensionsUsed or [])
+        name.startswith("TEXCOORD_") and QUANTIZATION not in document.extensionsUsed
     )
-    normalized = dtype.kind != "f" and (bool(accessor.normalized) or forgotten)
+    normalized = dtype.kind != "f" and (accessor.get("normalized", False) or forgotten)
     return ValueFormat(dtype, components, normalized)
 
 
 def position_box(
-    document: Document, primitive: pygltflib.Primitive
+    document: Document, primitive: gltf.Primitive
 ) -> tuple[np.ndarray, np.ndarray] | None:
     """(low, high), float64[3], from the accessor's min and max; None if these are not valid."""
-    index = primitive.attributes.get("POSITION")
+    index = primitive["attributes"].get("POSITION")
     accessor = item(document.accessors, index, "the accessor of POSITION,")
     stated = stated_bounds(accessor)
     if not all(bound is not None and len(bound) == 3 for bound in stated):

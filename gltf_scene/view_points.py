@@ -39,7 +39,7 @@ def view_points(document: Document, placed: Sequence[PlacedPrimitive]) -> np.nda
     compressed = {
         (mesh, primitive): read_compressed(document, mesh, primitive)
         for mesh, primitive in places
-        if is_compressed(document.meshes[mesh].primitives[primitive])
+        if is_compressed(document.primitive(mesh, primitive))
     }
     decoders = {place: _codec.Decoder(found.blob) for place, found in compressed.items()}
     meshlets = sum(decoder.meshlet_count for decoder in decoders.values())
@@ -81,12 +81,12 @@ def _in_world(
     return np.concatenate(points)
 
 
-def _outermost(matrices: np.ndarray, own: np.ndarray) -> np.ndarray:
+def _outermost(matrices: np.ndarray, points: np.ndarray) -> np.ndarray:
     """int64[m]: the instances that reach farthest into each of DIRECTIONS, as spheres.
 
-    matrices: float64[n, 4, 4]; own: float64[points, 3] of the primitive.
+    matrices: float64[n, 4, 4]; points: float64[m, 3] of the primitive.
     """
-    low, high = own.min(axis=0), own.max(axis=0)
+    low, high = points.min(axis=0), points.max(axis=0)
     centers = matrices[:, :3, :3] @ ((low + high) / 2) + matrices[:, :3, 3]
     sides = np.linalg.norm(matrices[:, :3, :3], axis=1) * (high - low) / 2
     radii = np.linalg.norm(sides, axis=1)
@@ -96,7 +96,7 @@ def _outermost(matrices: np.ndarray, own: np.ndarray) -> np.ndarray:
 
 def _plain_positions(document: Document, mesh: int, primitive: int) -> np.ndarray:
     """float64[n, 3]: the vertices of an uncompressed primitive, in its coordinates."""
-    source = document.meshes[mesh].primitives[primitive]
+    source = document.primitive(mesh, primitive)
     stored = read_primitive(document, mesh, primitive)[0].attributes["POSITION"]
     return value_format(document, source, "POSITION").to_floats(stored).astype(np.float64)
 
@@ -110,6 +110,6 @@ def _meshlet_positions(
     with malformed_from(compressed.where):
         integers = np.concatenate([decoder.decode_meshlet(i)[1][0] for i in chosen])
     values = np.array(stream.offset) + integers.astype(np.float64) * stream.step
-    source = document.meshes[compressed.mesh].primitives[compressed.primitive]
+    source = document.primitive(compressed.mesh, compressed.primitive)
     form = value_format(document, source, "POSITION")
     return form.to_floats(np.rint(values) if form.is_integer else values).astype(np.float64)

@@ -10,9 +10,9 @@ import io
 from pathlib import Path
 
 import numpy as np
-import pygltflib
 from PIL import Image
 
+from gltf_ext.document import gltf
 from gltf_ext.document.accessors import add_accessor
 from gltf_ext.document.container import model_files
 from gltf_ext.document.document import Document
@@ -36,10 +36,10 @@ def write(path: Path) -> Path:
     for material, primitive in zip(document.materials, primitives):
         if primitive.name in TEXTURED:
             texture = _add_texture(document, TEXTURED.index(primitive.name))
-            material.pbrMetallicRoughness.baseColorTexture = pygltflib.TextureInfo(index=texture)
+            material["pbrMetallicRoughness"]["baseColorTexture"] = {"index": texture}
     _add_colors(document, primitives)
     _place(document)
-    write_files(model_files(document, path), read=())
+    write_files(model_files(document, path), sources=())
     return path
 
 
@@ -72,37 +72,33 @@ def _add_texture(document: Document, number: int) -> int:
     file = io.BytesIO()
     Image.fromarray(pixels).save(file, "PNG")
     view = document.add_view(file.getvalue())
-    document.images.append(pygltflib.Image(bufferView=view, mimeType="image/png"))
-    document.samplers.append(pygltflib.Sampler(wrapS=33071, wrapT=33071))
+    document.images.append({"bufferView": view, "mimeType": "image/png"})
+    document.samplers.append({"wrapS": gltf.CLAMP_TO_EDGE, "wrapT": gltf.CLAMP_TO_EDGE})
     last = len(document.images) - 1
-    document.textures.append(pygltflib.Texture(source=last, sampler=last))
+    document.textures.append({"source": last, "sampler": last})
     return last
 
 
 def _add_colors(document: Document, primitives: list[model.Primitive]) -> None:
-    (found,) = (p for p in primitives if p.name == COLORED)
-    low, high = found.positions.min(axis=0), found.positions.max(axis=0)
-    colors = np.full((len(found.positions), 4), 255, np.uint8)
-    colors[:, :3] = np.rint(255 * (found.positions - low) / (high - low))
-    (mesh,) = (mesh for mesh in document.meshes if mesh.name == COLORED)
-    mesh.primitives[0].attributes["COLOR_0"] = add_accessor(document, colors)
+    (primitive,) = (p for p in primitives if p.name == COLORED)
+    low, high = primitive.positions.min(axis=0), primitive.positions.max(axis=0)
+    colors = np.full((len(primitive.positions), 4), 255, np.uint8)
+    colors[:, :3] = np.rint(255 * (primitive.positions - low) / (high - low))
+    (mesh,) = (mesh for mesh in document.meshes if mesh.get("name") == COLORED)
+    mesh["primitives"][0]["attributes"]["COLOR_0"] = add_accessor(document, colors)
 
 
 def _place(document: Document) -> None:
     """A node for each copy, with all meshes but the floor."""
-    meshes = [i for i, mesh in enumerate(document.meshes) if mesh.name != "floor"]
+    meshes = [i for i, mesh in enumerate(document.meshes) if mesh.get("name") != "floor"]
     (floor,) = {*range(len(document.meshes))} - {*meshes}
-    document.nodes[:] = [
-        *(pygltflib.Node(mesh=mesh) for mesh in meshes),
-        pygltflib.Node(mesh=floor),
-        *(
-            pygltflib.Node(
-                children=list(range(len(meshes))),
-                translation=[x, 0.0, z],
-                scale=[-1.0 if number == MIRRORED else 1.0, 1.0, 1.0],
-            )
-            for number, (x, z) in enumerate(PLACES)
-        ),
-    ]
-    first = len(meshes)
-    document.scenes[0].nodes = list(range(first, len(document.nodes)))
+    nodes: list[gltf.Node] = [{"mesh": mesh} for mesh in meshes]
+    nodes.append({"mesh": floor})
+    for number, (x, z) in enumerate(PLACES):
+        mirror = -1.0 if number == MIRRORED else 1.0
+        children = list(range(len(meshes)))
+        nodes.append(
+            {"children": children, "translation": [x, 0.0, z], "scale": [mirror, 1.0, 1.0]}
+        )
+    document.nodes[:] = nodes
+    document.scenes[0]["nodes"] = list(range(len(meshes), len(nodes)))

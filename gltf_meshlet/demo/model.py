@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pygltflib
 
 from gltf_ext.document.accessors import add_accessor, bounds, set_bounds
 from gltf_ext.document.container import model_files
@@ -313,7 +312,7 @@ def meshlet_colors(meshlets: np.ndarray) -> np.ndarray:
 
 def write_glb(primitives: list[Primitive], path: str | Path) -> None:
     """Writes a .glb of `document_of` the primitives."""
-    write_files(model_files(document_of(primitives), Path(path)), read=())
+    write_files(model_files(document_of(primitives), Path(path)), sources=())
 
 
 def document_of(primitives: list[Primitive]) -> Document:
@@ -338,9 +337,7 @@ def document_of(primitives: list[Primitive]) -> Document:
         set_bounds(document.accessors[names["POSITION"]], *bounds(primitive.positions))
         indices = add_accessor(document, primitive.triangles.reshape(-1, 1))
         mesh = document.meshes[meshes.index(primitive.mesh)]
-        mesh.primitives.append(
-            pygltflib.Primitive(attributes=names, indices=indices, material=material)
-        )
+        mesh["primitives"].append({"attributes": names, "indices": indices, "material": material})
     return document
 
 
