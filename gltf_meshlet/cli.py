@@ -377,6 +377,11 @@ COMMANDS: dict[str, tuple[Command, AddArguments, str]] = {
         *_of_module("gltf_meshlet.view_command"),
         "show a model in the browser, compressed and beside its original",
     ),
+    "gpu-check": (
+        *_of_module("gltf_meshlet.gpu_check_command"),
+        "draw a generated scene in every way with Vulkan, and compare it with the CPU; exit "
+        "status 1 when a path draws it wrong",
+    ),
     "demo": (
         *_of_module("gltf_meshlet.demo.run"),
         "compress a generated model, verify it and draw pictures",

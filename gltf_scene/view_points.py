@@ -17,11 +17,17 @@ from gltf_ext.document.nodes import MAX_SIZE
 from gltf_ext.errors import MeshletError
 from gltf_ext.sources.primitives import is_compressed
 from gltf_ext.sources.source import read_primitive
-from gltf_scene.scene import PlacedPrimitive, value_format
+from gltf_scene.scene import PlacedPrimitive
+from gltf_scene.values import value_format
 
 # Decoded for a scene, in 0.05 to 0.3 s; larger scenes give an evenly spread sample.
 MAX_MESHLETS = 2048
 MAX_POINTS = 1 << 18  # of a scene with many instances
+# Unit vectors, about 15 degrees apart, spread by the golden ratio.
+_TURNS = np.arange(256) * 2.399963229728653
+_HEIGHTS = 1 - (np.arange(256) + 0.5) / 128
+_RADII = np.sqrt(1 - _HEIGHTS**2)
+DIRECTIONS = np.column_stack([_RADII * np.cos(_TURNS), _HEIGHTS, _RADII * np.sin(_TURNS)])
 
 
 def view_points(document: Document, instances: Sequence[PlacedPrimitive]) -> np.ndarray:
@@ -59,22 +65,36 @@ def view_points(document: Document, instances: Sequence[PlacedPrimitive]) -> np.
 def _in_world(
     instances: Sequence[PlacedPrimitive], local: dict[tuple[int, int], np.ndarray]
 ) -> np.ndarray:
-    """At most about MAX_POINTS points of all instances, the extremes of each among them."""
-    total = sum(len(local[p.mesh, p.primitive]) for p in instances)
+    """At most about MAX_POINTS points of all instances, the extremes of each among them.
+
+    Of very many instances, only those that reach farthest into DIRECTIONS.
+    """
+    total = sum(len(local[p.mesh, p.primitive]) * len(p.matrices) for p in instances)
     step = max(-(-total // MAX_POINTS), 1)
     points = [np.zeros((0, 3))]
     for p in instances:
-        points_of = local[p.mesh, p.primitive]
-        if step > 1 and len(points_of):
-            points_of = np.concatenate(
-                [
-                    points_of[::step],
-                    points_of[points_of.argmin(axis=0)],
-                    points_of[points_of.argmax(axis=0)],
-                ]
-            )
-        points.append(points_of @ p.matrix[:3, :3].T + p.matrix[:3, 3])
+        own = local[p.mesh, p.primitive]
+        if step > 1 and len(own):
+            own = np.concatenate([own[::step], own[own.argmin(axis=0)], own[own.argmax(axis=0)]])
+        matrices = p.matrices
+        if len(own) * len(matrices) > MAX_POINTS:
+            matrices = matrices[_outermost(matrices, own)]
+        moved = np.matmul(own, matrices[:, :3, :3].transpose(0, 2, 1)) + matrices[:, None, :3, 3]
+        points.append(moved.reshape(-1, 3))
     return np.concatenate(points)
+
+
+def _outermost(matrices: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Return int64[m]: the instances that reach farthest into each of DIRECTIONS, as spheres.
+
+    matrices: float64[n, 4, 4]; points: float64[m, 3] of the primitive.
+    """
+    low, high = points.min(axis=0), points.max(axis=0)
+    centers = matrices[:, :3, :3] @ ((low + high) / 2) + matrices[:, :3, 3]
+    sides = np.linalg.norm(matrices[:, :3, :3], axis=1) * (high - low) / 2
+    radii = np.linalg.norm(sides, axis=1)
+    farthest = [(centers @ direction + radii).argmax() for direction in DIRECTIONS]
+    return np.unique(farthest)
 
 
 def _plain_positions(document: Document, mesh: int, primitive: int) -> np.ndarray:

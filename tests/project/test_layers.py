@@ -63,6 +63,7 @@ VULKAN_LAYERS = (
     {"raytrace"},
     {"frame_commands"},
     {"renderer"},
+    {"check"},
     {"command"},
     {"__init__"},
 )
