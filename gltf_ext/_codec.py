@@ -158,8 +158,9 @@ class Header(_View):
         super().__init__(blob)
         if self._counts.blobs > 1:
             raise ValueError("the header's byte length is not the blob's")
-        self.meshlet_triangles = np.empty(self.meshlet_count, np.uint32)  # of each meshlet
-        functions.get_meshlet_triangles(self, 0, self.meshlet_triangles.ctypes, self.meshlet_count)
+        begins = np.empty(self.meshlet_count + 1, np.uint32)
+        functions.get_begins(self, 1, begins.ctypes, None, len(begins))
+        self.meshlet_triangles: UInt32s = np.diff(begins)  # of each meshlet
 
 
 class Decoder(_View):
@@ -171,6 +172,8 @@ class Decoder(_View):
 
     def __init__(self, view: Bytes) -> None:
         super().__init__(view)
+        self._scratch = Handle()
+        functions.open_scratch(self._scratch.out)
         elements = [stream.elements for stream in self.streams]
         integers = np.empty(MESHLET_VERTICES * sum(elements), np.uint32)
         ends = np.cumsum(elements) * MESHLET_VERTICES
@@ -179,7 +182,8 @@ class Decoder(_View):
         self._numbers = (c_uint32 * 3)()  # of a meshlet, of its triangles, of its vertices
         meshlet = ctypes.addressof(self._numbers)
         arrays = meshlet + 4, address(self.kept[0]), address(integers)
-        arguments = self._as_parameter_.value, meshlet, 1, *arrays
+        handles = self._as_parameter_.value, self._scratch._as_parameter_.value
+        arguments = *handles, meshlet, 1, *arrays
         # Converts the arguments once, for a function without types and check: to do it in each call
         # would take a tenth of the time.
         function = library["gltf_meshlet_decode_meshlets"]

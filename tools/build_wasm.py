@@ -15,7 +15,7 @@ ROOT = Path(__file__).resolve().parent.parent
 WEB, CODEC = ROOT / "web", ROOT / "codec"
 # Module -> its sources, without what only the native library needs, and options.
 MODULES: dict[str, tuple[list[Path], list[str]]] = {
-    # On the C interface it would have 48.5 kB instead of 35.1: objects by number, statuses and
+    # On the C interface it would have 48.5 kB instead of 35.1: objects, statuses and
     # checks of room, none of which JavaScript needs.
     "decoder.wasm": (
         [
