@@ -64,14 +64,13 @@ const char* error_text(uint32_t error) {
 
 Decoder::~Decoder() = default;
 
-void Decoder::open(const uint8_t* data, size_t size, const BlobCounts& counts,
-                   const Stream* streams, uint32_t stream_count) {
+void Decoder::open(const uint8_t* data, size_t size, const BlobCounts& counts) {
   data_ = data;
   size_ = uint32_t(size);
   vertex_count_ = counts.vertex_count;
   meshlet_count_ = counts.meshlet_count;
-  stream_count_ = stream_count;
-  streams_ = streams;
+  stream_count_ = data[kStreamCountByte];
+  for (uint32_t s = 0; s < stream_count_; s++) streams_[s] = read_stream(data, s);
   opened();
 }
 

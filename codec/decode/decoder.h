@@ -49,13 +49,9 @@ class Decoder : public Allocated {
  public:
   virtual ~Decoder();
 
-  // Opens a blob and borrows it.
-  void open(const uint8_t* data, size_t size, const BlobCounts& counts, const Stream* streams,
-            uint32_t stream_count);
-  void open(const Blob& blob) {
-    open(blob.data, blob.size, blob.header, blob.header.streams.data(),
-         uint32_t(blob.header.streams.size()));
-  }
+  // Opens a checked blob and borrows its bytes.
+  void open(const uint8_t* data, size_t size, const BlobCounts& counts);
+  void open(const Blob& blob) { open(blob.data, blob.size, blob.header); }
 
   // Decodes the meshlets [first, first + count), which must exist, and writes the given streams.
   // Returns the rule that the blob breaks, if any; then arrays and counts are not valid.
@@ -102,7 +98,7 @@ class Decoder : public Allocated {
   // The open blob, without library types (bulk_decoder.cpp says why).
   const uint8_t* data_ = nullptr;
   uint32_t size_ = 0, vertex_count_ = 0, meshlet_count_ = 0, stream_count_ = 0;
-  const Stream* streams_ = nullptr;
+  Stream streams_[BLOB_MAX_STREAMS];
 };
 
 // A decoder by the fastest build that the processor runs; null if there is no memory.

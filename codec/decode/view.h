@@ -20,7 +20,8 @@ struct Range;
 // it is 0, and changes no result.
 struct View {
   List<ViewBlob> blobs;
-  StreamTable streams;  // of the first blob; predictors and bases of others may differ
+  StreamTable
+      streams;  // of the first blob; others may differ in predictors, bases and signs of zeros
   uint64_t triangle_count = 0, vertex_count = 0, meshlet_count = 0;
 
   // Reads all headers. Call once. Returns the rule that the view breaks, if any: the blobs fill it,
@@ -32,7 +33,7 @@ struct View {
 
   void open_decoder(Decoder& decoder, size_t blob) const {
     const ViewBlob& b = blobs[blob];
-    decoder.open(b.data, b.size, b, streams.rows, streams.count);
+    decoder.open(b.data, b.size, b);
   }
 
   // Decodes all of it to the arrays of the whole view. Threads share out the blobs, and ranges of

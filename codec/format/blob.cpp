@@ -51,8 +51,8 @@ struct Group {
   uint32_t meshlets;
 
   Group(const uint8_t* data, uint32_t meshlet_count, uint32_t g) {
-    const size_t at =
-        BLOB_HEADER_BYTES + BLOB_STREAM_BYTES * data[5] + BLOB_GROUP_BYTES * size_t(g);
+    const size_t at = BLOB_HEADER_BYTES + BLOB_STREAM_BYTES * data[kStreamCountByte] +
+                      BLOB_GROUP_BYTES * size_t(g);
     base = word(data, at);
     stride = word(data, at + 4) & 0xFFFFu;
     bias = word(data, at + 4) >> 16;
@@ -119,7 +119,7 @@ const char* read_counts(const uint8_t* data, size_t size, BlobCounts& h) {
            "names";
   if (data[4] != BLOB_VERSION)
     return "the blob is of an unknown version; a newer release may read it";
-  const uint32_t stream_count = data[5];
+  const uint32_t stream_count = data[kStreamCountByte];
   if (stream_count < 1 || stream_count > BLOB_MAX_STREAMS) return "the stream count is not 1 to 64";
   if (data[6] != 0 || data[7] != 0 || word(data, 28) != 0)
     return "a reserved field of the header is not 0";
@@ -197,7 +197,7 @@ Problem read_blob_header(const uint8_t* data, size_t size, BlobHeader& h) {
 Problem read_blob_header(const uint8_t* data, size_t size, BlobCounts& h, StreamTable& streams) {
   streams.count = 0;
   if (const char* problem = read_counts(data, size, h)) return {problem};
-  for (uint32_t s = 0; s < data[5]; s++) {
+  for (uint32_t s = 0; s < data[kStreamCountByte]; s++) {
     if (data[BLOB_HEADER_BYTES + BLOB_STREAM_BYTES * s + 7] != 0)
       return {"a reserved field of the stream table is not 0"};
     streams.rows[streams.count++] = read_stream(data, s);

@@ -126,6 +126,8 @@ Problem read_blob_header(const uint8_t* data, size_t size, BlobHeader& out);
 Problem read_blob_header(const uint8_t* data, size_t size, BlobCounts& counts,
                          StreamTable& streams);
 
+constexpr uint32_t kStreamCountByte = 5;  // in the header
+
 // Row `s` of a checked blob's stream table.
 Stream read_stream(const uint8_t* data, uint32_t s);
 
