@@ -164,8 +164,8 @@ class Header(_View):
 
 
 class Decoder(_View):
-    """Decodes single meshlets of a view, numbered on through its blobs. One thread at a time: else
-    raises ValueError.
+    """Decodes single meshlets of a view, numbered on through its blobs. Holds a scratch: one thread
+    at a time, else raises ValueError.
 
     kept: the arrays that decode_kept writes, (uint8[64, 3], [uint32[64, elements] per stream]).
     """
@@ -210,7 +210,7 @@ class Decoder(_View):
 
 
 def decode(view: Bytes, threads: int = 0) -> tuple[UInt32s, list[UInt32s]]:
-    """Decodes a view: one blob or several, one on each thread.
+    """Decodes a view: one blob or several. Threads share out blobs, and parts of large ones.
     Returns (triangles: uint32[T, 3], [uint32[V, elements] per stream])."""
     return _View(view).decode(threads, False)
 

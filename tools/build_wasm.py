@@ -36,7 +36,7 @@ MODULES: dict[str, tuple[list[Path], list[str]]] = {
 }
 OPTIONS = [
     *("-target", "wasm32-wasi", "-mexec-model=reactor"),
-    *("-std=c++17", "-flto", "-DNDEBUG", "-fvisibility=hidden"),
+    *("-std=c++17", "-flto", "-DNDEBUG", "-DMESHLET_NO_BEGINS", "-fvisibility=hidden"),
     *("-fno-exceptions", "-fno-rtti"),
     # As codec/CMakeLists.txt: the same values as any other build.
     *("-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math"),

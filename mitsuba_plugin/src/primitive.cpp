@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cmath>
 #include <cstring>
+#include <new>
 #include <stdexcept>
 
 #include "decode/decoder.h"
@@ -85,6 +86,7 @@ DecodedMeshlet decode(const Blob& blob, uint32_t m, gltf_meshlet_codec::StreamRa
   static thread_local const std::unique_ptr<gltf_meshlet_codec::Decoder> decoder =
       gltf_meshlet_codec::make_decoder();
   static thread_local uint64_t open = 0;
+  if (!decoder) throw std::bad_alloc();
   if (open != blob.id) {
     open = 0;
     decoder->open(blob.checked());
