@@ -162,7 +162,10 @@ def read(path):
     for m, mesh in enumerate(document.meshes):
         for p, primitive in enumerate(mesh["primitives"]):
             number = primitive.get("material")
-            names = (mesh["name"], None if number is None else document.materials[number].get("name"))
+            names = (
+                mesh["name"],
+                None if number is None else document.materials[number].get("name"),
+            )
             arrays = read_primitive(document, m, p)[0]
             key = (*names, p) if names in result else names
             result[key] = (arrays.indices, arrays.attributes)
