@@ -23,13 +23,13 @@ from gltf_ext._library import (
     Arrays,
     Blob,
     Cancelled,
-    Carried,
     Counts,
     Groups,
     Handle,
     Mesh,
     MeshletOptions,
     Result,
+    SampleArrays,
     Statistics,
     StreamRow,
     Struct,
@@ -317,7 +317,8 @@ def triangulate(points: NDArray[np.float32], sizes: NDArray[np.integer[Any]]) ->
 
     points: float32[corners, 3], one polygon after the other; sizes: corners of each polygon, of
     which those with fewer than 3 give no triangle. Convex polygons become fans around their first
-    corner, others lose their ears."""
+    corner, others lose their ears.
+    """
     points = _array(points, np.float32, -1, 3)
     sizes = np.ascontiguousarray(sizes, np.uint32)
     result = Result()
@@ -560,7 +561,7 @@ class ReplacementErrors(Handle):
             raise ValueError("begins do not rise from 0 to the number of vertices")
         if len(areas) != len(sample_vertices):
             raise ValueError("areas differ in length")
-        vertices = Carried(
+        vertices = SampleArrays(
             vertices=sample_vertices, begin=sample_begin, areas=areas, count=len(sample_vertices)
         )
         groups, result = (

@@ -108,7 +108,7 @@ class Option:
             )
 
     def plain(self, value: Any) -> Any:
-        """Return a value that the option accepts as one of JSON, if it is a path or of NumPy too."""
+        """Return a value that the option accepts as one of JSON, not a path or of NumPy."""
         if value is None or self.type is bool:
             return value
         if self.type is not str:

@@ -303,9 +303,9 @@ def _add_transcode(command: argparse.ArgumentParser) -> None:
 def _add_inspect(command: argparse.ArgumentParser) -> None:
     command.add_argument("input", metavar="IN", help=COMPRESSED_HELP)
     command.add_argument("--json", action="store_true", help=JSON_HELP)
-    shown = report_text.MAX_PRIMITIVES
+    limit = report_text.MAX_PRIMITIVES
     command.add_argument(
-        "--all", action="store_true", help=f"all primitives, not the {shown} largest"
+        "--all", action="store_true", help=f"all primitives, not the {limit} largest"
     )
 
 

@@ -15,7 +15,7 @@ from gltf_ext.document import gltf
 from gltf_ext.document.accessors import accessor_format, stated_bounds
 from gltf_ext.document.document import Document, item
 from gltf_ext.document.json_values import member, number, numbers
-from gltf_ext.document.nodes import placed
+from gltf_ext.document.nodes import placed_nodes
 from gltf_ext.errors import MeshletError
 from gltf_scene.camera import Camera, read_camera
 
@@ -39,6 +39,7 @@ class ValueFormat:
 
     @property
     def is_integer(self) -> bool:
+        """Whether the values are stored as integers."""
         return self.dtype.kind != "f"
 
     @property
@@ -55,7 +56,7 @@ class ValueFormat:
         return float(np.float32(1.0 / self.limits[1])) if self.normalized else 1.0
 
     def to_floats(self, stored: np.ndarray) -> np.ndarray:
-        """float32 values of stored components of any shape.
+        """Return float32 values of stored components of any shape.
 
         glTF 2.0, section 3.6.2.2 (Accessor Data Types): max(c / 127, -1) for signed bytes.
         """
@@ -68,7 +69,7 @@ class ValueFormat:
 
 
 def value_format(document: Document, primitive: gltf.Primitive, name: str) -> ValueFormat:
-    """The format of one of the primitive's attributes. Raises MeshletError.
+    """Return the format of one of the primitive's attributes. Raises MeshletError.
 
     Integer texture coordinates are plain integers only if the file declares
     KHR_mesh_quantization; glTF itself allows only normalised ones.
@@ -86,21 +87,21 @@ def value_format(document: Document, primitive: gltf.Primitive, name: str) -> Va
 def position_box(
     document: Document, primitive: gltf.Primitive
 ) -> tuple[np.ndarray, np.ndarray] | None:
-    """(low, high), float64[3], from the accessor's min and max; None if these are not valid."""
+    """Return (low, high), float64[3], from the accessor's bounds; None if they are not valid."""
     index = primitive["attributes"].get("POSITION")
     accessor = item(document.accessors, index, "the accessor of POSITION,")
-    stated = stated_bounds(accessor)
-    if not all(bound is not None and len(bound) == 3 for bound in stated):
+    bounds = stated_bounds(accessor)
+    if not all(bound is not None and len(bound) == 3 for bound in bounds):
         return None
-    box = np.array(stated)
-    form = value_format(document, primitive, "POSITION")
-    if form.normalized:
-        box = np.maximum(box * form.scale, -1.0)
+    box = np.array(bounds)
+    format_ = value_format(document, primitive, "POSITION")
+    if format_.normalized:
+        box = np.maximum(box * format_.scale, -1.0)
     return (box[0], box[1]) if np.isfinite(box).all() and (box[0] <= box[1]).all() else None
 
 
 def box_corners(low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """float64[8, 3]"""
+    """Return the corners of a box, float64[8, 3]."""
     return np.array([[(low, high)[i >> axis & 1][axis] for axis in range(3)] for i in range(8)])
 
 
@@ -150,7 +151,7 @@ class Scene:
     warnings: list[str] = field(default_factory=list)
 
     def camera(self, index: int) -> Camera | None:
-        """A camera by its index in the order of the nodes; None for 0 if there are none.
+        """Return a camera by its index in the order of the nodes; None for 0 if there are none.
 
         Raises MeshletError.
         """
@@ -166,9 +167,9 @@ class Scene:
 
 
 def read_scene(document: Document) -> Scene:
-    """The document's default scene; all root nodes if it has no scenes. Raises MeshletError."""
+    """Return the default scene; of a file without scenes, all root nodes. Raises MeshletError."""
     scene = Scene()
-    for place, (node, matrix) in enumerate(placed(document)):
+    for place, (node, matrix) in enumerate(placed_nodes(document)):
         if "camera" in node:
             camera = item(document.cameras, node["camera"], "camera")
             scene.cameras.append(read_camera(camera, matrix))
@@ -183,17 +184,18 @@ def read_scene(document: Document) -> Scene:
 
 
 def is_mirrored(matrix: np.ndarray) -> bool:
+    """Return whether a matrix, float64[4, 4], reverses the winding of triangles."""
     return bool(np.linalg.det(matrix[:3, :3]) < 0)
 
 
 def _ignored(node: gltf.Node) -> list[str]:
     """Warnings about features of a node that no back end has."""
-    found = []
+    warnings = []
     if "skin" in node:
-        found.append("a skin is not applied: the mesh is shown in its bind pose")
+        warnings.append("a skin is not applied: the mesh is shown in its bind pose")
     if gltf.has_extension(node, "EXT_mesh_gpu_instancing"):
-        found.append("EXT_mesh_gpu_instancing is not applied: the mesh is shown once")
-    return found
+        warnings.append("EXT_mesh_gpu_instancing is not applied: the mesh is shown once")
+    return warnings
 
 
 def _add_primitives(

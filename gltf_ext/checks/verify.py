@@ -35,12 +35,15 @@ def verify(
 ) -> dict[str, Any]:
     """Compare a compressed file with the model it was made from.
 
-    max_memory: read models larger than memory in parts; the process stays below about so many
-        bytes (K, M and G are powers of 1024). Levels of detail of primitives that are read in parts
-        are not measured.
-    work_dir: folder for work files; by default that of the system for temporary files.
-    obj_groups: for an .obj that was compressed with it.
-    progress: draw a progress bar on a terminal.
+    Args:
+        original: path of the model.
+        compressed: path of the compressed file.
+        max_memory: read models larger than memory in parts; the process stays below about so many
+            bytes (K, M and G are powers of 1024). Levels of detail of primitives that are read in
+            parts are not measured.
+        work_dir: folder for work files; by default that of the system for temporary files.
+        obj_groups: for an .obj that was compressed with it.
+        progress: draw a progress bar on a terminal.
 
     Returns:
         ok: triangles_equal and errors_within_bits hold, and there is no other problem.
@@ -53,7 +56,7 @@ def verify(
         max_error_percent, rms_error_percent: the same in percent of the diagonal of the
             attribute's bounding box over the mesh.
         max_error_degrees: attribute -> largest angle, for directions.
-        error_over_bound: attribute -> largest error as a share of the allowed one.
+        error_over_bound: attribute -> largest error as a fraction of the allowed one.
         triangles, missing_triangles, extra_triangles, differing_primitives: counts.
         collapsed_triangles: count of those with two corners on one point of the grid.
         levels: for each level of detail but the finest: mesh, primitive, level, triangles,
@@ -66,8 +69,9 @@ def verify(
         not_measured: mesh and primitive of those whose levels are not measured.
         problems: one line each.
 
-    Raises MeshletError when a file is malformed or the second not compressed, OSError when one
-    cannot be read.
+    Raises:
+        MeshletError: a file is malformed, or the second one is not compressed.
+        OSError: a file cannot be read.
     """
     folder = work_dir or tempfile.gettempdir()
     options = Options.of(

@@ -17,8 +17,8 @@ MAX_REPEATED = 2**14
 MAX_SIZE = 1e15  # of coordinates: products of two must fit 32-bit floats
 
 
-def placed(document: Document) -> Iterator[tuple[gltf.Node, np.ndarray]]:
-    """(node, world matrix float64[4, 4]) of every node of the default scene, parents first.
+def placed_nodes(document: Document) -> Iterator[tuple[gltf.Node, np.ndarray]]:
+    """Return (node, world matrix float64[4, 4]) of every node of the default scene, parents first.
 
     A document without scenes shows all its root nodes; one that names no default scene shows its
     first. Raises MeshletError for a node that is its own ancestor, for too many nodes, and for a
@@ -33,15 +33,15 @@ def placed(document: Document) -> Iterator[tuple[gltf.Node, np.ndarray]]:
     # A node without a matrix ends the children of that node.
     stack: list[tuple[int, np.ndarray | None]] = [(index, np.eye(4)) for index in reversed(roots)]
     ancestors: set[int] = set()
-    left = len(document.nodes) + MAX_REPEATED
+    visits_left = len(document.nodes) + MAX_REPEATED
     while stack:
         index, parent = stack.pop()
         if parent is None:
             ancestors.remove(index)
             continue
         node = item(document.nodes, index, "node")
-        left -= 1
-        if index in ancestors or left < 0:
+        visits_left -= 1
+        if index in ancestors or visits_left < 0:
             raise MeshletError(
                 f"node {index} is its own ancestor, or has too many parents", NOT_VALID
             )
@@ -60,7 +60,7 @@ def placed(document: Document) -> Iterator[tuple[gltf.Node, np.ndarray]]:
 
 
 def local_matrix(node: gltf.Node) -> np.ndarray:
-    """float64[4, 4] from a node's matrix, or its translation, rotation and scale."""
+    """Return float64[4, 4] from a node's matrix, or its translation, rotation and scale."""
     if "matrix" in node:
         return np.reshape(np.array(node["matrix"], np.float64), (4, 4), order="F")
     result = np.eye(4)
@@ -71,7 +71,7 @@ def local_matrix(node: gltf.Node) -> np.ndarray:
 
 
 def _rotation(quaternion: list[float]) -> np.ndarray:
-    """float64[3, 3] of a quaternion x, y, z, w of any length."""
+    """Return float64[3, 3] of a quaternion x, y, z, w of any length."""
     x, y, z, w = np.array(quaternion, np.float64) / max(float(np.linalg.norm(quaternion)), 1e-30)
     return np.array(
         [
