@@ -21,7 +21,7 @@ UNLIT, STRENGTH, IOR, TRANSMISSION, CLEARCOAT, SHEEN = (
 
 
 def undrawn(document: Document, drawn: Container[str]) -> list[str]:
-    """A warning in one line that names the features of a file that are not among `drawn`, or none.
+    """Return a warning of one line, or none, for the features of a file beyond `drawn`.
 
     Features are those of FEATURES, and material extensions by their names.
     """

@@ -83,7 +83,7 @@ def _values(
     components: int,
     otherwise: tuple[float, ...],
 ) -> np.ndarray:
-    """float64[count, components]"""
+    """Return float64[count, components]."""
     attributes = member(member(node.get("extensions"), INSTANCING), "attributes")
     if name not in attributes:
         return np.broadcast_to(np.array(otherwise, np.float64), (count, components))

@@ -14,7 +14,7 @@ import numpy as np
 from gltf_ext.document import gltf
 from gltf_ext.document.document import Document, item
 from gltf_ext.document.json_values import member, number, numbers
-from gltf_ext.document.nodes import placed
+from gltf_ext.document.nodes import placed_nodes
 from gltf_ext.errors import MeshletError
 from gltf_scene.camera import Camera, read_camera
 from gltf_scene.instancing import MAX_PLACES, instance_count, instance_matrices
@@ -64,7 +64,7 @@ class Scene:
     warnings: list[str] = field(default_factory=list)
 
     def camera(self, index: int) -> Camera | None:
-        """A camera by its index in the order of the nodes; None for 0 if there are none.
+        """Return a camera by its index in the order of the nodes; None for 0 if there are none.
 
         Raises MeshletError.
         """
@@ -80,10 +80,10 @@ class Scene:
 
 
 def read_scene(document: Document) -> Scene:
-    """The document's default scene; all root nodes if it has no scenes. Raises MeshletError."""
+    """Return the default scene; of a file without scenes, all root nodes. Raises MeshletError."""
     scene = Scene()
     room = MAX_PLACES
-    for place, (node, matrix) in enumerate(placed(document)):
+    for place, (node, matrix) in enumerate(placed_nodes(document)):
         if "camera" in node:
             camera = item(document.cameras, node["camera"], "camera")
             scene.cameras.append(read_camera(camera, matrix))
@@ -109,7 +109,7 @@ def _places(document: Document, node: gltf.Node) -> int:
 
 
 def is_mirrored(matrix: np.ndarray) -> bool:
-    """Whether a matrix turns counter-clockwise triangles into clockwise ones."""
+    """Return whether a matrix turns counter-clockwise triangles into clockwise ones."""
     return bool(np.linalg.det(matrix[:3, :3]) < 0)
 
 

@@ -29,6 +29,7 @@ class ValueFormat:
 
     @property
     def is_integer(self) -> bool:
+        """Whether the values are stored as integers."""
         return self.dtype.kind != "f"
 
     @property
@@ -58,7 +59,7 @@ class ValueFormat:
 
 
 def value_format(document: Document, primitive: gltf.Primitive, name: str) -> ValueFormat:
-    """The format of one of the primitive's attributes. Raises MeshletError.
+    """Return the format of one of the primitive's attributes. Raises MeshletError.
 
     Integer texture coordinates are plain integers only if the file declares
     KHR_mesh_quantization; glTF itself allows only normalised ones.
@@ -90,5 +91,5 @@ def position_box(
 
 
 def box_corners(low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """float64[8, 3]"""
+    """Return the corners of a box, float64[8, 3]."""
     return np.array([[(low, high)[i >> axis & 1][axis] for axis in range(3)] for i in range(8)])

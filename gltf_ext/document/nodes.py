@@ -17,8 +17,8 @@ MAX_REPEATED = 2**14
 MAX_SIZE = 1e15  # of coordinates: products of two must fit 32-bit floats
 
 
-def placed(document: Document) -> Iterator[tuple[gltf.Node, np.ndarray]]:
-    """(node, world matrix float64[4, 4]) of every node of the default scene, parents first.
+def placed_nodes(document: Document) -> Iterator[tuple[gltf.Node, np.ndarray]]:
+    """Return (node, world matrix float64[4, 4]) of every node of the default scene, parents first.
 
     A document without scenes shows all its root nodes; one that names no default scene shows its
     first. Raises MeshletError for a node that is its own ancestor, for too many nodes, and for a
@@ -33,15 +33,15 @@ def placed(document: Document) -> Iterator[tuple[gltf.Node, np.ndarray]]:
     # A node without a matrix ends the children of that node.
     stack: list[tuple[int, np.ndarray | None]] = [(index, np.eye(4)) for index in reversed(roots)]
     ancestors: set[int] = set()
-    left = len(document.nodes) + MAX_REPEATED
+    visits_left = len(document.nodes) + MAX_REPEATED
     while stack:
         index, parent = stack.pop()
         if parent is None:
             ancestors.remove(index)
             continue
         node = item(document.nodes, index, "node")
-        left -= 1
-        if index in ancestors or left < 0:
+        visits_left -= 1
+        if index in ancestors or visits_left < 0:
             raise MeshletError(
                 f"node {index} is its own ancestor, or has too many parents", NOT_VALID
             )
@@ -56,20 +56,20 @@ def placed(document: Document) -> Iterator[tuple[gltf.Node, np.ndarray]]:
 
 
 def local_matrix(node: gltf.Node) -> np.ndarray:
-    """float64[4, 4] from a node's matrix, or its translation, rotation and scale."""
+    """Return float64[4, 4] from a node's matrix, or its translation, rotation and scale."""
     if "matrix" in node:
         return np.reshape(np.array(node["matrix"], np.float64), (4, 4), order="F")
-    given = (
+    values = (
         node.get("translation", (0, 0, 0)),
         node.get("rotation", (0, 0, 0, 1)),
         node.get("scale", (1, 1, 1)),
     )
-    result: np.ndarray = trs_matrices(*(np.array([v], np.float64) for v in given))[0]
+    result: np.ndarray = trs_matrices(*(np.array([v], np.float64) for v in values))[0]
     return result
 
 
 def trs_matrices(translation: np.ndarray, rotation: np.ndarray, scale: np.ndarray) -> np.ndarray:
-    """float64[n, 4, 4]
+    """Return float64[n, 4, 4]: rotation and scale, then translation.
 
     translation, scale: float64[n, 3]; rotation: float64[n, 4], quaternions x, y, z, w of any
     length; zero turns nothing.
@@ -91,7 +91,7 @@ def trs_matrices(translation: np.ndarray, rotation: np.ndarray, scale: np.ndarra
 
 
 def require_finite(matrices: np.ndarray) -> None:
-    """Raises MeshletError for numbers that are not finite, or as large as MAX_SIZE."""
+    """Raise MeshletError for numbers that are not finite, or as large as MAX_SIZE."""
     if not (np.abs(matrices) < MAX_SIZE).all():
         raise MeshletError(
             f"a node's transform is not finite, or larger than {MAX_SIZE:g}",
