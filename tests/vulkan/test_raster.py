@@ -154,12 +154,12 @@ def test_large_scenes_get_a_ring_of_two_sections():
 
 
 def test_the_help_names_the_default_rings():
-    from gltf_meshlet.render_command import OWN_OPTIONS
+    from gltf_meshlet.render_command import BACKEND_OPTIONS
     from vk_backend.decode.ring import RING
     from vk_backend.visibility.drawing import SLOTS
 
     text = f"default {SLOTS} with path visibility, {RING} with stream"
-    assert text in OWN_OPTIONS["vulkan"]["ring"].help
+    assert text in BACKEND_OPTIONS["vulkan"]["ring"].help
 
 
 @pytest.mark.parametrize("culling", [True, False], ids=["culling", "all of it"])
