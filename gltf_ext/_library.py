@@ -24,7 +24,8 @@ FUNCTIONS = """
 close p, get_array pupp, open pzp, get_counts pp, get_blob pup, get_stream puup, validate pi,
 get_meshlet_triangles pupz, get_statistics pp, decode pip, decode_meshlets ppzppp, encode pppp,
 weld pzzpp, scan_lines pzppzp, generate pppp, sort_points pzp, open_surface puqpfip,
-measure ppppzpip, get_distances pzppqfipp, get_unpacked_bytes pzp, unpack pzipz, pack pzip
+measure ppppzpip, get_distances pzppqfipp, get_unpacked_bytes pzp, unpack pzipz, pack pzip,
+join_vertices ppp, get_topology pqqp
 """
 
 
@@ -74,9 +75,16 @@ Statistics = _struct(
     "iterations histogram connectivity references streams symbols disks owned private foreign",
 )
 Arrays = _struct(
-    "uqqpppqq",
-    "first_vertex triangle_room vertex_room triangles integers values triangles_out vertices_out",
+    "uqqpppqqp",
+    "first_vertex triangle_room vertex_room triangles integers values triangles_out vertices_out "
+    "shared",
 )
+Decoded = _struct(
+    "upppppqqqq",
+    "stream_count triangles integers elements shared first_vertices triangle_count vertex_count "
+    "blob_count source_vertices",
+)
+Topology = _struct("uqqq", "reserved vertices boundary_edges islands")
 Mesh = _struct(
     "upqqppppppppqqq",
     "stream_count triangles triangle_count vertex_count position_ids positions streams values "

@@ -17,6 +17,9 @@ from tools.shader_sources import ROOT
 CODEC = ROOT / "codec"
 HEADER = "gltf_meshlet.h"
 SOURCES = (
+    "common/weld.cpp",
+    "common/join_vertices.cpp",
+    "common/topology.cpp",
     "format/blob.cpp",
     "format/problem.cpp",
     "decode/bulk_decoder.cpp",
@@ -27,6 +30,7 @@ SOURCES = (
     "transport/unpack.cpp",
     "c/objects.cpp",
     "c/decode.cpp",
+    "c/topology.cpp",
 )
 INCLUDE = re.compile(r'^#include "([^"]+)"')
 NOTE = """\

@@ -202,7 +202,8 @@ int gltf_meshlet_decode(const gltf_meshlet_view* view, int32_t threads,
     if (to.first_vertex) return bad_argument("the first vertex of a whole view is not 0");
     if (to.triangle_room < v.triangle_count || to.vertex_room < v.vertex_count)
       return bad_argument(kRoom);
-    const Outputs out{to.triangles, to.integers, to.values};
+    Outputs out{to.triangles, to.integers, to.values};
+    out.shared = to.shared;
     arrays->triangles_out = v.triangle_count;
     arrays->vertices_out = v.vertex_count;
     return for_blobs(v, threads, [&](size_t b) { return v.decode(b, out); });
@@ -215,6 +216,7 @@ int gltf_meshlet_decode_range(gltf_meshlet_view* view, uint64_t first, uint64_t 
     gltf_meshlet_arrays to;
     if (!take(arrays, to)) return bad_argument(kWrongSize);
     if (!to.triangles) return bad_argument(kNull);
+    if (to.shared) return bad_argument("shared vertices are found in whole views only");
     if (count == 0 || first >= open.view.meshlet_count)
       return no_such("there are no such meshlets");
     const Blob& blob = open.view.blobs[open.view.blob_of_meshlet(first)];

@@ -104,6 +104,9 @@ class History {
   // Keeps the decoded meshlet.
   void append(const uint32_t* global);
 
+  // Notes, after append, which vertices share a position: see Outputs::shared.
+  void note_shared(const uint32_t* global, uint32_t* shared);
+
   // Does the meshlet, decoded and appended, agree with the owners of its foreign references on
   // their shared vertices?
   bool consistent();
@@ -396,6 +399,22 @@ void History::append(const uint32_t* global) {
     const uint32_t* from = d_.vertex(0, id);
     for (uint32_t* end = to + place_size(); to != end; to += kStored, from += kStream)
       copy_stored(from, to);
+  }
+}
+
+void History::note_shared(const uint32_t* global, uint32_t* shared) {
+  const auto first = [&](uint32_t v) {
+    while (shared[v] != v) v = shared[v] = shared[shared[v]];
+    return v;
+  };
+  for (uint64_t rest = d_.opened.foreign_refs; rest; rest &= rest - 1) {
+    const uint32_t r = d_.mask_lsb(rest);
+    if (d_.reference_owner[r] < begin_) continue;
+    const uint32_t* numbers = kept(d_.reference_owner[r]).numbers;
+    for_vertices(r, [&](uint32_t place, uint32_t id) {
+      const uint32_t a = first(global[id]), b = first(numbers[place]);
+      shared[d_.max(a, b)] = d_.min(a, b);
+    });
   }
 }
 
@@ -697,6 +716,13 @@ Problem BlobDecoder::decode(uint32_t first, uint32_t count, StreamRange streams,
     if (begin_ == 0) {
       room = d_.min(room, vertex_count_ - vertices_);
       if (numbers.new_count > room) return {kTooManyVertices};
+    }
+    if (out.shared) {
+      for (uint32_t i = 0; i < numbers.new_count; i++) {
+        const uint32_t v = numbers.global[numbers.new_ids[i]];
+        out.shared[v] = v;
+      }
+      history_.note_shared(numbers.global, out.shared);
     }
     write_triangles(d_, numbers.global, triangles);
     triangles += 3 * d_.triangle_count;

@@ -30,6 +30,9 @@ struct Outputs {
   uint32_t* const* integers = nullptr;  // vertices x elements
   void* const* values = nullptr;  // vertices x value_count floats, or uint32 for INTEGER streams
   uint32_t first_vertex = 0;      // is added to vertex numbers; later calls keep it
+  // By vertex number: itself, or an earlier vertex that has its position by a reference. To follow
+  // them leads to the first vertex of all that share it.
+  uint32_t* shared = nullptr;
   DecodedMeshlet* meshlet = nullptr;  // instead of arrays: receives the last meshlet
 };
 

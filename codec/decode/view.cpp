@@ -70,6 +70,7 @@ Problem View::decode(size_t number, const Outputs& out) const {
   own.integers = integers.data();
   own.values = values.data();
   own.first_vertex = uint32_t(first_vertex);
+  own.shared = out.shared;
   const std::unique_ptr<Decoder> decoder = make_decoder();
   decoder->open(blobs[number]);
   return located(decoder->decode(own), number);

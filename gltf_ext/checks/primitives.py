@@ -12,6 +12,7 @@ from gltf_ext.attributes.extension import read_compressed, source_of
 from gltf_ext.attributes.records import RecordFormat
 from gltf_ext.checks.attribute_errors import Errors, errors_of
 from gltf_ext.checks.findings import Findings
+from gltf_ext.checks.topology import topologies
 from gltf_ext.checks.triangles import Comparison, keys_of
 from gltf_ext.document.document import Document
 from gltf_ext.errors import blaming
@@ -63,6 +64,8 @@ def compare(
     comparison.run(advance)
     findings.triangles += comparison.triangles
     findings.add_triangles(compressed, comparison.missing, comparison.extra, comparison.collapsed)
+    if source.is_in_memory and not (comparison.missing or comparison.extra):
+        findings.add_topology(compressed, *topologies(source, form, compressed))
     errors = {name: Errors() for name in first}
     formats = {name: types for name, _, types in compressed.named_streams}
     decoding = dataclasses.replace(form, formats=formats)

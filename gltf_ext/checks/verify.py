@@ -1,4 +1,4 @@
-"""verify: compares a compressed file with its original, triangle by triangle and value by value.
+"""verify: compares a compressed file with its original: triangles, topology and values.
 
 Both sides are quantised to the compressed file's own grids, then compared as multisets of vertices
 and triangles: the encoder may reorder both.
@@ -46,6 +46,9 @@ def verify(
             attributes quantised.
         errors_within_bits: position components are off by at most half a step, the others by at
             most the error that their bits allow.
+        topology: "original" and "compressed" -> vertices, boundary_edges (of one triangle only) and
+            islands (parts that no vertex connects), summed over the primitives that were compared;
+            None if none was: those read in parts are not, nor those with other triangles.
         max_error, rms_error: attribute -> distance in model or attribute units; of directions the
             distance of unit vectors. None when no vertex could be compared.
         max_error_percent, rms_error_percent: the same in percent of the diagonal of the

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from itertools import starmap
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +10,7 @@ import numpy as np
 import pygltflib
 
 from gltf_ext.attributes.extension import Compressed, require_compressed
+from gltf_ext.attributes.join import Parts
 from gltf_ext.document.accessors import store_rows, stored_rows, widen_bounds
 from gltf_ext.document.container import model_files
 from gltf_ext.document.document import Document
@@ -107,8 +107,7 @@ def _expand(
 ) -> None:
     """Stores one primitive in new accessors: the old ones may have other users."""
     primitive = document.meshes[compressed.mesh].primitives[compressed.primitive]
-    cut = detail.cut(document, compressed)
-    whole = cut or compressed
+    whole = detail.cut(document, compressed) or Parts(compressed, folder)
     primitive.indices = describe_indices(document, whole.triangle_count, whole.vertex_count)
     primitive.attributes, *primitive.targets = (
         describe(document, names, whole.vertex_count, None)
@@ -124,7 +123,7 @@ def _expand(
         spools[index].append(stored_rows(accessors[index], values, targets[index]))
 
     done = 0
-    for part in [cut] if cut else starmap(compressed.as_primitive, compressed.parts()):
+    for part in whole if isinstance(whole, Parts) else [whole]:
         done += part.triangle_count
         if advance:
             advance(done / whole.triangle_count)

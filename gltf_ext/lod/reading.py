@@ -18,6 +18,7 @@ from gltf_ext.attributes.extension import (
     require_compressed,
     require_plain,
 )
+from gltf_ext.attributes.join import decode, joined
 from gltf_ext.document.document import Document, item
 from gltf_ext.errors import MeshletError, blaming
 from gltf_ext.lod.cuts import Cut
@@ -84,19 +85,30 @@ class LodPrimitive:
     def mesh(self, cut: Cut) -> Primitive:
         """The triangles of a cut with all attributes. Decodes the pages of its clusters.
 
-        Vertices on borders of pages are stored once for each page. Raises MeshletError.
+        Vertices that are equal in several pages or levels are there once. Raises MeshletError.
         """
+        if len(cut.pages) and cut.pages[0] >= self.tables.coarse_pages:
+            for page in cut.pages:
+                self.drawn_of_page(int(page), cut.drawn)
+            return decode(self.compressed)
         triangles: list[np.ndarray] = []
+        integers: list[list[np.ndarray]] = []
         values: list[list[np.ndarray]] = []
-        count = 0
+        first = [0]
         for page in cut.pages:
-            corners, vertices = self._drawn_of(int(page), cut.drawn)
-            used, local = np.unique(corners, return_inverse=True)
-            triangles.append(local.reshape(-1, 3).astype(np.uint32) + np.uint32(count))
-            values.append([v[used] for v in vertices])
-            count += len(used)
-        joined = [np.concatenate(column) for column in zip(*values)]
-        return self.compressed.as_primitive(np.concatenate(triangles), joined)
+            part, of_streams = self._drawn_of(int(page), cut.drawn)
+            used, local = np.unique(part.triangles, return_inverse=True)
+            triangles.append(local.reshape(-1, 3).astype(np.uint32) + np.uint32(first[-1]))
+            integers.append([v[used] for v in part.integers])
+            values.append([v[used] for v in of_streams])
+            first.append(first[-1] + len(used))
+        whole = _codec.Joinable(
+            np.concatenate(triangles),
+            [np.concatenate(column) for column in zip(*integers)],
+            np.array(first[:-1], np.uint64),
+        )
+        of_cut = [np.concatenate(column) for column in zip(*values)]
+        return self.compressed.as_primitive(*joined(whole, of_cut, source_vertices=0))
 
     def drawn_of_page(self, page: int, drawn: np.ndarray) -> np.ndarray:
         """int64: the meshlets of a page's blob that a cut draws. Checks the page the first time.
@@ -110,13 +122,14 @@ class LodPrimitive:
         first, last = self.groups_of(page)
         return np.flatnonzero(drawn[begin[first] : begin[last]])
 
-    def _drawn_of(self, page: int, drawn: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:
+    def _drawn_of(self, page: int, drawn: np.ndarray) -> tuple[_codec.Joinable, list[np.ndarray]]:
         """(triangles to draw in the page's vertices, its values)."""
         chosen, blob = self.drawn_of_page(page, drawn), self.page(page)
         with malformed_from(f"{self.where}: page {page}"):
-            triangles, values = _codec.decode_values(blob, threads=1)
+            part, values = _codec.decode_joinable(blob, threads=1)
         triangle_begin = begins(_codec.Header(blob).meshlet_triangles)
-        return triangles[members(triangle_begin, chosen)], values
+        part.triangles = part.triangles[members(triangle_begin, chosen)]
+        return part, values
 
     def check_page(self, number: int, blob: bytes | None = None) -> None:
         """Compares a page's header with the tables and level 0. Raises MeshletError.
