@@ -402,6 +402,7 @@ void History::append(const uint32_t* global) {
   }
 }
 
+#ifndef __wasm__  // which has no use for it
 void History::note_shared(const uint32_t* global, uint32_t* shared) {
   const auto first = [&](uint32_t v) {
     while (shared[v] != v) v = shared[v] = shared[shared[v]];
@@ -417,6 +418,8 @@ void History::note_shared(const uint32_t* global, uint32_t* shared) {
     });
   }
 }
+
+#endif
 
 bool History::same_vertex(uint32_t r, uint32_t place, uint32_t id) {
   const uint32_t* values = kept(d_.reference_owner[r]).values + place_size() * place;
@@ -717,6 +720,7 @@ Problem BlobDecoder::decode(uint32_t first, uint32_t count, StreamRange streams,
       room = d_.min(room, vertex_count_ - vertices_);
       if (numbers.new_count > room) return {kTooManyVertices};
     }
+#ifndef __wasm__
     if (out.shared) {
       for (uint32_t i = 0; i < numbers.new_count; i++) {
         const uint32_t v = numbers.global[numbers.new_ids[i]];
@@ -724,6 +728,7 @@ Problem BlobDecoder::decode(uint32_t first, uint32_t count, StreamRange streams,
       }
       history_.note_shared(numbers.global, out.shared);
     }
+#endif
     write_triangles(d_, numbers.global, triangles);
     triangles += 3 * d_.triangle_count;
     write_vertices(d_, streams_, streams,
