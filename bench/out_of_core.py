@@ -18,9 +18,8 @@ import gltf_ext
 from bench.common import call_in_process, origin_line, progress, table
 from bench.large_model import write_displaced
 from bench.lod import levels, percentile
-from bench.lod_errors import distances_to
 from bench.models import real_model
-from gltf_ext.checks.samples import sample_surface
+from gltf_ext.checks.samples import distances_to, sample_surface
 from gltf_ext.lod import LodPrimitive, open_lod
 from gltf_ext.lod.cuts import Cut, cut_at_level, error_of
 
@@ -120,7 +119,7 @@ def levels_in_box(path: str) -> list[dict]:
         if stated > half / 8:
             break
         coarse, of_coarse = near(cut)
-        both = np.concatenate([distances_to(fine, of_coarse), distances_to(coarse, of_fine)])
+        both = np.concatenate([distances_to(of_coarse, fine), distances_to(of_fine, coarse)])
         result.append(
             {
                 "triangles": int(primitive.cluster_triangles[cut.drawn].sum()),

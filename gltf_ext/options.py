@@ -41,13 +41,13 @@ class Option:
         help: one phrase, without limits and default.
         type: int, float, str or bool; a bool is a switch.
         limits: smallest and largest value, both allowed; None: any number above zero.
-        most: largest number without limits.
+        maximum: largest number without limits.
         choices: for a str, from the field's Literal.
         optional: None is the default, and may be given.
-        wanted: what a str without choices has to be.
+        expectation: what a str without choices has to be.
         also: types of values beside str.
         default: as shown; the value may be None if the encoder has the default.
-        shown: what stands for the value in help texts; by default from the type.
+        placeholder: what stands for the value in help texts; by default from the type.
         name: the keyword argument; set when the option is listed.
     """
 
@@ -55,21 +55,22 @@ class Option:
     help: str
     type: type = int
     limits: tuple[float, float] | None = None
-    most: float = LARGEST_NUMBER
+    maximum: float = LARGEST_NUMBER
     choices: tuple[str, ...] = ()
     optional: bool = False
-    wanted: str = ""
+    expectation: str = ""
     also: tuple[Any, ...] = ()
     default: str = ""
-    shown: str = ""
+    placeholder: str = ""
     name: str = ""
 
     @property
     def metavar(self) -> str | None:
+        """Placeholder of the value in help texts; None for a switch."""
         if self.type is bool:
             return None
-        if self.shown:
-            return self.shown
+        if self.placeholder:
+            return self.placeholder
         if self.choices:
             return self.flag.strip("-").upper()
         if self.name.endswith("_bits"):
@@ -96,18 +97,18 @@ class Option:
         if self.type is bool:
             return "True or False"
         if self.type is str:
-            return " or ".join(self.choices) or self.wanted
-        return self.limits_text or f"a number above 0 and up to {self.most:g}"
+            return " or ".join(self.choices) or self.expectation
+        return self.limits_text or f"a number above 0 and up to {self.maximum:g}"
 
     def check(self, value: Any) -> None:
-        """Raises MeshletError for a value that the option cannot have."""
+        """Raise MeshletError for a value that the option cannot have."""
         if not (self.optional if value is None else self._accepts(value)):
             raise MeshletError(
                 f"{self.name} is {value!r}", f"use {self.accepted}", options=(self.name,)
             )
 
     def plain(self, value: Any) -> Any:
-        """A value that the option accepts as one of JSON: also of a path or a number of NumPy."""
+        """Return a value that the option accepts as one of JSON, if it is a path or of NumPy too."""
         if value is None or self.type is bool:
             return value
         if self.type is not str:
@@ -126,76 +127,76 @@ class Option:
         if self.limits:
             low, high = self.limits
             return is_number and bool(low <= value <= high)
-        return is_number and bool(0 < value <= self.most)
+        return is_number and bool(0 < value <= self.maximum)
 
 
-def _declared(value: Any, flag: str, help: str, **more: Any) -> Any:
-    """A field with its Option; `value` is the default, of the option's type unless it is None."""
+def _declare(value: Any, flag: str, help: str, **settings: Any) -> Any:
+    """Return a field with its Option. `value`: the default, of the option's type or None."""
     if value is None:
-        more["optional"] = True
+        settings["optional"] = True
     else:
-        more.setdefault("type", type(value))
-        more.setdefault("default", "" if value is False else str(value))
-    return dataclasses.field(default=value, metadata={"option": Option(flag, help, **more)})
+        settings.setdefault("type", type(value))
+        settings.setdefault("default", "" if value is False else str(value))
+    return dataclasses.field(default=value, metadata={"option": Option(flag, help, **settings)})
 
 
 def bytes_of(text: str) -> int:
-    """The bytes that a text such as 2G, 800M, 16k or 4096 means. Raises ValueError."""
-    found = re.fullmatch(r"(\d{1,15})([KMG]?)", text.strip().upper())
-    if not found:
+    """Return the bytes that a text such as 2G, 800M, 16k or 4096 means. Raises ValueError."""
+    match = re.fullmatch(r"(\d{1,15})([KMG]?)", text.strip().upper())
+    if not match:
         raise ValueError(f"{text!r} is no number such as 2G or 800M")
-    return int(found[1]) << 10 * " KMG".index(found[2] or " ")
+    return int(match[1]) << 10 * " KMG".index(match[2] or " ")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
     """Options of `compress`. Raises MeshletError for a value that an option cannot have."""
 
-    position_bits: int | None = _declared(
+    position_bits: int | None = _declare(
         None,
         "-vp",
         "bits of a position along the longest side",
         limits=(MIN_POSITION_BITS, 24),
         default=str(DEFAULT_POSITION_BITS),
     )
-    normal_bits: int = _declared(
+    normal_bits: int = _declare(
         8, "-vn", "bits of each of the two elements of a normal or tangent", limits=(4, 16)
     )
-    texcoord_bits: int = _declared(12, "-vt", "bits of each texture coordinate", limits=(4, 16))
-    color_bits: int = _declared(
+    texcoord_bits: int = _declare(12, "-vt", "bits of each texture coordinate", limits=(4, 16))
+    color_bits: int = _declare(
         8, "-vc", "bits of each colour component that is not stored in 8 bits", limits=(4, 16)
     )
-    weight_bits: int = _declared(8, "-vw", "bits of each float skin weight", limits=(4, 16))
-    step: float | None = _declared(
+    weight_bits: int = _declare(8, "-vw", "bits of each float skin weight", limits=(4, 16))
+    step: float | None = _declare(
         None,
         "--step",
         "position step in model units, instead of bits: 0.001 is 1 mm if units are metres",
         type=float,
     )
-    grid: Literal["mesh", "scene"] = _declared(
+    grid: Literal["mesh", "scene"] = _declare(
         "mesh",
         "--grid",
         "one position grid per mesh, or one for the whole scene",
     )
-    max_triangles: int = _declared(
+    max_triangles: int = _declare(
         64, "--max-triangles", "most triangles in a meshlet", limits=(16, 64)
     )
-    lambda_: float | None = _declared(
+    lambda_: float | None = _declare(
         None,
         "--lambda",
         f"above 0 and up to {LARGEST_LAMBDA}; small values give planar meshlets, large ones "
         "compact meshlets",
         type=float,
-        most=LARGEST_LAMBDA,
+        maximum=LARGEST_LAMBDA,
         default="1.4",
     )
-    effort: Literal["fast", "normal", "high"] = _declared(
+    effort: Literal["fast", "normal", "high"] = _declare(
         "normal",
         "--effort",
         "how long to look for a smaller file; against normal, fast takes about 0.6 of the time for "
         "2 % more bytes, and high 1.7 times for 0.2 % fewer",
     )
-    page_bytes: int | None = _declared(
+    page_bytes: int | None = _declare(
         None,
         "--page-bytes",
         "largest size of a page, a blob of neighbouring meshlets that decodes alone; 0 for one "
@@ -203,73 +204,73 @@ class Options:
         f"primitives of more than {MOST_TRIANGLES_UNPAGED} triangles, 0 in others",
         limits=(0, MAX_PAGE_BYTES),
     )
-    lod: bool = _declared(
+    lod: bool = _declare(
         False,
         "--lod",
         "also write levels of detail (EXT_meshlet_lod), in pages of --page-bytes or "
         f"{DEFAULT_LOD_PAGE_BYTES} bytes; from source, needs the package meshoptimizer",
     )
-    lod_reduction: float = _declared(
+    lod_reduction: float = _declare(
         5.0,
         "--lod-reduction",
         "triangles of level 0 over those of level 1; coarser levels shrink by less",
         limits=(1.5, 16.0),
     )
-    lod_group: int = _declared(
+    lod_group: int = _declare(
         96, "--lod-group", "meshlets that are simplified together", limits=(4, 128)
     )
-    lod_limit: float | None = _declared(
+    lod_limit: float | None = _declare(
         None,
         "--lod-limit",
         "largest error of a level, in model units; no limit by default",
         type=float,
     )
-    fallback: bool = _declared(
+    fallback: bool = _declare(
         False,
         "--fallback",
         "also write plain buffers into OUT.fallback.bin, for readers without the extension",
     )
-    transport: bool = _declared(
+    transport: bool = _declare(
         False,
         "--transport",
         "pack the result for download, about a third smaller (EXT_meshlet_transport, a draft); "
         "readers unpack it when they open it",
     )
-    threads: int = _declared(
+    threads: int = _declare(
         0,
         "--threads",
         "number of threads, 0 for one per processor; the bytes are the same for any",
         limits=(0, 1024),
     )
-    max_memory: str | int | None = _declared(
+    max_memory: str | int | None = _declare(
         None,
         "--max-memory",
         "work through models larger than memory in chunks; the process stays below so many bytes "
         "(K, M and G are powers of 1024)",
         type=str,
-        shown="BYTES",
-        wanted=MEMORY_TEXT,
+        placeholder="BYTES",
+        expectation=MEMORY_TEXT,
         also=(int,),
     )
-    work_dir: str | None = _declared(
+    work_dir: str | None = _declare(
         None,
         "--work-dir",
         "folder for the work files of --max-memory; by default that of the output",
         type=str,
-        shown="FOLDER",
-        wanted="the path of a folder",
+        placeholder="FOLDER",
+        expectation="the path of a folder",
         also=(os.PathLike,),
     )
-    scheduler: str | None = _declared(
+    scheduler: str | None = _declare(
         None,
         "--scheduler",
         "address of a running Dask scheduler, whose workers take the chunks of --max-memory and "
         "stay below it too, each",
         type=str,
-        shown="ADDRESS",
-        wanted="an address such as tcp://192.0.2.1:8786",
+        placeholder="ADDRESS",
+        expectation="an address such as tcp://192.0.2.1:8786",
     )
-    progress: bool = _declared(False, "", "draw a progress bar on a terminal")
+    progress: bool = _declare(False, "", "draw a progress bar on a terminal")
 
     def __post_init__(self) -> None:
         if self.step is not None and self.position_bits is not None:
@@ -307,24 +308,27 @@ class Options:
             )
 
     @classmethod
-    def of(cls, given: dict[str, Any]) -> Options:
+    def of(cls, values: dict[str, Any]) -> Options:
         """Options from keyword arguments. Raises MeshletError for an unknown name too."""
-        for name, other in REMOVED_OPTIONS.items():
-            if name in given:
-                raise MeshletError(f"{name} was removed", f"use {other}", options=(name, other))
-        unknown = sorted(set(given) - {option.name for option in OPTIONS})
+        for name, replacement in REMOVED_OPTIONS.items():
+            if name in values:
+                raise MeshletError(
+                    f"{name} was removed", f"use {replacement}", options=(name, replacement)
+                )
+        unknown = sorted(set(values) - {option.name for option in OPTIONS})
         if unknown:
             raise MeshletError(
                 f"{unknown[0]} is not an option of compress", "see help(gltf_ext.compress)"
             )
-        return cls(**given)
+        return cls(**values)
 
     @classmethod
-    def plain(cls, given: dict[str, Any]) -> dict[str, Any]:
+    def plain(cls, values: dict[str, Any]) -> dict[str, Any]:
         """Keyword arguments as values of JSON, without defaults. Raises MeshletError as `of`."""
-        options = cls.of(given)
+        options = cls.of(values)
         return {
-            name: None if value is None else getattr(options, name) for name, value in given.items()
+            name: None if value is None else getattr(options, name)
+            for name, value in values.items()
         }
 
     @property
@@ -343,10 +347,11 @@ class Options:
 
     @property
     def lod_page_bytes(self) -> int:
+        """Largest page of a model with levels of detail, in bytes."""
         return self.page_bytes or DEFAULT_LOD_PAGE_BYTES
 
     def page_bytes_of(self, triangles: int) -> int:
-        """The page size of a primitive without levels; 0 for one blob."""
+        """Return the page size of a primitive without levels; 0 for one blob."""
         if self.page_bytes is not None:
             return self.page_bytes
         return DEFAULT_PAGE_BYTES if triangles > MOST_TRIANGLES_UNPAGED else 0
@@ -359,7 +364,7 @@ class Options:
 
 
 def _choices(name: str) -> tuple[str, ...]:
-    """The values of an option whose type is a Literal; empty for others."""
+    """Return the values of an option whose type is a Literal; empty for others."""
     hint = get_type_hints(Options)[name]
     return get_args(hint) if get_origin(hint) is Literal else ()
 
@@ -372,7 +377,7 @@ FLAGS = {option.name: option.flag for option in OPTIONS if option.flag}
 
 
 def described() -> str:
-    """The lines for the docstring of `compress`: each option by its Python name."""
+    """Return the lines for the docstring of `compress`: each option by its Python name."""
     blocks = []
     for option in OPTIONS:
         choices = '" or "'.join(option.choices)

@@ -43,13 +43,13 @@ class _Undecoded:
 
 
 def decode_into_accessors(context: dict[str, Any]) -> None:
-    """Replaces the zeros in the primitive's accessors by the decoded arrays.
+    """Replace the zeros in the primitive's accessors by the decoded arrays.
 
     context: trimesh's PrimitivePreprocessContext. If the primitive cannot be decoded, loading it
     raises MeshletError. trimesh swallows what a handler raises and would go on with the zeros.
     """
     try:
-        decoded = _decode(context)
+        arrays = _decode(context)
     except Exception as error:
         problem = str(error) if isinstance(error, ValueError) else repr(error)
         refusal = _Undecoded(
@@ -57,13 +57,13 @@ def decode_into_accessors(context: dict[str, Any]) -> None:
         )
         primitive = context["primitive"]
         numbers = [primitive.get("indices"), *primitive["attributes"].values()]
-        decoded = dict.fromkeys((n for n in numbers if n is not None), refusal)
-    for number, array in decoded.items():
+        arrays = dict.fromkeys((n for n in numbers if n is not None), refusal)
+    for number, array in arrays.items():
         context["accessors"][number] = array
 
 
 def _decode(context: dict[str, Any]) -> dict[int, Any]:
-    """Number of an accessor -> its decoded array, for all accessors of the primitive."""
+    """Return number of an accessor -> its decoded array, for all accessors of the primitive."""
     extension, primitive, accessors = context["data"], context["primitive"], context["accessors"]
     view = bytes(context["views"][extension["bufferView"]])
     blob = unpack(view) if is_packed(view) else view
@@ -71,7 +71,7 @@ def _decode(context: dict[str, Any]) -> dict[int, Any]:
     streams, indices = opened.streams, primitive["indices"]
     _require_count(accessors[indices], 3 * opened.triangle_count)
     triangles, values = decode_view(blob, extension.get("sourceVertices"))
-    decoded = {indices: triangles.reshape(-1, *accessors[indices].shape[1:])}
+    arrays = {indices: triangles.reshape(-1, *accessors[indices].shape[1:])}
     sets = [
         (extension["attributes"], primitive["attributes"]),
         *zip(extension.get("targets", []), primitive.get("targets", []), strict=True),
@@ -81,10 +81,10 @@ def _decode(context: dict[str, Any]) -> dict[int, Any]:
             placeholder = accessors[number]
             _require_count(placeholder, opened.vertex_count)
             components = math.prod(placeholder.shape[1:])
-            used = [values[s] for s in streams_of(first_streams[name], components, streams)]
-            array = to_accessor(used, placeholder.dtype)
-            decoded[number] = array.reshape(-1, *placeholder.shape[1:])
-    return decoded
+            columns = [values[s] for s in streams_of(first_streams[name], components, streams)]
+            array = to_accessor(columns, placeholder.dtype)
+            arrays[number] = array.reshape(-1, *placeholder.shape[1:])
+    return arrays
 
 
 def _require_count(placeholder: Any, count: int) -> None:

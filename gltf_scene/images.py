@@ -20,10 +20,10 @@ def read_image(document: Document, index: int) -> np.ndarray:
     from PIL import Image
 
     image = item(document.images, index, "image")
-    if image.uri is not None:
-        data = document.read_uri(image.uri)
+    if "uri" in image:
+        data = document.read_uri(image["uri"])
     else:
-        data = bytes(document.bytes_of_view(image.bufferView))
+        data = bytes(document.bytes_of_view(image.get("bufferView")))
     check_size(data)
     try:
         with warnings.catch_warnings():

@@ -33,7 +33,7 @@ def view_points(document: Document, placed: Sequence[PlacedPrimitive]) -> np.nda
     compressed = {
         (mesh, primitive): read_compressed(document, mesh, primitive)
         for mesh, primitive in places
-        if is_compressed(document.meshes[mesh].primitives[primitive])
+        if is_compressed(document.primitive(mesh, primitive))
     }
     decoders = {place: _codec.Decoder(found.blob) for place, found in compressed.items()}
     meshlets = sum(decoder.meshlet_count for decoder in decoders.values())
@@ -70,7 +70,7 @@ def _in_world(
 
 def _plain_positions(document: Document, mesh: int, primitive: int) -> np.ndarray:
     """float64[n, 3]: the vertices of an uncompressed primitive, in its coordinates."""
-    source = document.meshes[mesh].primitives[primitive]
+    source = document.primitive(mesh, primitive)
     stored = read_primitive(document, mesh, primitive)[0].attributes["POSITION"]
     return value_format(document, source, "POSITION").to_floats(stored).astype(np.float64)
 
@@ -84,6 +84,6 @@ def _meshlet_positions(
     with malformed_from(compressed.where):
         integers = np.concatenate([decoder.decode_meshlet(i)[1][0] for i in chosen])
     values = np.array(stream.offset) + integers.astype(np.float64) * stream.step
-    source = document.meshes[compressed.mesh].primitives[compressed.primitive]
+    source = document.primitive(compressed.mesh, compressed.primitive)
     form = value_format(document, source, "POSITION")
     return form.to_floats(np.rint(values) if form.is_integer else values).astype(np.float64)

@@ -104,7 +104,7 @@ def _sources(path: str, mesh: int | None, primitive: int | None) -> list[tuple[S
         return _sources_of_scene(document)
     if not 0 <= mesh < len(document.meshes):
         raise MeshletError(f"mesh {mesh} does not exist", f"there are {len(document.meshes)}")
-    primitives = document.meshes[mesh].primitives
+    primitives = document.meshes[mesh]["primitives"]
     if primitive is not None and not 0 <= primitive < len(primitives):
         raise MeshletError(
             f"mesh {mesh} primitive {primitive} does not exist", f"there are {len(primitives)}"
@@ -127,7 +127,7 @@ def _sources_of_scene(document: Document) -> list[tuple[Source, np.ndarray]]:
     sources = []
     for placed in read_scene(document).primitives:
         place = placed.mesh, placed.primitive
-        if is_compressed(document.meshes[placed.mesh].primitives[placed.primitive]):
+        if is_compressed(document.primitive(placed.mesh, placed.primitive)):
             if place not in known:
                 known[place] = Source(document, *place)
             sources.append((known[place], placed.matrix))
@@ -151,8 +151,8 @@ class Source:
         self._compressed = read_compressed(document, mesh, primitive)
         self._document = document
         self._pages: dict[int, bytes] = {}
-        source = document.meshes[mesh].primitives[primitive]
-        texcoord = f"TEXCOORD_{read_material(document, source.material).texcoord}"
+        source = document.primitive(mesh, primitive)
+        texcoord = f"TEXCOORD_{read_material(document, source.get('material')).texcoord}"
         own: dict[str, Attribute] = {}
         others: dict[str, Attribute] = {}
         for name, (stream, _) in self._compressed.attributes.items():

@@ -170,7 +170,7 @@ class _Builder:
 
     def _levels(self, placed: PlacedPrimitive) -> LodPrimitive | None:
         place = placed.mesh, placed.primitive
-        if not is_compressed(self._document.meshes[placed.mesh].primitives[placed.primitive]):
+        if not is_compressed(self._document.primitive(placed.mesh, placed.primitive)):
             return None
         if place not in self._sources:
             self._sources[place] = reader.Source(self._document, *place)
@@ -195,8 +195,8 @@ class _Builder:
         self, placed: PlacedPrimitive, matrix: np.ndarray, lod: LodView | None
     ) -> dict[str, Any] | mi.Mesh:
         """lod: the camera in the coordinates to which the matrix leads."""
-        primitive = self._document.meshes[placed.mesh].primitives[placed.primitive]
-        has_colors = "COLOR_0" in primitive.attributes
+        primitive = self._document.primitive(placed.mesh, placed.primitive)
+        has_colors = "COLOR_0" in primitive["attributes"]
         inside = {"bsdf": self._materials.bsdf(placed.material, has_colors)}
         emission = self._materials.emission(placed.material)
         if emission:
@@ -232,7 +232,7 @@ class _Builder:
             source = levels.mesh(lod.cut(levels, matrix))
         else:
             source, _ = read_triangles(self._document, placed.mesh, placed.primitive)
-        primitive = self._document.meshes[placed.mesh].primitives[placed.primitive]
+        primitive = self._document.primitive(placed.mesh, placed.primitive)
         attributes = {
             name: format_of(self._document, primitive, name).to_floats(values)
             for name, values in source.attributes.items()

@@ -8,14 +8,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import pygltflib
 
 from gltf_ext import _codec
 from gltf_ext._codec import Stream
 from gltf_ext.attributes.streams import GRID, OCT, SIGN, streams_of, to_accessor
+from gltf_ext.document import gltf
 from gltf_ext.document.accessors import Format, accessor_format
 from gltf_ext.document.document import Document, item
-from gltf_ext.document.json_objects import minified
+from gltf_ext.document.json_values import minified
 from gltf_ext.errors import MeshletError
 from gltf_ext.sources.attribute_names import named
 from gltf_ext.sources.primitives import (
@@ -176,14 +176,14 @@ def require_compressed(document: Document) -> list[Compressed]:
 
 def read_triangles(document: Document, mesh: int, index: int) -> tuple[Primitive, Dropped]:
     """Any triangle primitive as arrays: decoded if it is compressed. Raises MeshletError."""
-    if is_compressed(document.meshes[mesh].primitives[index]):
+    if is_compressed(document.primitive(mesh, index)):
         return read_compressed(document, mesh, index).decode(), Dropped()
     return read_primitive(document, mesh, index)
 
 
 def source_of(document: Document, mesh: int, index: int) -> tuple[Source, Dropped]:
     """The same as a source in memory. Raises MeshletError."""
-    if is_compressed(document.meshes[mesh].primitives[index]):
+    if is_compressed(document.primitive(mesh, index)):
         return Source.of(read_compressed(document, mesh, index).decode()), Dropped()
     return read_source(document, mesh, index)
 
@@ -193,15 +193,15 @@ def read_compressed(document: Document, mesh: int, index: int) -> Compressed:
 
     Checks every index, count and type of its JSON.
     """
-    primitive = document.meshes[mesh].primitives[index]
+    primitive = document.primitive(mesh, index)
     where = place(mesh, index)
-    extension = primitive.extensions[EXTENSION]
+    extension = gltf.extension(primitive, EXTENSION)
     formats = [
         {
             name: _format(document, accessor, f"{name} of {where}")
             for name, accessor in names.items()
         }
-        for names in [primitive.attributes, *primitive.targets]
+        for names in gltf.attribute_sets(primitive)
     ]
     with malformed_from(where):
         first_streams = _first_streams(extension, formats, primitive)
@@ -215,7 +215,7 @@ def read_compressed(document: Document, mesh: int, index: int) -> Compressed:
         result = Compressed(
             mesh,
             index,
-            document.meshes[mesh].name or "",
+            document.meshes[mesh].get("name", ""),
             extension,
             extension["bufferView"],
             blob,
@@ -230,9 +230,9 @@ def read_compressed(document: Document, mesh: int, index: int) -> Compressed:
         return result
 
 
-def require_plain(view: pygltflib.BufferView) -> None:
+def require_plain(view: gltf.BufferView) -> None:
     """Raises ValueError unless a buffer view can be used as it lies in its buffer."""
-    if view.byteStride is not None or view.target is not None or (view.byteOffset or 0) % 4:
+    if "byteStride" in view or "target" in view or gltf.byte_offset(view) % 4:
         raise ValueError(
             "its buffer view has a byteStride, a target or an offset that is not a multiple of 4"
         )
@@ -242,8 +242,9 @@ def require_unused_by_accessors(document: Document, views: list[int]) -> None:
     """Raises ValueError if an accessor refers to one of the buffer views."""
     used = set()
     for accessor in document.accessors:
-        sparse = (accessor.sparse.indices, accessor.sparse.values) if accessor.sparse else ()
-        used |= {part.bufferView for part in (accessor, *sparse) if part is not None}
+        sparse = accessor.get("sparse", {})
+        parts = (accessor, sparse.get("indices", {}), sparse.get("values", {}))
+        used |= {part.get("bufferView") for part in parts}
     if used & set(views):
         raise ValueError("an accessor refers to a buffer view of compressed data")
 
@@ -257,13 +258,13 @@ def _is_index(value: Any) -> bool:
 
 
 def _first_streams(
-    extension: Any, formats: list[dict[str, Format]], primitive: pygltflib.Primitive
+    extension: Any, formats: list[dict[str, Format]], primitive: gltf.Primitive
 ) -> list[dict[str, int]]:
     """Name -> first stream: of the attributes, then of each target.
 
     Raises ValueError unless the object names a view, and a stream for each attribute.
     """
-    if primitive.mode != pygltflib.TRIANGLES or primitive.indices is None:
+    if gltf.mode(primitive) != gltf.TRIANGLES or "indices" not in primitive:
         raise ValueError("a compressed primitive must have mode 4 and indices")
     if not isinstance(extension, dict) or not _is_index(extension.get("bufferView")):
         raise ValueError("the extension object names no bufferView")
@@ -303,22 +304,20 @@ def _check_streams(compressed: Compressed) -> None:
             raise ValueError(f"{name} has integers, but a stream of unit vectors or signs")
 
 
-def _check_counts(
-    document: Document, primitive: pygltflib.Primitive, compressed: Compressed
-) -> None:
+def _check_counts(document: Document, primitive: gltf.Primitive, compressed: Compressed) -> None:
     """Raises ValueError unless the accessors have the counts of the decoded data."""
-    indices = item(document.accessors, primitive.indices, "the accessor of indices")
+    indices = item(document.accessors, primitive["indices"], "the accessor of indices")
     dtype, components = accessor_format(indices, "indices")
-    if indices.count != 3 * compressed.triangle_count or components != 1:
+    count = indices.get("count")
+    if count != 3 * compressed.triangle_count or components != 1:
         raise ValueError(
-            f"its indices accessor has {indices.count} elements "
-            f"instead of {3 * compressed.triangle_count}"
+            f"its indices accessor has {count} elements instead of {3 * compressed.triangle_count}"
         )
     if dtype.kind != "u" or compressed.vertex_count - 1 > np.iinfo(dtype).max:
         raise ValueError("its indices accessor's component type cannot hold its indices")
-    for attributes in [primitive.attributes, *primitive.targets]:
+    for attributes in gltf.attribute_sets(primitive):
         for name, accessor in attributes.items():
-            count = document.accessors[accessor].count
+            count = document.accessors[accessor].get("count")
             if count != compressed.vertex_count:
                 raise ValueError(
                     f"its {name} accessor has {count} elements instead of {compressed.vertex_count}"

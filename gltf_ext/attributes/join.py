@@ -16,7 +16,7 @@ from gltf_ext.ranges import first_of_each, occurring, renumbered
 from gltf_ext.sources.primitives import Primitive
 from gltf_ext.work_files import Buckets, hashes
 
-Decoded = tuple[np.ndarray, list[np.ndarray]]  # uint32[T, 3], values of streams
+Arrays = tuple[np.ndarray, list[np.ndarray]]  # uint32[T, 3], values of streams
 VERTEX = np.dtype([("key", "<u8"), ("number", "<u4")])
 
 
@@ -26,7 +26,7 @@ def decode(compressed: Compressed) -> Primitive:
         return compressed.as_primitive(*decode_view(compressed.blob, compressed.source_vertices))
 
 
-def decode_view(view: _codec.Bytes, source_vertices: int | None) -> Decoded:
+def decode_view(view: _codec.Bytes, source_vertices: int | None) -> Arrays:
     """The same of a view, as _codec.decode_values gives it. Raises ValueError.
 
     source_vertices: as in the extension's object; None where that has none: no vertex is doubled.
@@ -34,10 +34,12 @@ def decode_view(view: _codec.Bytes, source_vertices: int | None) -> Decoded:
     if source_vertices is None or source_vertices >= _codec.Decoder(view).vertex_count:
         return _codec.decode_values(view)
     joinable, values = _codec.decode_joinable(view)
-    return joined(joinable, values, max(source_vertices, 1))
+    return without_copies(joinable, values, max(source_vertices, 1))
 
 
-def joined(joinable: _codec.Joinable, values: list[np.ndarray], source_vertices: int) -> Decoded:
+def without_copies(
+    joinable: _codec.Joinable, values: list[np.ndarray], source_vertices: int
+) -> Arrays:
     """Triangles and values without the vertices that are doubled."""
     numbers, count = joinable.join(source_vertices)
     if count == len(numbers):
@@ -62,8 +64,8 @@ class Parts:
         """folder: for work files. Raises MeshletError, OSError."""
         self._compressed = compressed
         self.triangle_count = compressed.triangle_count
-        self._whole: Decoded | None = None
-        self._removed = self._kept = np.empty(0, np.uint32)
+        self._whole: Arrays | None = None
+        self._copies = self._of_copies = np.empty(0, np.uint32)
         before, after = compressed.vertex_count, compressed.source_vertices
         if after < before:
             if len(list(parts_of(compressed.blob))) == 1:
@@ -71,41 +73,41 @@ class Parts:
                     self._whole = decode_view(compressed.blob, after)
                 self.vertex_count = len(self._whole[1][0])
                 return
-            numbers, originals = _doubled(compressed, folder)
+            numbers, originals = _equal_vertices(compressed, folder)
             places = int(np.count_nonzero(numbers == originals))
             if after > before - len(numbers) + places:
                 originals = _originals(compressed, numbers)
             is_removed = numbers != originals
-            self._removed, self._kept = numbers[is_removed], originals[is_removed]
-        self.vertex_count = before - len(self._removed)
+            self._copies, self._of_copies = numbers[is_removed], originals[is_removed]
+        self.vertex_count = before - len(self._copies)
 
     def __iter__(self) -> Iterator[Primitive]:
         """Some triangles at a time, with vertices that no part before has. Indices number the
         vertices of all parts. Raises MeshletError."""
-        for triangles, values in [self._whole] if self._whole else self._joined():
+        for triangles, values in [self._whole] if self._whole else self._renumbered():
             yield self._compressed.as_primitive(triangles, values)
 
-    def _joined(self) -> Iterator[Decoded]:
+    def _renumbered(self) -> Iterator[Arrays]:
         first = 0  # number of the part's first vertex, in the view
         for part in parts_of(self._compressed.blob):
             with malformed_from(self._compressed.where):
                 triangles, values = _codec.decode_values(part)
             last = first + len(values[0])
-            begin, end = np.searchsorted(self._removed, [first, last])
+            begin, end = np.searchsorted(self._copies, [first, last])
             numbers = np.arange(first - begin, last - begin, dtype=np.uint32)
             if end > begin:
-                removed = self._removed[begin:end] - np.uint32(first)
+                removed = self._copies[begin:end] - np.uint32(first)
                 is_kept = np.ones(len(numbers), bool)
                 is_kept[removed] = False
                 numbers = np.cumsum(is_kept, dtype=np.uint32) + np.uint32(first - begin - 1)
-                kept = self._kept[begin:end]
-                numbers[removed] = kept - np.searchsorted(self._removed, kept).astype(np.uint32)
+                kept = self._of_copies[begin:end]
+                numbers[removed] = kept - np.searchsorted(self._copies, kept).astype(np.uint32)
                 values = [v[is_kept] for v in values]
             yield numbers[triangles], values
             first = last
 
 
-def _doubled(compressed: Compressed, folder: str) -> tuple[np.ndarray, np.ndarray]:
+def _equal_vertices(compressed: Compressed, folder: str) -> tuple[np.ndarray, np.ndarray]:
     """(uint32 numbers of the vertices whose integers others have too, in ascending order, for each
     the first one that has them). Raises MeshletError, OSError."""
     buckets = Buckets(VERTEX, VERTEX.itemsize * compressed.vertex_count, folder)
@@ -146,7 +148,7 @@ def _originals(compressed: Compressed, doubled: np.ndarray) -> np.ndarray:
         begin, end = np.searchsorted(doubled, [first, first + size])
         is_doubled = np.zeros(size, bool)
         is_doubled[doubled[begin:end] - np.uint32(first)] = True
-        piece, used = _around(whole, is_doubled, count)
+        piece, used = _triangles_around(whole, is_doubled, count)
         pieces.append(piece)
         numbers.append(used + first)
         first += size
@@ -165,7 +167,7 @@ def _originals(compressed: Compressed, doubled: np.ndarray) -> np.ndarray:
     return found
 
 
-def _around(
+def _triangles_around(
     whole: _codec.Joinable, is_doubled: np.ndarray, first: int
 ) -> tuple[_codec.Joinable, np.ndarray]:
     """(the triangles around some vertices, numbers of their vertices in ascending order).

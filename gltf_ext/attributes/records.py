@@ -23,7 +23,7 @@ from gltf_ext.attributes.streams import (
     to_accessor,
 )
 from gltf_ext.document.accessors import Format
-from gltf_ext.ranges import first_of_each, occurring, renumbered
+from gltf_ext.ranges import first_of_each, has_repeats, occurring, renumbered
 from gltf_ext.sources.primitives import Dropped, place
 from gltf_ext.sources.source import Source, blocks
 
@@ -53,20 +53,21 @@ class Triangles:
         """The number of triangles."""
         return len(self.records) // 3 if self.corners is None else len(self.corners)
 
-    def dropped(self, different: int, remaining: int) -> Dropped:
-        """Counts of vertices that are left out, which only a whole source has.
+    def count_dropped(self, distinct_count: int, remaining_count: int) -> Dropped:
+        """Count the vertices that are left out, which only a whole source has.
 
-        different: number of vertices, equal ones once; remaining: without those of degenerate
-            triangles.
+        Args:
+            distinct_count: number of vertices, equal ones once.
+            remaining_count: the same without those of degenerate triangles only.
         """
         if self.source is None:
             return Dropped()
-        duplicates = len(self.records) - different
-        unreferenced = self.source.vertex_count - duplicates - remaining
+        duplicates = len(self.records) - distinct_count
+        unreferenced = self.source.vertex_count - duplicates - remaining_count
         return Dropped(unreferenced_vertices=unreferenced, duplicate_vertices=duplicates)
 
     def clear(self) -> None:
-        """Gives the memory of the records back."""
+        """Give the memory of the records back."""
         self.records = np.empty(0, self.records.dtype)
 
     def corners_between(self, first: int, last: int) -> np.ndarray:
@@ -121,7 +122,8 @@ class RecordFormat:
     ) -> RecordFormat:
         """With streams that are there. first: of each attribute."""
         numbers = {
-            name: streams_of(first[name], form[1], streams) for name, form in source.formats.items()
+            name: streams_of(first[name], format_[1], streams)
+            for name, format_ in source.formats.items()
         }
         plan = Plan(streams, numbers, keeps_sums(source.bounds))
         return cls(plan, source.mesh, source.primitive, source.formats)
@@ -146,12 +148,12 @@ class RecordFormat:
         return np.dtype([*self.coarse.descr, (HASH, "<u4")])
 
     def part(self, names: tuple[str, ...]) -> np.dtype:
-        """The fields of `fine` that hold these attributes."""
+        """Return the fields of `fine` that hold these attributes."""
         fields = [str(s) for name in names for s in self.plan.attributes[name]]
         fields += [HASH] * ("POSITION" in names)
         return np.dtype([row for row in self.fine.descr if row[0] in fields])
 
-    def quantised(self, attributes: dict[str, np.ndarray]) -> np.ndarray:
+    def quantise(self, attributes: dict[str, np.ndarray]) -> np.ndarray:
         """part(names)[n]: records of vertices, by name [n, components]."""
         count = len(next(iter(attributes.values())))
         records = np.empty(count, self.part(tuple(attributes)))
@@ -159,21 +161,21 @@ class RecordFormat:
         return records
 
     def quantise_into(self, records: np.ndarray, attributes: dict[str, np.ndarray]) -> None:
-        """Sets the records of vertices, by name [n, components]."""
+        """Set the records of vertices, by name [n, components]."""
         for number, values in self.plan.quantise(attributes).items():
             records[str(number)] = values
         if "POSITION" in attributes:
             records[HASH] = _hashes(attributes["POSITION"])
 
     def without_hash(self, records: np.ndarray) -> np.ndarray:
-        """coarse[...] of fine[...], or the same records if they are coarse."""
+        """Return coarse[...] of fine[...], or the same records if they are coarse."""
         result = np.empty(records.shape, self.coarse)
         for name in self.coarse.names or ():
             result[name] = records[name]
         return result
 
     def triangles_of(self, source: Source) -> Triangles:
-        """All triangles of a source in memory whose attributes have the same numbers.
+        """Return all triangles of a source in memory whose attributes have the same numbers.
 
         Takes only the vertices that they use: many primitives may share the attributes.
         """
@@ -187,32 +189,31 @@ class RecordFormat:
                 self.quantise_into(records[first:last], source.vertices(names, first, last))
             return Triangles(records, corners, source)
         for first, last in blocks(len(rows)):
-            chosen = source.chosen_vertices(names, rows[first:last])
-            self.quantise_into(records[first:last], chosen)
+            vertices = source.chosen_vertices(names, rows[first:last])
+            self.quantise_into(records[first:last], vertices)
         return Triangles(records, renumbered(corners, rows, count), source, rows)
 
     def vertices_of(self, triangles: Triangles) -> Vertices:
-        """Joins equal vertices; leaves out triangles with two equal ones, and unused vertices."""
+        """Join equal vertices; leaves out triangles with two equal ones, and unused vertices."""
         numbers, count = weld_rows(triangles.records)
         corners = numbers if triangles.corners is None else triangles.corners
         if triangles.corners is not None and count < len(numbers):
             corners = numbers[corners]
         corners = np.ascontiguousarray(corners.reshape(-1, 3), np.uint32)
-        a, b, c = corners.T
-        is_degenerate = (a == b) | (b == c) | (c == a)
-        remaining = np.arange(count)
+        is_degenerate = has_repeats(corners)
+        numbers_left = np.arange(count)
         if is_degenerate.any():
             corners = corners[~is_degenerate]
-            remaining = occurring(corners, count)
-        dropped = triangles.dropped(count, len(remaining))
-        dropped.degenerate_triangles = int(np.count_nonzero(is_degenerate))
+            numbers_left = occurring(corners, count)
+        counts = triangles.count_dropped(count, len(numbers_left))
+        counts.degenerate_triangles = int(np.count_nonzero(is_degenerate))
         records, rows = triangles.records, triangles.rows
-        if len(remaining) < len(records):
-            chosen = first_of_each(numbers, count)[remaining]
-            corners, records = renumbered(corners, remaining, count), records[chosen]
-            rows = chosen if rows is None else rows[chosen]
+        if len(numbers_left) < len(records):
+            first_records = first_of_each(numbers, count)[numbers_left]
+            corners, records = renumbered(corners, numbers_left, count), records[first_records]
+            rows = first_records if rows is None else rows[first_records]
         ids = self._position_ids(records)
-        return Vertices(corners, records, ids, dropped, triangles.source, rows)
+        return Vertices(corners, records, ids, counts, triangles.source, rows)
 
     def _position_ids(self, records: np.ndarray) -> np.ndarray:
         fields = [name for name in ("0", HASH) if name in (records.dtype.names or ())]
@@ -224,11 +225,11 @@ class RecordFormat:
         return weld_rows(positions)[0]
 
     def values_of(self, records: np.ndarray) -> list[np.ndarray]:
-        """uint32[n, elements] of each stream."""
+        """Return uint32[n, elements] of each stream."""
         return [records[str(s)].astype(np.uint32) for s in range(len(self.plan.streams))]
 
     def mesh_of(self, vertices: Vertices) -> Mesh:
-        """The first arguments of _codec.encode."""
+        """Return the first arguments of _codec.encode."""
         values = self.values_of(vertices.records)
         positions = self.attributes_of(vertices, values, ("POSITION",))["POSITION"]
         positions = np.ascontiguousarray(positions, np.float32)
@@ -237,22 +238,22 @@ class RecordFormat:
     def attributes_of(
         self, vertices: Vertices, values: list[np.ndarray], names: tuple[str, ...]
     ) -> dict[str, np.ndarray]:
-        """Name -> [V, components]: as in the source, or what is left of it.
+        """Return name -> [V, components]: as in the source, or what is left of it.
 
         values: of the vertices, of each stream.
         """
         if vertices.source is None:
-            return self.decoded(values, names)
+            return self.dequantise(values, names)
         attributes = vertices.source.attributes
-        whole = {name: attributes[name].rows(0, attributes[name].count) for name in names}
+        all_values = {name: attributes[name].rows(0, attributes[name].count) for name in names}
         if vertices.rows is None:
-            return whole
-        return {name: rows[vertices.rows] for name, rows in whole.items()}
+            return all_values
+        return {name: rows[vertices.rows] for name, rows in all_values.items()}
 
-    def decoded(
+    def dequantise(
         self, values: dict[int, np.ndarray] | list[np.ndarray], names: tuple[str, ...]
     ) -> dict[str, np.ndarray]:
-        """Name -> [n, components]: what attributes decode to. values: of each stream."""
+        """Return name -> [n, components]: what attributes decode to. values: of each stream."""
         return {
             name: to_accessor(
                 [dequantise(values[s], self.plan.streams[s]) for s in self.plan.attributes[name]],
@@ -263,14 +264,14 @@ class RecordFormat:
 
 
 def weld_rows(rows: np.ndarray) -> tuple[np.ndarray, int]:
-    """(uint32 numbers of equal rows, in order of first occurrence, how many there are)."""
+    """Return (uint32 numbers of equal rows, in order of first occurrence, how many there are)."""
     rows = np.ascontiguousarray(rows)
     size = rows[:1].nbytes if len(rows) else 0
     return _codec.weld(rows.view(np.uint8).reshape(len(rows), size))
 
 
 def _hashes(positions: np.ndarray) -> np.ndarray:
-    """uint32[n]: of positions; equal for negative and positive zero."""
+    """Return uint32[n]: of positions; equal for negative and positive zero."""
     words = np.ascontiguousarray(positions.astype(np.float32) + np.float32(0)).view(np.uint32)
     result = np.zeros(len(words), np.uint32)
     for column in words.T:

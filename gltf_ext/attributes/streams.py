@@ -68,22 +68,22 @@ class Grid:
 
 
 def position_grid(low: np.ndarray, high: np.ndarray, bits: int, step: float | None) -> Grid:
-    """The grid of a box low..high (float[3] each).
+    """Return the grid of a box low..high (float[3] each).
 
     Its step is `step`, or the longest side / (2^bits - 1). Raises MeshletError for a step that
     needs more than 24 bits.
     """
     extent = float(np.max(np.asarray(high, np.float64) - low))
-    chosen = _step(extent, bits) if step is None else max(float(np.float32(step)), SMALLEST_STEP)
-    cells = extent / chosen
+    step_used = _step(extent, bits) if step is None else max(float(np.float32(step)), SMALLEST_STEP)
+    cells = extent / step_used
     if np.rint(cells) >= 2**GRID_MAX_BITS:
         raise MeshletError(
-            f"step {chosen if step is None else step:g} needs more than {GRID_MAX_BITS} bits "
+            f"step {step_used if step is None else step:g} needs more than {GRID_MAX_BITS} bits "
             f"for a box of {extent:g}",
             f"use a step of at least {extent / (2**GRID_MAX_BITS - 1):.3g}",
         )
     x, y, z = (float(v) for v in low)
-    return Grid((x, y, z), chosen)
+    return Grid((x, y, z), step_used)
 
 
 def _step(extent: float, bits: int) -> float:
@@ -118,10 +118,10 @@ def grid_values(values: np.ndarray, stream: Stream) -> np.ndarray:
 
 
 def _fit_bits(name: str, stream: Stream, bounds: np.ndarray) -> Stream:
-    """The stream with the bits that values within bounds need. Raises MeshletError."""
-    quantised = grid_values(bounds, stream)
+    """Return the stream with the bits that values within bounds need. Raises MeshletError."""
+    integers = grid_values(bounds, stream)
     ends = bounds[1].astype(np.float64) - stream.offset  # integers are modulo 2^32
-    bits = max(_needed_bits(quantised.max()), _needed_bits(int(ends.max() / stream.step)))
+    bits = max(_needed_bits(integers.max()), _needed_bits(int(ends.max() / stream.step)))
     if bits > GRID_MAX_BITS:
         raise MeshletError(
             f"{name} needs {bits} bits at step {stream.step:g}, "
@@ -146,7 +146,7 @@ def _extent(bounds: np.ndarray) -> float:
     return float(np.max(bounds[1].astype(np.float64) - bounds[0]))
 
 
-def _own_grid(bounds: np.ndarray, bits: int) -> Stream:
+def _value_grid(bounds: np.ndarray, bits: int) -> Stream:
     step = _step(_extent(bounds), bits)
     return Stream(GRID, bounds.shape[1], bits, step, _floats(bounds[0]))
 
@@ -154,7 +154,7 @@ def _own_grid(bounds: np.ndarray, bits: int) -> Stream:
 def _unit_grid(bounds: np.ndarray, bits: int, full_scale: float) -> Stream:
     """[0, full_scale] in 2^bits - 1 steps; the values' own grid when they leave it."""
     if not _is_within(bounds, full_scale):
-        return _own_grid(bounds, bits)
+        return _value_grid(bounds, bits)
     components = bounds.shape[1]
     step = float(np.float32(full_scale / (2**bits - 1)))
     return Stream(GRID, components, bits, step, (0.0,) * components)
@@ -165,7 +165,10 @@ def _is_within(bounds: np.ndarray, full_scale: float) -> bool:
 
 
 def _delta_grid(name: str, bounds: np.ndarray, step: float) -> Stream:
-    """A grid on which zero decodes to exactly zero: -offset is a power of two times the step."""
+    """Return a grid on which zero decodes to exactly zero.
+
+    Its -offset is a power of two times the step.
+    """
     lowest, highest = np.rint(bounds.astype(np.float64) / step)
     below = [2 ** int(-k - 1).bit_length() if k < 0 else 0 for k in lowest]
     if max(highest + below) >= 2**GRID_MAX_BITS:
@@ -202,11 +205,14 @@ def octahedral(vectors: np.ndarray, bits: int) -> np.ndarray:
     return result
 
 
-def octahedral_directions(quantised: np.ndarray, bits: int) -> np.ndarray:
-    """uint32[V, 2] -> unit vectors float32[V, 3], by the specification's binary32 operations."""
+def octahedral_directions(integers: np.ndarray, bits: int) -> np.ndarray:
+    """Decode directions: uint32[V, 2] -> unit vectors float32[V, 3].
+
+    Uses the binary32 operations of the specification.
+    """
     one = np.float32(1.0)
     scale = np.float32(2.0) / np.float32(2**bits - 2)
-    x, y = (quantised.astype(np.float32) * scale - one).T
+    x, y = (integers.astype(np.float32) * scale - one).T
     z = one - np.abs(x) - np.abs(y)
     fold = np.maximum(-z, np.float32(0.0))
     x = x - np.copysign(fold, x)
@@ -226,18 +232,18 @@ def octahedral_bound(bits: int) -> float:
 
 
 def ordered_bits(values: np.ndarray) -> np.ndarray:
-    """float32 -> uint32 in the same order, without loss."""
+    """Return float32 -> uint32 in the same order, without loss."""
     bits = np.ascontiguousarray(values, np.float32).view(np.uint32)
     return np.where(bits >> 31, ~bits, bits ^ np.uint32(0x80000000))
 
 
-def from_ordered_bits(quantised: np.ndarray) -> np.ndarray:
-    """The inverse of ordered_bits."""
-    bits = np.where(quantised >> 31, quantised ^ np.uint32(0x80000000), ~quantised)
+def from_ordered_bits(integers: np.ndarray) -> np.ndarray:
+    """Return the inverse of ordered_bits."""
+    bits = np.where(integers >> 31, integers ^ np.uint32(0x80000000), ~integers)
     return bits.astype(np.uint32).view(np.float32)
 
 
-def quantised_weights(sets: list[np.ndarray], bits: int) -> list[np.ndarray]:
+def quantise_weights(sets: list[np.ndarray], bits: int) -> list[np.ndarray]:
     """Skin weights float[V, 4] per set -> uint32[V, 4] per set.
 
     If a vertex's weights sum to one over all sets, its integers sum to 2^bits - 1: all are rounded
@@ -250,10 +256,10 @@ def quantised_weights(sets: list[np.ndarray], bits: int) -> list[np.ndarray]:
     result = np.rint(weights * levels)
     exact = weights[sums_to_one] / total[sums_to_one, None] * levels
     floor = np.floor(exact)
-    missing = levels - floor.sum(axis=1)
+    missing_units = levels - floor.sum(axis=1)
     by_remainder = np.argsort(floor - exact, axis=1, kind="stable")
     rank = np.argsort(by_remainder, axis=1, kind="stable")
-    result[sums_to_one] = floor + (rank < missing[:, None])
+    result[sums_to_one] = floor + (rank < missing_units[:, None])
     splits = np.cumsum([s.shape[1] for s in sets])[:-1]
     integers = result.astype(np.int64).astype(np.uint32)
     return [np.ascontiguousarray(columns) for columns in np.split(integers, splits, axis=1)]
@@ -277,7 +283,7 @@ class Plan:
     keeps_sums: bool = True
 
     def streams_of(self, name: str) -> list[Stream]:
-        """The streams of an attribute."""
+        """Return the streams of an attribute."""
         return [self.streams[s] for s in self.attributes[name]]
 
     @property
@@ -306,25 +312,25 @@ class Plan:
                     if name in weights:
                         result[number] = weights[name][:, columns]
                     else:
-                        result[number] = quantised(values[:, columns], stream)
+                        result[number] = quantise_columns(values[:, columns], stream)
                     first += stream.width
         return result
 
     def _weights(self, attributes: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-        """uint32[n, 4] of each set of skin weights that are rounded together."""
+        """Return uint32[n, 4] of each set of skin weights that are rounded together."""
         sets = [name for name, values in attributes.items() if _is_float_weights(name, values)]
         result = {}
-        for place, name in enumerate(sets if self.keeps_sums else ()):
+        for index, name in enumerate(sets if self.keeps_sums else ()):
             stream = self.streams[self.attributes[name].start]
             if stream.kind == GRID:
                 bits = round(math.log2(1.0 / stream.step + 1.0))
-                rounded = quantised_weights([attributes[other] for other in sets], bits)
-                result[name] = rounded[place]
+                rounded = quantise_weights([attributes[other] for other in sets], bits)
+                result[name] = rounded[index]
         return result
 
 
 def plan_streams(bounds: dict[str, np.ndarray], grid: Grid | None, bits: Bits, where: str) -> Plan:
-    """The streams for attributes within bounds: integers grow with values.
+    """Return the streams for attributes within bounds: integers grow with values.
 
     bounds: name -> [2, components], smallest and largest values; of morph targets as
         "targets[i].NAME". grid: for float positions; where: the primitive's place, for errors.
@@ -346,7 +352,7 @@ def plan_streams(bounds: dict[str, np.ndarray], grid: Grid | None, bits: Bits, w
 
 
 def keeps_sums(bounds: dict[str, np.ndarray]) -> bool:
-    """Whether all skin weights are in [0, 1]. bounds: as in plan_streams."""
+    """Return whether all skin weights are in [0, 1]. bounds: as in plan_streams."""
     return all(_is_within(b, 1.0) for name, b in bounds.items() if _is_float_weights(name, b))
 
 
@@ -359,7 +365,7 @@ def _streams(name: str, bounds: np.ndarray, grid: Grid | None, bits: Bits) -> li
         return _attribute_streams(name, bounds, grid, bits)
     if bounds.dtype.kind == "f":
         return _target_streams(local_name(name), bounds, grid, bits)
-    return [_exact(local_name(name), columns) for columns in _chunks(bounds)]
+    return [_exact(local_name(name), columns) for columns in _split_columns(bounds)]
 
 
 def _attribute_streams(
@@ -369,20 +375,20 @@ def _attribute_streams(
     if kind == "COLOR" and bounds.dtype == np.uint16:
         return [_unit_grid(bounds, bits.color, np.iinfo(np.uint16).max)]
     if not is_float:
-        return [_exact(name, columns) for columns in _chunks(bounds)]
+        return [_exact(name, columns) for columns in _split_columns(bounds)]
     if name == "POSITION":
         assert grid is not None  # the caller has one for float positions
         return [_fit_bits(name, Stream(GRID, 3, 1, grid.step, grid.offset), bounds)]
     if (name, width) in (("NORMAL", 3), ("TANGENT", 4)):
         return [Stream(OCT, 2, bits.normal), Stream(SIGN, 1, 1)][: width - 2]
     if kind == "TEXCOORD":
-        return [_own_grid(bounds, bits.texcoord)]
+        return [_value_grid(bounds, bits.texcoord)]
     if kind in ("COLOR", "WEIGHTS"):
         return [_unit_grid(bounds, bits.color if kind == "COLOR" else bits.weight, 1.0)]
-    return [Stream(FLOAT32, columns.shape[1], 32) for columns in _chunks(bounds)]
+    return [Stream(FLOAT32, columns.shape[1], 32) for columns in _split_columns(bounds)]
 
 
-def _chunks(bounds: np.ndarray) -> list[np.ndarray]:
+def _split_columns(bounds: np.ndarray) -> list[np.ndarray]:
     """Columns for streams of at most four elements each."""
     ends = range(STREAM_MAX_ELEMENTS, bounds.shape[1], STREAM_MAX_ELEMENTS)
     return np.split(bounds, ends, axis=1)
@@ -393,11 +399,11 @@ def _target_streams(name: str, bounds: np.ndarray, grid: Grid | None, bits: Bits
         step = grid.step
     else:
         step = _step(_extent(bounds), bits.of(semantic(name)))
-    return [_delta_grid(name, columns, step) for columns in _chunks(bounds)]
+    return [_delta_grid(name, columns, step) for columns in _split_columns(bounds)]
 
 
-def quantised(columns: np.ndarray, stream: Stream) -> np.ndarray:
-    """uint32[n, elements] of an attribute's components that a stream stands for."""
+def quantise_columns(columns: np.ndarray, stream: Stream) -> np.ndarray:
+    """Return uint32[n, elements] of an attribute's components that a stream stands for."""
     if stream.kind == OCT:
         return octahedral(columns, stream.bits)
     if stream.kind == SIGN:
@@ -409,37 +415,37 @@ def quantised(columns: np.ndarray, stream: Stream) -> np.ndarray:
     return grid_values(columns, stream)
 
 
-def dequantise(quantised: np.ndarray, stream: Stream) -> np.ndarray:
-    """uint32[V, elements] -> float32[V, width], or uint32 for INTEGER.
+def dequantise(integers: np.ndarray, stream: Stream) -> np.ndarray:
+    """Return uint32[V, elements] -> float32[V, width], or uint32 for INTEGER.
 
     Gives the same values as _codec.decode_values.
     """
     if stream.kind == GRID:
-        values: np.ndarray = np.array(stream.offset) + quantised.astype(np.float64) * stream.step
+        values: np.ndarray = np.array(stream.offset) + integers.astype(np.float64) * stream.step
         return values.astype(np.float32)
     if stream.kind == OCT:
-        return octahedral_directions(quantised, stream.bits)
+        return octahedral_directions(integers, stream.bits)
     if stream.kind == FLOAT32:
-        return from_ordered_bits(quantised)
+        return from_ordered_bits(integers)
     if stream.kind == SIGN:
-        return quantised.astype(np.float32) * 2.0 - 1.0
-    return quantised
+        return integers.astype(np.float32) * 2.0 - 1.0
+    return integers
 
 
 def streams_of(first: int, components: int, streams: list[Stream]) -> range:
-    """The consecutive streams, from `first` on, that fill an accessor's components.
+    """Return the consecutive streams, from `first` on, that fill an accessor's components.
 
     Raises ValueError when they do not.
     """
-    index, filled = first, 0
-    while filled < components:
+    index, width = first, 0
+    while width < components:
         if not 0 <= index < len(streams):
             raise ValueError(f"stream {index} does not exist")
-        filled += streams[index].width
+        width += streams[index].width
         index += 1
-    if filled != components:
+    if width != components:
         raise ValueError(
-            f"the streams from {first} have {filled} components, the accessor has {components}"
+            f"the streams from {first} have {width} components, the accessor has {components}"
         )
     return range(first, index)
 

@@ -30,11 +30,11 @@ class Topology:
 
 
 def topologies(
-    source: Source, form: RecordFormat, compressed: Compressed
+    source: Source, record_format: RecordFormat, compressed: Compressed
 ) -> tuple[Topology, Topology]:
     """(of a source in memory, of what the primitive decodes to). Equal vertices of the source are
     one; triangles that have a vertex twice do not count. Raises MeshletError."""
-    before = form.vertices_of(form.triangles_of(source))
+    before = record_format.vertices_of(record_format.triangles_of(source))
     after = decode(compressed)
     return (
         Topology(**_codec.topology(before.triangles, len(before.records))),

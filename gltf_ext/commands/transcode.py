@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from gltf_ext.attributes.extension import malformed_from, require_compressed
+from gltf_ext.document import gltf
 from gltf_ext.document.container import model_files
 from gltf_ext.document.document import Document, item
 from gltf_ext.document.transport import pack_views
@@ -46,8 +47,8 @@ def pack_compressed(document: Document, threads: int) -> None:
     views = set()
     for compressed in require_compressed(document):
         views.add(compressed.view)
-        primitive = document.meshes[compressed.mesh].primitives[compressed.primitive]
-        levels = (primitive.extensions or {}).get(LOD)
+        primitive = document.primitive(compressed.mesh, compressed.primitive)
+        levels = gltf.extension(primitive, LOD)
         if isinstance(levels, dict) and isinstance(levels.get("pages"), dict):
             view = levels["pages"].get("bufferView")
             item(document.bufferViews, view, "bufferView")  # readers of level 0 have not checked it

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-import numpy as np
-import pygltflib
+from typing import Any
 
+import numpy as np
+
+from gltf_ext.document import gltf
 from gltf_ext.document.document import DAMAGED, Document, item
 from gltf_ext.errors import MeshletError
 
 DTYPES: dict[int, np.dtype] = {
-    pygltflib.BYTE: np.dtype("i1"),
-    pygltflib.UNSIGNED_BYTE: np.dtype("u1"),
-    pygltflib.SHORT: np.dtype("<i2"),
-    pygltflib.UNSIGNED_SHORT: np.dtype("<u2"),
-    pygltflib.UNSIGNED_INT: np.dtype("<u4"),
-    pygltflib.FLOAT: np.dtype("<f4"),
+    gltf.BYTE: np.dtype("i1"),
+    gltf.UNSIGNED_BYTE: np.dtype("u1"),
+    gltf.SHORT: np.dtype("<i2"),
+    gltf.UNSIGNED_SHORT: np.dtype("<u2"),
+    gltf.UNSIGNED_INT: np.dtype("<u4"),
+    gltf.FLOAT: np.dtype("<f4"),
 }
 COMPONENTS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 # An accessor without bytes may claim any count: more must be that of other data.
@@ -24,15 +26,15 @@ BOUNDS_ROWS = 256  # that `bounds` compares as one
 Format = tuple[np.dtype, int]  # component type and number of components
 
 
-def accessor_format(accessor: pygltflib.Accessor, name: str) -> Format:
+def accessor_format(accessor: gltf.Accessor, name: str) -> Format:
     """The format of an accessor. Raises MeshletError, naming `name`, for one that glTF lacks."""
-    if accessor.componentType not in DTYPES or accessor.type not in COMPONENTS:
+    component, kind = accessor.get("componentType"), accessor.get("type")
+    if component not in DTYPES or kind not in COMPONENTS:
         raise MeshletError(
-            f"{name} has component type {accessor.componentType} and type {accessor.type}",
-            "export the model again",
+            f"{name} has component type {component} and type {kind}", "export the model again"
         )
-    dtype, components = DTYPES[accessor.componentType], COMPONENTS[accessor.type]
-    if accessor.type.startswith("MAT") and dtype.itemsize < 4:
+    dtype, components = DTYPES[component], COMPONENTS[kind]
+    if kind.startswith("MAT") and dtype.itemsize < 4:
         raise MeshletError(
             f"{name} is an integer matrix, which is not supported", "store it as floats"
         )
@@ -49,38 +51,39 @@ def read_accessor(
     """
     accessor = item(document.accessors, index, f"the accessor of {name},")
     form = accessor_format(accessor, name)
-    if accessor.count is None or accessor.count < 0:
+    elements = accessor.get("count", -1)
+    if elements < 0:
         raise MeshletError(f"{name} has no valid count", DAMAGED)
-    if count is not None and accessor.count != count:
+    if count is not None and elements != count:
         raise MeshletError(
-            f"{name} has {accessor.count} elements instead of {count}", "export the model again"
+            f"{name} has {elements} elements instead of {count}", "export the model again"
         )
-    if accessor.bufferView is not None:
-        values = _strided(document, accessor, accessor.count, form, name)
-    elif count is not None or accessor.count <= MAX_ZEROS:
-        values = np.broadcast_to(np.zeros((), form[0]), (accessor.count, form[1]))
+    if "bufferView" in accessor:
+        values = _strided(document, accessor, elements, form, name)
+    elif count is not None or elements <= MAX_ZEROS:
+        values = np.broadcast_to(np.zeros((), form[0]), (elements, form[1]))
     else:
-        raise MeshletError(f"{name} has {accessor.count} elements but no bytes", DAMAGED)
-    if accessor.sparse is None:
+        raise MeshletError(f"{name} has {elements} elements but no bytes", DAMAGED)
+    if "sparse" not in accessor:
         return values
-    return _with_sparse(document, values, accessor.sparse, name)
+    return _with_sparse(document, values, accessor["sparse"], name)
 
 
 def _strided(
     document: Document,
-    holder: pygltflib.Accessor | pygltflib.SparseAccessor,
+    holder: gltf.Accessor | gltf.SparseIndices | gltf.SparseValues,
     count: int,
     form: Format,
     name: str,
 ) -> np.ndarray:
     """`count` elements at the buffer view and offset of an accessor or a part of a sparse one."""
-    dtype, components = form
-    data = document.bytes_of_view(holder.bufferView)
-    size, offset = dtype.itemsize * components, holder.byteOffset or 0
-    stride = document.bufferViews[holder.bufferView].byteStride or size
+    (dtype, components), view = form, holder["bufferView"]
+    data = document.bytes_of_view(view)
+    size, offset = dtype.itemsize * components, gltf.byte_offset(holder)
+    stride = gltf.stride(document.bufferViews[view], size)
     end = offset + (stride * (count - 1) + size if count else 0)
     if offset < 0 or stride < size or end > len(data):
-        raise MeshletError(f"{name} reaches beyond bufferView {holder.bufferView}", DAMAGED)
+        raise MeshletError(f"{name} reaches beyond bufferView {view}", DAMAGED)
     if not count:
         return np.zeros((0, components), dtype)
     strides = (stride, dtype.itemsize)
@@ -89,20 +92,20 @@ def _strided(
 
 
 def _with_sparse(
-    document: Document, values: np.ndarray, sparse: pygltflib.Sparse, name: str
+    document: Document, values: np.ndarray, sparse: gltf.Sparse, name: str
 ) -> np.ndarray:
     """A copy of the values in which the sparse ones replace theirs."""
     name = f"the sparse part of {name}"
-    indices, replacements = sparse.indices, sparse.values
-    count = sparse.count or 0
+    indices, replacements = sparse.get("indices"), sparse.get("values")
+    count = sparse.get("count", 0)
     if indices is None or replacements is None or not 0 <= count <= len(values):
         raise MeshletError(f"{name} is incomplete or too long", DAMAGED)
-    index_type = DTYPES.get(indices.componentType)
+    index_type = DTYPES.get(indices.get("componentType", -1))
     if (
         index_type is None
         or index_type.kind != "u"
-        or indices.bufferView is None
-        or replacements.bufferView is None
+        or "bufferView" not in indices
+        or "bufferView" not in replacements
     ):
         raise MeshletError(f"{name} has no valid indices", DAMAGED)
     rows = _strided(document, indices, count, (index_type, 1), name)[:, 0]
@@ -114,53 +117,50 @@ def _with_sparse(
     return result
 
 
-def described_by(accessor: pygltflib.Accessor, count: int) -> pygltflib.Accessor:
+def described_by(accessor: gltf.Accessor, count: int) -> gltf.Accessor:
     """A new accessor of the same type, name and extras: `count` elements, no buffer view."""
-    return pygltflib.Accessor(
-        componentType=accessor.componentType,
-        type=accessor.type,
-        count=count,
-        normalized=accessor.normalized,
-        name=accessor.name,
-        extras=accessor.extras,
-    )
+    same = ("componentType", "count", "type", "normalized", "name", "extras")
+    result: Any = {name: value for name, value in accessor.items() if name in same}
+    result["count"] = count
+    described: gltf.Accessor = result
+    return described
 
 
-def index_accessor(index_count: int, vertex_count: int) -> pygltflib.Accessor:
+def index_accessor(index_count: int, vertex_count: int) -> gltf.Accessor:
     """An accessor for triangle indices, of 16 bits if the vertices allow it.
 
     The largest 16-bit value is reserved for primitive restart.
     """
     wide = vertex_count > np.iinfo(np.uint16).max
-    return pygltflib.Accessor(
-        componentType=pygltflib.UNSIGNED_INT if wide else pygltflib.UNSIGNED_SHORT,
-        type="SCALAR",
-        count=index_count,
-    )
+    return {
+        "componentType": gltf.UNSIGNED_INT if wide else gltf.UNSIGNED_SHORT,
+        "count": index_count,
+        "type": "SCALAR",
+    }
 
 
-def set_bounds(accessor: pygltflib.Accessor, low: np.ndarray, high: np.ndarray) -> None:
+def set_bounds(accessor: gltf.Accessor, low: np.ndarray, high: np.ndarray) -> None:
     """Sets min and max."""
-    accessor.min, accessor.max = ([v.item() for v in bound] for bound in (low, high))
+    accessor["min"], accessor["max"] = ([v.item() for v in bound] for bound in (low, high))
 
 
-def stated_bounds(accessor: pygltflib.Accessor) -> list[np.ndarray | None]:
+def stated_bounds(accessor: gltf.Accessor) -> list[np.ndarray | None]:
     """min and max, float64[components] each; None for one that is not stated.
 
     Numbers of a FLOAT accessor are rounded to 32 bits (glTF 2.0, 3.6.2.5): JSON may hold the
     shortest text that gives the same float.
     """
-    rounded = np.float32 if accessor.componentType == pygltflib.FLOAT else np.float64
+    rounded = np.float32 if accessor.get("componentType") == gltf.FLOAT else np.float64
     with np.errstate(over="ignore"):  # beyond the range of a float: infinite
         return [
             None if bound is None else np.array(bound, rounded).astype(np.float64)
-            for bound in (accessor.min, accessor.max)
+            for bound in (accessor.get("min"), accessor.get("max"))
         ]
 
 
-def widen_bounds(accessor: pygltflib.Accessor, values: np.ndarray) -> None:
+def widen_bounds(accessor: gltf.Accessor, values: np.ndarray) -> None:
     """Extends min and max by those of more values."""
-    rows = [np.array(b, values.dtype) for b in (accessor.min, accessor.max) if b]
+    rows = [np.array(b, values.dtype) for b in (accessor.get("min"), accessor.get("max")) if b]
     set_bounds(accessor, *bounds(np.stack([*rows, *bounds(values)])))
 
 
@@ -181,7 +181,7 @@ def bounds(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def store(
     document: Document,
-    accessor: pygltflib.Accessor,
+    accessor: gltf.Accessor,
     values: np.ndarray,
     target: int,
     fallback: bool,
@@ -201,44 +201,43 @@ def add_accessor(document: Document, values: np.ndarray) -> int:
     for indices.
     """
     component, target = {
-        "u4": (pygltflib.UNSIGNED_INT, pygltflib.ELEMENT_ARRAY_BUFFER),
-        "u1": (pygltflib.UNSIGNED_BYTE, pygltflib.ARRAY_BUFFER),
-        "f4": (pygltflib.FLOAT, pygltflib.ARRAY_BUFFER),
+        "u4": (gltf.UNSIGNED_INT, gltf.ELEMENT_ARRAY_BUFFER),
+        "u1": (gltf.UNSIGNED_BYTE, gltf.ARRAY_BUFFER),
+        "f4": (gltf.FLOAT, gltf.ARRAY_BUFFER),
     }[values.dtype.str[1:]]
     columns = values.shape[1]
-    accessor = pygltflib.Accessor(
-        componentType=component,
-        type="SCALAR" if columns == 1 else f"VEC{columns}",
-        count=len(values),
-        normalized=component == pygltflib.UNSIGNED_BYTE,
-    )
+    accessor: gltf.Accessor = {
+        "componentType": component,
+        "count": len(values),
+        "type": "SCALAR" if columns == 1 else f"VEC{columns}",
+    }
+    if component == gltf.UNSIGNED_BYTE:
+        accessor["normalized"] = True
     store(document, accessor, values, target, fallback=False)
     document.accessors.append(accessor)
     return len(document.accessors) - 1
 
 
-def stored_rows(accessor: pygltflib.Accessor, values: np.ndarray, target: int) -> np.ndarray:
+def stored_rows(accessor: gltf.Accessor, values: np.ndarray, target: int) -> np.ndarray:
     """uint8[count, stride]: values [count, components] as they lie in the accessor's view."""
-    values = np.ascontiguousarray(values, DTYPES[accessor.componentType])
+    values = np.ascontiguousarray(values, DTYPES[accessor["componentType"]])
     size = values.dtype.itemsize * values.shape[1]
     rows = values.view(np.uint8).reshape(len(values), size)
-    padding = -size % 4 if target == pygltflib.ARRAY_BUFFER else 0
+    padding = -size % 4 if target == gltf.ARRAY_BUFFER else 0
     return np.pad(rows, ((0, 0), (0, padding))) if padding else rows
 
 
 def store_rows(
     document: Document,
-    accessor: pygltflib.Accessor,
+    accessor: gltf.Accessor,
     rows: memoryview,
     target: int,
     fallback: bool = False,
 ) -> None:
     """Gives the accessor a buffer view of its own with all its rows, as `stored_rows` has them."""
     dtype, components = accessor_format(accessor, "an accessor")
-    stride = len(rows) // max(accessor.count, 1)
-    accessor.bufferView = document.add_view(
-        rows,
-        fallback=fallback,
-        target=target,
-        byteStride=stride if stride != dtype.itemsize * components else None,
-    )
+    view: gltf.BufferView = {"target": target}
+    stride = len(rows) // max(accessor["count"], 1)
+    if stride != dtype.itemsize * components:
+        view["byteStride"] = stride
+    accessor["bufferView"] = document.add_view(rows, fallback=fallback, properties=view)

@@ -7,10 +7,9 @@ from collections import defaultdict
 from collections.abc import Callable, Iterator
 from typing import Any
 
-import pygltflib
-
+from gltf_ext.document import gltf
 from gltf_ext.document.accessors import accessor_format
-from gltf_ext.document.document import Document, item, new_bytes
+from gltf_ext.document.document import Document, item
 from gltf_ext.errors import MeshletError
 
 Renumber = Callable[[int], int]
@@ -62,7 +61,7 @@ def unknown_index_holders(document: Document) -> list[str]:
     return sorted(
         {
             name
-            for name, value in _extensions(document.root)
+            for name, value in _extensions(document.json)
             if not name.startswith(SAFE_PREFIXES) and _holds_integer(value)
         }
     )
@@ -80,7 +79,7 @@ def _holds_integer(value: Any) -> bool:
 
 
 def _extensions(value: Any) -> Iterator[tuple[str, Any]]:
-    """(name, object) of every extension in JSON or pygltflib objects, nested ones included."""
+    """(name, object) of every extension in JSON, nested ones included."""
     if isinstance(value, list):
         children = value
     elif isinstance(value, dict):
@@ -88,10 +87,6 @@ def _extensions(value: Any) -> Iterator[tuple[str, Any]]:
         if isinstance(inner, dict):
             yield from inner.items()
         children = [child for key, child in value.items() if key != "extras"]
-    elif isinstance(value, pygltflib.Property):
-        names = [field.name for field in dataclasses.fields(value) if field.name != "extras"]
-        children = [getattr(value, name) for name in names]
-        yield from (value.extensions or {}).items()
     else:
         return
     for child in children:
@@ -102,17 +97,17 @@ def _extensions(value: Any) -> Iterator[tuple[str, Any]]:
 def map_accessors(document: Document, renumber: Renumber) -> None:
     """Replaces every accessor index by renumber(index)."""
     for mesh in document.meshes:
-        for primitive in mesh.primitives:
-            for attributes in [primitive.attributes, *primitive.targets]:
+        for primitive in mesh["primitives"]:
+            for attributes in gltf.attribute_sets(primitive):
                 _map_values(attributes, renumber)
             _map_field(primitive, "indices", renumber)
     for animation in document.animations:
-        for sampler in animation.samplers:
+        for sampler in animation["samplers"]:
             _map_field(sampler, "input", renumber)
             _map_field(sampler, "output", renumber)
     for skin in document.skins:
         _map_field(skin, "inverseBindMatrices", renumber)
-    for name, value in _extensions(document.root):
+    for name, value in _extensions(document.json):
         if (
             name == "EXT_mesh_gpu_instancing"
             and isinstance(value, dict)
@@ -125,13 +120,12 @@ def map_views(document: Document, renumber: Renumber) -> None:
     """Replaces every buffer view index by renumber(index)."""
     for accessor in document.accessors:
         _map_field(accessor, "bufferView", renumber)
-        if accessor.sparse is not None:
-            for part in (accessor.sparse.indices, accessor.sparse.values):
-                if part is not None:
-                    _map_field(part, "bufferView", renumber)
+        sparse = accessor.get("sparse", {})
+        _map_field(sparse.get("indices", {}), "bufferView", renumber)
+        _map_field(sparse.get("values", {}), "bufferView", renumber)
     for image in document.images:
         _map_field(image, "bufferView", renumber)
-    for name, value in list(_extensions(document.root)):
+    for name, value in list(_extensions(document.json)):
         keys: tuple[str, ...] = ("bufferView",)
         if name == "EXT_structural_metadata":
             keys += METADATA_VIEW_KEYS
@@ -139,15 +133,13 @@ def map_views(document: Document, renumber: Renumber) -> None:
 
 
 def _map_field(owner: Any, field: str, renumber: Renumber) -> None:
-    value = getattr(owner, field)
-    if value is not None:
-        setattr(owner, field, renumber(value))
+    if field in owner:
+        owner[field] = renumber(owner[field])
 
 
 def _map_values(attributes: dict[str, Any], renumber: Renumber) -> None:
     for name, index in attributes.items():
-        if index is not None:
-            attributes[name] = renumber(index)
+        attributes[name] = renumber(index)
 
 
 def _map_keys(value: Any, keys: tuple[str, ...], renumber: Renumber) -> None:
@@ -169,8 +161,8 @@ def _map_keys(value: Any, keys: tuple[str, ...], renumber: Renumber) -> None:
 Mapper = Callable[[Document, Renumber], None]
 
 
-def _keep(document: Document, mapper: Mapper, items: list[Any], kind: str) -> list[Any]:
-    """The items in use, in their order, with every reference renumbered."""
+def _used(document: Document, mapper: Mapper, items: list[Any], kind: str) -> list[int]:
+    """The items in use, in their order. Renumbers every reference to them."""
     used: set[int] = set()
 
     def note(index: int) -> int:
@@ -182,32 +174,34 @@ def _keep(document: Document, mapper: Mapper, items: list[Any], kind: str) -> li
     kept = sorted(used)
     new_index = {old: new for new, old in enumerate(kept)}
     mapper(document, new_index.__getitem__)
-    return [items[old] for old in kept]
+    return kept
 
 
 def _drop_unused(document: Document) -> None:
-    accessors_before = len(document.accessors)
-    document.root.accessors = _keep(document, map_accessors, document.accessors, "accessor")
-    if len(document.accessors) < accessors_before:
+    accessors = list(document.accessors)
+    used = _used(document, map_accessors, accessors, "accessor")
+    document.accessors[:] = [accessors[old] for old in used]
+    if len(used) < len(accessors):
         _trim_views(document)
-    document.root.bufferViews = _keep(document, map_views, document.bufferViews, "bufferView")
+    document.arrange_views(_used(document, map_views, document.bufferViews, "bufferView"))
 
 
 def _trim_views(document: Document) -> None:
     """Cuts old buffer views down to the bytes that the remaining accessors need."""
-    readers: dict[int, list[pygltflib.Accessor]] = defaultdict(list)
+    readers: dict[int, list[gltf.Accessor]] = defaultdict(list)
     for accessor in document.accessors:
-        if accessor.bufferView is not None:
-            view = item(document.bufferViews, accessor.bufferView, "bufferView")
-            if new_bytes(view) is None:
-                readers[accessor.bufferView].append(accessor)
+        if "bufferView" in accessor:
+            view = accessor["bufferView"]
+            item(document.bufferViews, view, "bufferView")
+            if view not in document.new_bytes:
+                readers[view].append(accessor)
     others = _views_of_others(document, readers)
     for index, accessors in readers.items():
         if index not in others:
             _split_view(document, index, accessors)
 
 
-def _views_of_others(document: Document, readers: dict[int, list[pygltflib.Accessor]]) -> set[int]:
+def _views_of_others(document: Document, readers: dict[int, list[gltf.Accessor]]) -> set[int]:
     """Buffer views with references other than these accessors' own: images, sparse parts, ..."""
     references: dict[int, int] = defaultdict(int)
 
@@ -225,10 +219,10 @@ class _Run:
 
     start: int
     end: int
-    accessors: list[pygltflib.Accessor]
+    accessors: list[gltf.Accessor]
 
 
-def _split_view(document: Document, index: int, accessors: list[pygltflib.Accessor]) -> None:
+def _split_view(document: Document, index: int, accessors: list[gltf.Accessor]) -> None:
     """Replaces a buffer view by one view per run of used bytes, if that drops any byte."""
     view, data = document.bufferViews[index], document.bytes_of_view(index)
     spans = sorted(
@@ -245,28 +239,23 @@ def _split_view(document: Document, index: int, accessors: list[pygltflib.Access
             runs.append(_Run(start, end, [accessor]))
     if sum(run.end - run.start for run in runs) == len(data):
         return
+    same: Any = {name: v for name, v in view.items() if name in ("byteStride", "target", "name")}
     for run in runs:
-        new = document.add_view(
-            data[run.start : run.end],
-            byteStride=view.byteStride,
-            target=view.target,
-            name=view.name,
-        )
+        new = document.add_view(data[run.start : run.end], properties=same)
         for accessor in run.accessors:
-            accessor.bufferView = new
-            accessor.byteOffset = (accessor.byteOffset or 0) - run.start
+            accessor["bufferView"] = new
+            if "byteOffset" in accessor:
+                accessor["byteOffset"] -= run.start
 
 
-def _span(
-    accessor: pygltflib.Accessor, view: pygltflib.BufferView, available: int
-) -> tuple[int, int]:
+def _span(accessor: gltf.Accessor, view: gltf.BufferView, available: int) -> tuple[int, int]:
     """(first byte, one past the last) of an accessor in its view; all of it if it is not valid."""
     try:
         dtype, components = accessor_format(accessor, "an accessor")
     except MeshletError:
         return 0, available
-    size, start = dtype.itemsize * components, accessor.byteOffset or 0
-    end = start + (view.byteStride or size) * (max(accessor.count or 0, 1) - 1) + size
+    size, start = dtype.itemsize * components, gltf.byte_offset(accessor)
+    end = start + gltf.stride(view, size) * (max(accessor.get("count", 0), 1) - 1) + size
     return (start, end) if 0 <= start < end <= available else (0, available)
 
 
@@ -294,26 +283,30 @@ def _lay_out(document: Document, most: int, split_bytes: int) -> tuple[list[Piec
     contents = [_content(document, i) for i in range(len(document.bufferViews))]
     size = sum(alignment + len(content) for content, is_fallback in contents if not is_fallback)
     buffers, fallback, owners = [_Buffer()], _Buffer(), []
-    for view, (content, is_fallback) in zip(document.bufferViews, contents):
-        last = buffers[-1]
+    for index, (content, is_fallback) in enumerate(contents):
+        view, last = document.bufferViews[index], buffers[-1]
         if size > most and last.length and last.length + alignment + len(content) > split_bytes:
             buffers += [] if is_fallback else [_Buffer()]
         owners.append(fallback if is_fallback else buffers[-1])
-        view.byteOffset = owners[-1].add(content, alignment)
-    first = document.buffers[0] if document.buffers else pygltflib.Buffer()
-    first.uri = None
+        is_stated = "byteOffset" in view and index not in document.new_bytes
+        view["byteOffset"] = owners[-1].add(content, alignment)
+        if not view["byteOffset"] and not is_stated:
+            del view["byteOffset"]  # the default, where the file does not state it
+    first: gltf.Buffer = document.buffers[0] if document.buffers else {}
+    first.pop("uri", None)
     filled = [buffer for buffer in (*buffers, fallback) if buffer.length]
-    document.root.buffers = [first, *(pygltflib.Buffer() for _ in filled[1:])][: len(filled)]
+    others: list[gltf.Buffer] = [{} for _ in filled[1:]]
+    document.buffers[:] = [first, *others][: len(filled)]
     for holder, buffer in zip(document.buffers, filled):
-        holder.byteLength = buffer.length
+        holder["byteLength"] = buffer.length
     for view, owner in zip(document.bufferViews, owners):
-        view.buffer = filled.index(owner) if owner.length else 0
+        view["buffer"] = filled.index(owner) if owner.length else 0
     return [buffer.pieces for buffer in buffers], fallback.pieces
 
 
 def _content(document: Document, view: int) -> tuple[bytes | memoryview, bool]:
     """The bytes to write for a view, and whether they are the fallback's."""
-    content, new = document.bytes_of_view(view), new_bytes(document.bufferViews[view])
+    content, new = document.bytes_of_view(view), document.new_bytes.get(view)
     if new is None:
         return content, False
     return (content if new.packed is None else new.packed), new.fallback

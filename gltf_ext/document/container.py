@@ -38,7 +38,7 @@ def read_document(path: str | os.PathLike[str]) -> Document:
         raise MeshletError(EMPTY, EXPORT_AGAIN)
     if data[:4] == b"glTF":
         return parse_glb(data, path.parent)
-    return _parse_json(bytes(data), None, path.parent)
+    return parse_json(bytes(data), None, path.parent)
 
 
 def parse_glb(data: bytes | memoryview, base: Path = Path()) -> Document:
@@ -49,7 +49,7 @@ def parse_glb(data: bytes | memoryview, base: Path = Path()) -> Document:
             "its first chunk is not JSON", "the file is not a valid .glb; export it again"
         )
     binary = chunks[1][1] if len(chunks) > 1 and chunks[1][0] == BIN_CHUNK else None
-    return _parse_json(bytes(chunks[0][1]), binary, base)
+    return parse_json(bytes(chunks[0][1]), binary, base)
 
 
 def _chunks(data: memoryview) -> list[tuple[bytes, memoryview]]:
@@ -75,7 +75,8 @@ def _chunks(data: memoryview) -> list[tuple[bytes, memoryview]]:
     return chunks
 
 
-def _parse_json(text: bytes, binary: memoryview | None, base: Path) -> Document:
+def parse_json(text: bytes, binary: memoryview | None, base: Path) -> Document:
+    """A document from JSON and the bytes of the binary chunk. Raises MeshletError."""
     try:
         properties = json.loads(text.decode("utf-8-sig"))
     except (ValueError, RecursionError):
@@ -122,13 +123,13 @@ def model_files(document: Document, output: Path) -> dict[Path, Pieces]:
     fallback_path = fallback_of(output)
     files: dict[Path, Pieces] = {fallback_path: fallback} if fallback else {}
     if fallback:
-        document.buffers[-1].uri = _uri(fallback_path)
+        document.buffers[-1]["uri"] = _uri(fallback_path)
     if len(binaries) == 1 and sum(map(len, binaries[0])) <= most:
         return {**files, output: _glb_parts(document, binaries[0])}
     for number, pieces in enumerate(binaries):
         name = f"{output.stem}.{number}.bin" if len(binaries) > 1 else f"{output.stem}.bin"
         files[output.with_name(name)] = pieces
-        document.buffers[number].uri = _uri(Path(name))
+        document.buffers[number]["uri"] = _uri(Path(name))
     return {**files, output.with_suffix(".gltf"): [_json(document)]}
 
 

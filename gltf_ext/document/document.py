@@ -6,20 +6,21 @@ import base64
 import binascii
 import mmap
 import os
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Final, TypeVar
 from urllib.parse import unquote, unquote_to_bytes
 
-import pygltflib
-
-from gltf_ext.document.json_objects import from_json, minified, to_json
+from gltf_ext.document import gltf
+from gltf_ext.document.json_types import checked
+from gltf_ext.document.json_values import minified
 from gltf_ext.errors import MeshletError
 from gltf_ext.portable import file_name, is_relative, path_beside
 
 DAMAGED = "the file is damaged; get it again"
-TRIANGLE_MODES = (pygltflib.TRIANGLES, pygltflib.TRIANGLE_STRIP, pygltflib.TRIANGLE_FAN)
+T = TypeVar("T")
 MOST_READ = 1 << 24  # bytes of a file; larger ones are mapped
 MESHOPT_REMEDY = "decompress it first: gltfpack -noq -i IN.glb -o OUT.glb"
 
@@ -40,12 +41,10 @@ class NewBytes:
 class Document:
     """A glTF document with its buffers.
 
-    The objects are pygltflib's. Its functions that read and write files are not used, since they
-    lose properties: see json_objects.py.
-
     Attributes:
-        root: the pygltflib object of the whole file; its attributes (accessors, ...) are also the
-            document's.
+        json: the whole file as its JSON has it, checked; what is written is this.
+        accessors, ...: its lists. They are always there, and never replaced: set their items.
+        new_bytes: buffer view -> its bytes, if they are not in a buffer yet.
         base: the folder that relative uris refer to.
         import_warnings: one line for each thing lost when another format was read.
         import_files: the other files that were read then, such as materials and textures.
@@ -56,9 +55,26 @@ class Document:
         self, properties: Any, binary: memoryview | None = None, base: Path = Path()
     ) -> None:
         """properties: the parsed JSON; binary: the binary chunk. Raises MeshletError."""
-        self.root: pygltflib.GLTF2 = from_json(pygltflib.GLTF2, properties, "")
-        if not self.asset or not str(self.asset.version).startswith("2."):
+        self.json = checked(properties)
+        asset = self.json.setdefault("asset", {})
+        if not asset.setdefault("version", gltf.VERSION).startswith("2."):
             raise MeshletError("is not glTF 2.0", "convert it to glTF 2.0 first")
+        self.accessors: Final = self.json["accessors"]
+        self.animations: Final = self.json["animations"]
+        self.bufferViews: Final = self.json["bufferViews"]
+        self.buffers: Final = self.json["buffers"]
+        self.cameras: Final = self.json["cameras"]
+        self.extensionsRequired: Final = self.json["extensionsRequired"]
+        self.extensionsUsed: Final = self.json["extensionsUsed"]
+        self.images: Final = self.json["images"]
+        self.materials: Final = self.json["materials"]
+        self.meshes: Final = self.json["meshes"]
+        self.nodes: Final = self.json["nodes"]
+        self.samplers: Final = self.json["samplers"]
+        self.scenes: Final = self.json["scenes"]
+        self.skins: Final = self.json["skins"]
+        self.textures: Final = self.json["textures"]
+        self.new_bytes: dict[int, NewBytes] = {}
         self.base = base
         self.import_warnings: tuple[str, ...] = ()
         self.import_files: tuple[Path, ...] = ()
@@ -66,12 +82,16 @@ class Document:
         self._binary = binary
         self._buffers_read: dict[int, memoryview] = {}
 
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self.__dict__["root"], name)
-
     def to_json(self) -> bytes:
-        """Minified JSON. Raises ValueError when it holds NaN or infinity."""
-        return minified(to_json(self.root))
+        """Minified JSON, without empty lists, which glTF does not allow.
+
+        Raises ValueError when it holds NaN or infinity.
+        """
+        return minified({name: value for name, value in self.json.items() if value != []})
+
+    def primitive(self, mesh: int, index: int) -> gltf.Primitive:
+        """A primitive by the indices of its mesh and in that."""
+        return self.meshes[mesh]["primitives"][index]
 
     # --- bytes ---
 
@@ -79,31 +99,33 @@ class Document:
         """The bytes of a buffer, read once. Raises MeshletError."""
         buffer = item(self.buffers, index, "buffer")
         if index not in self._buffers_read:
-            data = self._binary if buffer.uri is None else memoryview(self._buffer_of(buffer.uri))
+            uri, length = buffer.get("uri"), buffer.get("byteLength")
+            data = self._binary if uri is None else memoryview(self._buffer_of(uri))
             if data is None:
                 raise MeshletError(f"buffer {index} has neither a uri nor a binary chunk", DAMAGED)
-            if buffer.byteLength is None or not 0 <= buffer.byteLength <= len(data):
+            if length is None or not 0 <= length <= len(data):
                 raise MeshletError(
-                    f"buffer {index} has {len(data)} bytes instead of {buffer.byteLength}",
+                    f"buffer {index} has {len(data)} bytes instead of {length}",
                     "the file is damaged or cut off; get it again",
                 )
-            self._buffers_read[index] = data[: buffer.byteLength]
+            self._buffers_read[index] = data[:length]
         return self._buffers_read[index]
 
     def bytes_of_view(self, index: Any) -> memoryview:
         """The bytes of a buffer view. Raises MeshletError."""
         view = item(self.bufferViews, index, "bufferView")
-        new = new_bytes(view)
-        if new is not None:
-            return new.data
-        if any(name.endswith("meshopt_compression") for name in view.extensions or ()):
+        if index in self.new_bytes:
+            return self.new_bytes[index].data
+        if any(name.endswith("meshopt_compression") for name in view.get("extensions", ())):
             raise MeshletError("is compressed with meshopt", MESHOPT_REMEDY)
-        if view.buffer is None:
+        if "buffer" not in view:
             raise MeshletError(f"bufferView {index} names no buffer", DAMAGED)
-        buffer = self.bytes_of_buffer(view.buffer)
-        start, length = view.byteOffset or 0, view.byteLength
+        buffer = self.bytes_of_buffer(view["buffer"])
+        start, length = gltf.byte_offset(view), view.get("byteLength")
         if length is None or start < 0 or length < 0 or start + length > len(buffer):
-            raise MeshletError(f"bufferView {index} reaches beyond buffer {view.buffer}", DAMAGED)
+            raise MeshletError(
+                f"bufferView {index} reaches beyond buffer {view['buffer']}", DAMAGED
+            )
         return buffer[start : start + length]
 
     def add_view(
@@ -111,17 +133,21 @@ class Document:
         data: bytes | memoryview,
         *,
         fallback: bool = False,
-        byteStride: int | None = None,
-        target: int | None = None,
-        name: str | None = None,
+        properties: gltf.BufferView | None = None,
     ) -> int:
         """Appends a buffer view with bytes of its own; returns its index."""
-        view = pygltflib.BufferView(
-            byteLength=len(data), byteStride=byteStride, target=target, name=name
-        )
-        view.new_bytes = NewBytes(memoryview(data), fallback)
-        self.bufferViews.append(view)
-        return len(self.bufferViews) - 1
+        index = len(self.bufferViews)
+        place: gltf.BufferView = {"buffer": 0, "byteOffset": 0, "byteLength": len(data)}
+        self.bufferViews.append({**place, **(properties or {})})
+        self.new_bytes[index] = NewBytes(memoryview(data), fallback)
+        return index
+
+    def arrange_views(self, order: Sequence[int]) -> None:
+        """Keeps these buffer views, in this order. Call `map_views` for the references."""
+        self.bufferViews[:] = [self.bufferViews[old] for old in order]
+        self.new_bytes = {
+            new: self.new_bytes[old] for new, old in enumerate(order) if old in self.new_bytes
+        }
 
     # --- files ---
 
@@ -157,9 +183,10 @@ class Document:
         """The files that buffers and images refer to, and those that an import has read."""
         found = list(self.import_files)
         for holder in (*self.buffers, *self.images):
-            if holder.uri and not holder.uri.startswith("data:"):
+            uri = holder.get("uri")
+            if uri and not uri.startswith("data:"):
                 with suppress(ValueError):  # no path at all, so nothing reads it
-                    found.append(self.path_of(holder.uri))
+                    found.append(self.path_of(uri))
         return found
 
     # --- extensions ---
@@ -185,12 +212,7 @@ def read_file(path: Path) -> bytes | memoryview:
         return memoryview(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ))
 
 
-def new_bytes(view: pygltflib.BufferView) -> NewBytes | None:
-    """The bytes given to add_view; None for a view of the file that was read."""
-    return getattr(view, "new_bytes", None)
-
-
-def item(items: list[Any], index: Any, kind: str) -> Any:
+def item(items: Sequence[T], index: Any, kind: str) -> T:
     """items[index]. Raises MeshletError, naming the kind, for an index that does not exist."""
     if not isinstance(index, int) or isinstance(index, bool) or not 0 <= index < len(items):
         raise MeshletError(f"{kind} {index} does not exist", DAMAGED)

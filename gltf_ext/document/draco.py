@@ -7,8 +7,8 @@ import struct
 from typing import Any
 
 import numpy as np
-import pygltflib
 
+from gltf_ext.document import gltf
 from gltf_ext.document.accessors import accessor_format
 from gltf_ext.document.document import Document, item
 from gltf_ext.errors import MeshletError
@@ -24,17 +24,17 @@ LEAST_FACES, FACES_PER_BYTE = 2**20, 4
 
 
 def decode_draco(
-    document: Document, primitive: pygltflib.Primitive, where: str
+    document: Document, primitive: gltf.Primitive, where: str
 ) -> dict[str, np.ndarray]:
     """Attribute name -> [V, components] in the accessor's type, and "indices" -> uint32[3 T].
 
     where: the primitive's place, for errors. Raises MeshletError.
     """
-    extension = primitive.extensions[DRACO]
+    extension = primitive["extensions"][DRACO]
     arrays, faces = _decode(document, extension, where)
     ids = extension["attributes"]
     result: dict[str, np.ndarray] = {}
-    for name, accessor in primitive.attributes.items():
+    for name, accessor in primitive["attributes"].items():
         if name not in ids:
             continue
         accessor_name = f"the accessor of {name} of {where},"

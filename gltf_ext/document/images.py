@@ -5,8 +5,7 @@ from __future__ import annotations
 import io
 import warnings
 
-import pygltflib
-
+from gltf_ext.document import gltf
 from gltf_ext.document.document import Document
 from gltf_ext.errors import MeshletError
 
@@ -70,25 +69,26 @@ def embed_images(document: Document) -> list[str]:
     Returns a warning for each image that stays where it is.
     """
     problems = []
-    known: dict[str, pygltflib.Image] = {}  # uri -> the first image that had it
+    known: dict[str, gltf.Image] = {}  # uri -> what replaces it
     for image in document.images:
-        uri = image.uri
+        uri = image.get("uri")
         if uri is None:
             continue
         if uri in known:
-            first = known[uri]
-            image.bufferView, image.mimeType, image.uri = first.bufferView, first.mimeType, None
+            image.update(known[uri])
+            del image["uri"]
             continue
         try:
             data = document.read_uri(uri)
         except MeshletError as error:
             problems.append(f"an image is left where it is: {error}")
             continue
-        mime = image.mimeType or mime_type(data)
+        mime = image.get("mimeType") or mime_type(data)
         if mime is None or not data:
             short = MeshletError(uri[:80]).message
             problems.append(f"an image is left where it is: {short} has an unknown format")
             continue
-        known[uri] = image
-        image.bufferView, image.mimeType, image.uri = document.add_view(data), mime, None
+        known[uri] = {"bufferView": document.add_view(data), "mimeType": mime}
+        image.update(known[uri])
+        del image["uri"]
     return problems

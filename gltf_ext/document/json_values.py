@@ -1,10 +1,12 @@
-"""Numbers of glTF's JSON, checked."""
+"""Values of glTF's JSON: numbers that may be wrong, and JSON as it is written."""
 
 from __future__ import annotations
 
+import json
 import sys
 from typing import Any
 
+NOT_VALID = "the file is not valid glTF; export it again"
 LARGEST = 1e15  # of factors and intensities: products of two must fit 32-bit floats
 
 
@@ -29,3 +31,12 @@ def member(value: Any, name: str) -> dict[str, Any]:
     """value[name] if both are JSON objects, otherwise an empty one."""
     found = value.get(name) if isinstance(value, dict) else None
     return found if isinstance(found, dict) else {}
+
+
+def minified(value: Any) -> bytes:
+    """JSON as it is written into files. Raises ValueError for NaN and infinity."""
+    try:
+        text = json.dumps(value, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
+        return text.encode()
+    except UnicodeEncodeError:  # lone surrogates, which only an escape can hold
+        return json.dumps(value, separators=(",", ":"), allow_nan=False).encode()

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-import pygltflib
 
+from gltf_ext.document import gltf
 from gltf_ext.document.document import Document, item
-from gltf_ext.document.json_objects import NOT_VALID
+from gltf_ext.document.json_values import NOT_VALID
 from gltf_ext.errors import MeshletError
 
 # Nodes with several parents are not valid glTF, but common: each may be shown more than once.
@@ -17,7 +17,7 @@ MAX_REPEATED = 2**14
 MAX_SIZE = 1e15  # of coordinates: products of two must fit 32-bit floats
 
 
-def placed(document: Document) -> Iterator[tuple[pygltflib.Node, np.ndarray]]:
+def placed(document: Document) -> Iterator[tuple[gltf.Node, np.ndarray]]:
     """(node, world matrix float64[4, 4]) of every node of the default scene, parents first.
 
     A document without scenes shows all its root nodes; one that names no default scene shows its
@@ -25,9 +25,10 @@ def placed(document: Document) -> Iterator[tuple[pygltflib.Node, np.ndarray]]:
     matrix that is not finite.
     """
     if document.scenes:
-        roots = item(document.scenes, document.scene or 0, "scene").nodes or []
+        scene = item(document.scenes, document.json.get("scene", 0), "scene")
+        roots = scene.get("nodes", [])
     else:
-        below = {child for node in document.nodes for child in node.children or []}
+        below = {child for node in document.nodes for child in gltf.children(node)}
         roots = [i for i in range(len(document.nodes)) if i not in below]
     # A node without a matrix ends the children of that node.
     stack: list[tuple[int, np.ndarray | None]] = [(index, np.eye(4)) for index in reversed(roots)]
@@ -52,20 +53,20 @@ def placed(document: Document) -> Iterator[tuple[pygltflib.Node, np.ndarray]]:
                 "export the file again, smaller",
             )
         yield node, matrix
-        if node.children:
+        if gltf.children(node):
             ancestors.add(index)
             stack.append((index, None))
-            stack += [(child, matrix) for child in reversed(node.children)]
+            stack += [(child, matrix) for child in reversed(gltf.children(node))]
 
 
-def local_matrix(node: pygltflib.Node) -> np.ndarray:
+def local_matrix(node: gltf.Node) -> np.ndarray:
     """float64[4, 4] from a node's matrix, or its translation, rotation and scale."""
-    if node.matrix is not None:
-        return np.reshape(np.array(node.matrix, np.float64), (4, 4), order="F")
+    if "matrix" in node:
+        return np.reshape(np.array(node["matrix"], np.float64), (4, 4), order="F")
     result = np.eye(4)
-    rotation = np.eye(3) if node.rotation is None else _rotation(node.rotation)
-    result[:3, :3] = rotation * np.array(node.scale or (1, 1, 1), np.float64)
-    result[:3, 3] = node.translation or 0
+    rotation = _rotation(node["rotation"]) if "rotation" in node else np.eye(3)
+    result[:3, :3] = rotation * np.array(node.get("scale", (1, 1, 1)), np.float64)
+    result[:3, 3] = node.get("translation", 0)
     return result
 
 

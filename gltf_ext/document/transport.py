@@ -7,7 +7,8 @@ import dataclasses
 import numpy as np
 
 from gltf_ext import _codec
-from gltf_ext.document.document import DAMAGED, Document, NewBytes, item, new_bytes
+from gltf_ext.document import gltf
+from gltf_ext.document.document import DAMAGED, Document, NewBytes, item
 from gltf_ext.errors import MeshletError
 
 TRANSPORT = "EXT_meshlet_transport"
@@ -31,11 +32,11 @@ def unpack_views(document: Document) -> bool:
     """Replaces packed views of a file by their resident bytes; from then on nothing of the
     extension is left. Returns whether there were any. Raises MeshletError."""
     packed = [
-        i for i, view in enumerate(document.bufferViews) if TRANSPORT in (view.extensions or ())
+        i for i, view in enumerate(document.bufferViews) if gltf.has_extension(view, TRANSPORT)
     ]
     for index in packed:
         view = document.bufferViews[index]
-        extension = view.extensions.pop(TRANSPORT)
+        extension = gltf.pop_extension(view, TRANSPORT)
         data = bytes(document.bytes_of_view(index))
         try:
             size = _codec.unpacked_bytes(data)
@@ -44,8 +45,8 @@ def unpack_views(document: Document) -> bool:
             resident = unpack(data)
         except ValueError as error:
             raise MeshletError(f"bufferView {index}: {error}", DAMAGED) from None
-        view.new_bytes = NewBytes(memoryview(resident), False)
-        view.byteLength = size
+        document.new_bytes[index] = NewBytes(memoryview(resident), False)
+        view["byteLength"] = size
     document.forget_extension(TRANSPORT)
     return bool(packed)
 
@@ -66,8 +67,8 @@ def pack_views(document: Document, views: set[int], threads: int = 0) -> None:
         if len(packed) >= len(resident):
             continue
         view = item(document.bufferViews, index, "bufferView")
-        new = new_bytes(view) or NewBytes(resident, False)
-        view.new_bytes = dataclasses.replace(new, packed=packed)
-        view.byteLength = len(packed)
-        view.extensions = {**(view.extensions or {}), TRANSPORT: {"byteLength": len(resident)}}
+        new = document.new_bytes.get(index, NewBytes(resident, False))
+        document.new_bytes[index] = dataclasses.replace(new, packed=packed)
+        view["byteLength"] = len(packed)
+        gltf.set_extension(view, TRANSPORT, {"byteLength": len(resident)})
         document.use_extension(TRANSPORT, required=True)

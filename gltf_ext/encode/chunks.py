@@ -11,7 +11,7 @@ import numpy as np
 from gltf_ext.attributes.records import RecordFormat, Triangles
 from gltf_ext.options import Options
 from gltf_ext.progress import Advance
-from gltf_ext.sources.memory import share_of_chunk
+from gltf_ext.sources.memory import plan_chunk_memory
 from gltf_ext.work_files import WorkFile, hashes
 
 SAMPLES = 1 << 18  # of triangles, to place the planes
@@ -36,7 +36,7 @@ class Cells:
 
     @classmethod
     def over(cls, points: np.ndarray, count: int, level: int, first: int = 0) -> Cells:
-        """A tree with `count` leaves of about equally many of the points, int[N, 3].
+        """Return a tree with `count` leaves of about equally many of the points, int[N, 3].
 
         level: of detail. Planes of two levels in a row differ: shared borders are locked, and those
         of one level are to be inside of the next one's chunks.
@@ -45,8 +45,8 @@ class Cells:
             return cls(first, count)
         axis = int(np.argmax(np.ptp(points, axis=0)))
         below = max(count // (3 if level % 2 else 2), 1)
-        place = len(points) * below // count
-        split = int(np.partition(points[:, axis], place)[place])
+        middle = len(points) * below // count
+        split = int(np.partition(points[:, axis], middle)[middle])
         is_low = points[:, axis] < split
         return cls(
             first,
@@ -58,13 +58,13 @@ class Cells:
         )
 
     def of(self, points: np.ndarray) -> np.ndarray:
-        """int32[N]: the leaf of each point, int[N, 3]."""
+        """Return int32[N]: the leaf of each point, int[N, 3]."""
         result = np.full(len(points), self.first, np.int32)
         self._fill(points, np.arange(len(points)), result)
         return result
 
     def keys_outside(self, chunk: np.ndarray, corners: np.ndarray) -> np.ndarray:
-        """uint64: hashes of positions that triangles of several chunks may have.
+        """Return uint64: hashes of positions that triangles of several chunks may have.
 
         These are those of corners outside of the cell of their triangle's chunk.
         chunk: int32[T]; corners: int[T, 3, 3]: positions.
@@ -96,22 +96,27 @@ class Cells:
 
 
 def leaves(triangles: int, limit: int, level: int) -> int:
-    """The number of chunks of at most about `limit` triangles."""
+    """Return the number of chunks of at most about `limit` triangles."""
     count = -(-triangles // limit)
     return 3 if count == 2 and level % 2 else count
 
 
 def union(keys: Iterable[np.ndarray]) -> np.ndarray:
-    """uint64: the different keys, in ascending order."""
+    """Return uint64: the different keys, in ascending order."""
     return np.unique(np.concatenate([np.empty(0, np.uint64), *keys]))
 
 
 def are_among(keys: np.ndarray, positions: np.ndarray) -> np.ndarray:
-    """bool[N]: whether several chunks may have a position, int[N, 3]. keys: in ascending order."""
+    """Return bool[N]: whether several chunks may have a position, int[N, 3].
+
+    keys: uint64, ascending: of such positions.
+    """
     if not len(keys):
         return np.zeros(len(positions), bool)
-    own = hashes(positions)
-    result: np.ndarray = keys[np.minimum(np.searchsorted(keys, own), len(keys) - 1)] == own
+    position_keys = hashes(positions)
+    result: np.ndarray = (
+        keys[np.minimum(np.searchsorted(keys, position_keys), len(keys) - 1)] == position_keys
+    )
     return result
 
 
@@ -125,16 +130,16 @@ class ChunkFiles:
 
     advance = None
 
-    def __init__(self, cells: Cells, form: RecordFormat, folder: str) -> None:
-        """Opens a work file for each cell, for records of this form. Raises OSError."""
+    def __init__(self, cells: Cells, record_format: RecordFormat, folder: str) -> None:
+        """Open a work file for each cell, for records of this form. Raises OSError."""
         self.cells, self.folder = cells, folder
         self.counts = np.zeros(cells.count, np.int64)
-        self._form = form
+        self._record_format = record_format
         self._files = [WorkFile(folder) for _ in range(cells.count)]
         self._keys: list[np.ndarray] = []
 
-    def sorted(self, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Sorts triangles by chunk.
+    def sort(self, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Sort triangles by chunk.
 
         Returns (triangles, fine[T, 3], in the order of their chunks, int64: number of those of
         each, uint64: keys of positions that several chunks may have).
@@ -146,7 +151,7 @@ class ChunkFiles:
         return corners[order], counts, self.cells.keys_outside(chunk, positions)
 
     def add(self, corners: np.ndarray, counts: np.ndarray, keys: np.ndarray) -> None:
-        """Writes what `sorted` gives to the files of the chunks. Raises OSError."""
+        """Write what `sorted` gives to the files of the chunks. Raises OSError."""
         ends = np.cumsum(counts)
         for number in np.flatnonzero(counts):
             self._files[number].append(corners[ends[number] - counts[number] : ends[number]])
@@ -154,20 +159,20 @@ class ChunkFiles:
         self._keys.append(keys)
 
     @cached_property
-    def shared(self) -> np.ndarray:
+    def border_keys(self) -> np.ndarray:
         """uint64: keys of positions that several chunks may have, once all triangles are added."""
         keys, self._keys = union(self._keys), []
         return keys
 
     def take(self, chunk: int) -> Triangles:
-        """The triangles of a chunk, whose file is given back."""
-        rows = self._files[chunk].rows(self._form.fine, 0, 3 * int(self.counts[chunk]))
+        """Return the triangles of a chunk, whose file is given back."""
+        rows = self._files[chunk].rows(self._record_format.fine, 0, 3 * int(self.counts[chunk]))
         self._files[chunk].close()
         return Triangles(rows)
 
-    def share(self, options: Options) -> tuple[int, int]:
-        """(number of chunks that fit memory at a time, bytes that one takes with a process)."""
-        return share_of_chunk(options, int(self.counts.sum()), int(self.counts.max()))
+    def memory_plan(self, options: Options) -> tuple[int, int]:
+        """Return (number of chunks that fit memory at a time, bytes for each of them)."""
+        return plan_chunk_memory(options, int(self.counts.sum()), int(self.counts.max()))
 
 
 class OneChunk:
@@ -180,18 +185,18 @@ class OneChunk:
     folder = None
 
     def __init__(self, triangles: Triangles, advance: Advance | None) -> None:
-        """Takes all triangles of a source."""
-        self.counts, self.shared = np.array([triangles.count]), np.empty(0, np.uint64)
+        """Take all triangles of a source."""
+        self.counts, self.border_keys = np.array([triangles.count]), np.empty(0, np.uint64)
         self.advance = advance
         self._triangles: Triangles | None = triangles
 
     def take(self, chunk: int) -> Triangles:
-        """The triangles, once: only the caller keeps them."""
+        """Return the triangles, once: only the caller keeps them."""
         triangles, self._triangles = self._triangles, None
         assert triangles is not None and chunk == 0
         return triangles
 
-    def share(self, options: Options) -> tuple[int, int]:
+    def memory_plan(self, options: Options) -> tuple[int, int]:
         """As that of ChunkFiles."""
         return 1, 0
 

@@ -21,27 +21,29 @@ class Encoder:
     """Encodes vertices of a primitive without levels of detail.
 
     Attributes:
-        form: of their records.
+        record_format: of their records.
         generation: keyword arguments of _codec.encode.
         page_bytes: of pages, 0 for one blob.
     """
 
-    form: RecordFormat
+    record_format: RecordFormat
     generation: dict[str, Any]
     page_bytes: int
 
     @classmethod
-    def of(cls, form: RecordFormat, options: Options, triangles: int, is_whole: bool) -> Encoder:
-        """An encoder of a primitive of so many triangles, in one chunk or in several."""
+    def of(
+        cls, record_format: RecordFormat, options: Options, triangles: int, is_whole: bool
+    ) -> Encoder:
+        """Return an encoder of a primitive of so many triangles, in one chunk or in several."""
         page_bytes = options.page_bytes_of(triangles)
         if not is_whole:
             page_bytes = page_bytes or DEFAULT_PAGE_BYTES
-        return cls(form, options.generation, page_bytes)
+        return cls(record_format, options.generation, page_bytes)
 
     def view_of(
         self, mesh: Mesh, threads: int, progress: Advance | None
     ) -> tuple[bytes, dict[str, Any]]:
-        """(blobs, their statistics), as _codec.encode gives them. mesh: of RecordFormat.mesh_of."""
+        """Return (blobs, statistics) of _codec.encode. mesh: as RecordFormat.mesh_of returns it."""
         return _codec.encode(
             *mesh,
             progress=progress,
@@ -55,17 +57,17 @@ def encode_chunk(
     threads: int,
     encoder: Encoder,
     triangles: Triangles,
-    shared: np.ndarray,
+    border_keys: np.ndarray,
     progress: Advance | None = None,
 ) -> tuple[bytes, Totals]:
-    """The pages of a chunk. shared: keys of positions that others have."""
-    form = encoder.form
-    vertices = form.vertices_of(triangles)
-    is_shared = are_among(shared, vertices.records["0"])
-    totals = Totals.of(vertices, is_shared, form.plan.position_streams)
+    """Return the pages of a chunk. border_keys: keys of positions that others have."""
+    record_format = encoder.record_format
+    vertices = record_format.vertices_of(triangles)
+    is_shared = are_among(border_keys, vertices.records["0"])
+    totals = Totals.of(vertices, is_shared, record_format.plan.position_streams)
     if not len(vertices.triangles):
         return b"", totals
-    mesh = form.mesh_of(vertices)
+    mesh = record_format.mesh_of(vertices)
     del vertices, is_shared
     triangles.clear()
     view, totals.statistics = encoder.view_of(mesh, threads, progress)

@@ -26,7 +26,7 @@ from gltf_ext.sources.source import Rows, Source, blocks
 from gltf_ext.work_files import Spool, WorkFile
 
 # Shares of the progress: triangles read, and sorted into chunks; the rest is for encoding.
-READ, SORTED = 0.1, 0.2
+READ_END, SORT_END = 0.1, 0.2
 # In the work files, at most: bytes of a triangle's results with all levels; triangles of two levels
 # in a row over those of level 0, whose chunks are gone by then (SHRINK each).
 OUTPUT_BYTES, LEVELS_SHARE = 8, 1.5
@@ -55,36 +55,36 @@ class Compression:
 
 def encode(
     source: Source,
-    form: RecordFormat,
+    record_format: RecordFormat,
     options: Options,
     runner: Runner,
     advance: Advance | None,
 ) -> Compression:
-    """Encodes a primitive in chunks, which are the runner's tasks. Raises MeshletError, OSError."""
+    """Encode a primitive in chunks, which are the runner's tasks. Raises MeshletError, OSError."""
     chunks: Chunks
     progress: Advance = _silent
     if source.is_in_memory:
-        chunks = OneChunk(form.triangles_of(source), advance)
+        chunks = OneChunk(record_format.triangles_of(source), advance)
     else:
         progress = advance or _silent
-        _check_space(source, form, options)
-        chunks = sorted_corners(source, form, options, progress)
+        _check_space(source, record_format, options)
+        chunks = sort_corners(source, record_format, options, progress)
 
-    def rest(share: float) -> None:
-        progress(SORTED + (1 - SORTED) * share)
+    def encode_progress(fraction: float) -> None:
+        progress(SORT_END + (1 - SORT_END) * fraction)
 
-    encoder = Encoder.of(form, options, source.triangle_count, source.is_in_memory)
+    encoder = Encoder.of(record_format, options, source.triangle_count, source.is_in_memory)
     levels = None
     if options.lod:
         from gltf_ext.encode.levels import LevelsWriter  # slow to load, as meshoptimizer is
 
         writer = LevelsWriter(encoder, options, runner, chunks.folder)
-        view, levels = writer.write(chunks, rest)
+        view, levels = writer.write(chunks, encode_progress)
         totals = writer.totals
     else:
-        view, totals = _level_0(encoder, chunks, options, runner, rest)
+        view, totals = _level_0(encoder, chunks, options, runner, encode_progress)
     return Compression(
-        form.plan,
+        record_format.plan,
         view,
         totals.bounds,
         totals.statistics,
@@ -94,20 +94,20 @@ def encode(
     )
 
 
-def _silent(share: float) -> None:
+def _silent(fraction: float) -> None:
     """Progress that nobody watches."""
 
 
-def _check_space(source: Source, form: RecordFormat, options: Options) -> None:
-    """Raises MeshletError when the work files do not fit their disk."""
+def _check_space(source: Source, record_format: RecordFormat, options: Options) -> None:
+    """Raise MeshletError when the work files do not fit their disk."""
     folder = str(options.work_dir)
-    of_levels = math.ceil(LEVELS_SHARE * form.coarse.itemsize) if options.lod else 0
-    corner_bytes = max(form.fine.itemsize, of_levels)
-    needed = (3 * corner_bytes + OUTPUT_BYTES) * source.triangle_count
-    free = shutil.disk_usage(folder).free
-    if free < needed:
+    of_levels = math.ceil(LEVELS_SHARE * record_format.coarse.itemsize) if options.lod else 0
+    corner_bytes = max(record_format.fine.itemsize, of_levels)
+    needed_bytes = (3 * corner_bytes + OUTPUT_BYTES) * source.triangle_count
+    free_bytes = shutil.disk_usage(folder).free
+    if free_bytes < needed_bytes:
         raise MeshletError(
-            f"work files need {needed:,} bytes, {free:,} are free",
+            f"work files need {needed_bytes:,} bytes, {free_bytes:,} are free",
             "free some space or use another work_dir",
             path=folder,
             options=("work_dir",),
@@ -117,30 +117,32 @@ def _check_space(source: Source, form: RecordFormat, options: Options) -> None:
 # --- triangles, sorted into chunks ---
 
 
-def sorted_corners(
-    source: Source, form: RecordFormat, options: Options, progress: Advance
+def sort_corners(
+    source: Source, record_format: RecordFormat, options: Options, progress: Advance
 ) -> ChunkFiles:
-    """The triangles as records of their corners, in chunks."""
+    """Return the triangles as records of their corners, in chunks."""
     folder, limit = str(options.work_dir), chunk_size(options, source.triangle_count)
-    size, whole = 3 * form.fine.itemsize, source.triangle_count
+    size, total = 3 * record_format.fine.itemsize, source.triangle_count
     soup, sample = WorkFile(folder), []
-    stride = max(whole // SAMPLES, 1)
-    for first, last, corners, share in gathered(source, form, soup):
+    stride = max(total // SAMPLES, 1)
+    for first, last, corners, fraction in gather_corners(source, record_format, soup):
         soup.write(corners, first * size)
-        if share == 1.0:
-            chosen = corners[-first % stride :: stride]["0"]
-            sample.append(chosen.astype(np.int32).sum(axis=1) // 3)
-        progress(READ * share * last / whole)
-    cells = Cells.over(np.concatenate(sample), leaves(whole, limit, 0), 0)
-    result = ChunkFiles(cells, form, folder)
+        if fraction == 1.0:
+            positions = corners[-first % stride :: stride]["0"]
+            sample.append(positions.astype(np.int32).sum(axis=1) // 3)
+        progress(READ_END * fraction * last / total)
+    cells = Cells.over(np.concatenate(sample), leaves(total, limit, 0), 0)
+    result = ChunkFiles(cells, record_format, folder)
 
     # From the end: the file shrinks as those of the chunks grow.
-    parts = list(blocks(whole))[::-1]
-    rows_by_chunk = source.in_order(lambda *part: result.sorted(_rows(soup, form, *part)), parts)
+    parts = list(blocks(total))[::-1]
+    rows_by_chunk = source.in_order(
+        lambda *part: result.sort(_rows(soup, record_format, *part)), parts
+    )
     for (first, _), rows in zip(parts, rows_by_chunk):
         result.add(*rows)
-        soup.cut(first * size)
-        progress(SORTED + (READ - SORTED) * first / whole)
+        soup.truncate(first * size)
+        progress(SORT_END + (READ_END - SORT_END) * first / total)
     soup.close()
     if result.counts.max() > UNEVEN * fitting(options):
         raise MeshletError(
@@ -151,10 +153,10 @@ def sorted_corners(
     return result
 
 
-def gathered(
-    source: Source, form: RecordFormat, soup: WorkFile
+def gather_corners(
+    source: Source, record_format: RecordFormat, soup: WorkFile
 ) -> Iterator[tuple[int, int, np.ndarray, float]]:
-    """(first, last, their corners: fine[last - first, 3], share of the passes) of triangles.
+    """Return (first, last, their corners: fine[last - first, 3], share of the passes) of triangles.
 
     Vertices are in memory as far as they fit. Then each pass over the triangles completes the
     records that the one before has written to `soup`.
@@ -163,17 +165,17 @@ def gathered(
         (names, numbers, low, high)
         for names, numbers in source.indices
         for low, high in (
-            blocks(source.attributes[names[0]].count, source.room // form.fine.itemsize)
+            blocks(source.attributes[names[0]].count, source.room // record_format.fine.itemsize)
             if numbers
             else [(0, 0)]
         )
     ]
     parts = list(blocks(source.triangle_count))
-    for done, (names, numbers, low, high) in enumerate(passes):
-        table = _Table(source, form, names, numbers, low, high, len(passes) == 1)
-        tasks = ((soup if done else None, *part) for part in parts)
+    for index, (names, numbers, low, high) in enumerate(passes):
+        table = _Table(source, record_format, names, numbers, low, high, len(passes) == 1)
+        tasks = ((soup if index else None, *part) for part in parts)
         for (first, last), corners in zip(parts, source.in_order(table.corners, tasks)):
-            yield first, last, corners, (done + 1) / len(passes)
+            yield first, last, corners, (index + 1) / len(passes)
         del table  # before the next one is made
 
 
@@ -183,52 +185,64 @@ class _Table:
     def __init__(
         self,
         source: Source,
-        form: RecordFormat,
+        record_format: RecordFormat,
         names: tuple[str, ...],
         numbers: Rows | None,
         low: int,
         high: int,
         is_all: bool,
     ) -> None:
-        """Reads vertices.
+        """Read vertices.
 
         names, numbers: one of source.indices; low, high: of the vertices; is_all: whether these are
         all of the primitive.
         """
-        self._source, self._form, self._names, self._numbers = source, form, names, numbers
+        self._source, self._record_format, self._names, self._numbers = (
+            source,
+            record_format,
+            names,
+            numbers,
+        )
         self._low, self._is_all = low, is_all
-        self._records = np.empty(high - low, form.part(names))
-        for _ in source.in_order(self._read, blocks(high - low)):
+        self._records = np.empty(high - low, record_format.part(names))
+        for _ in source.in_order(self._read_block, blocks(high - low)):
             pass
 
-    def _read(self, first: int, last: int) -> None:
+    def _read_block(self, first: int, last: int) -> None:
         low = self._low
         vertices = self._source.vertices(self._names, low + first, low + last)
-        self._form.quantise_into(self._records[first:last], vertices)
+        self._record_format.quantise_into(self._records[first:last], vertices)
 
-    def corners(self, before: WorkFile | None, first: int, last: int) -> np.ndarray:
-        """fine[last - first, 3]: the corners of triangles; as before where the table has none."""
+    def corners(self, soup: WorkFile | None, first: int, last: int) -> np.ndarray:
+        """Return the corners of triangles: fine[last - first, 3].
+
+        Vertices that the table does not have are as in the work file `soup`.
+        """
         low, records = self._low, self._records
         if self._numbers is None:
             low = 3 * first
             vertices = self._source.vertices(self._names, low, 3 * last)
-            records = self._form.quantised(vertices)
+            records = self._record_format.quantise(vertices)
         rows = self._source.corners(self._names, self._numbers, first, last).astype(np.int64)
         rows -= low
         if self._is_all:
             all_corners: np.ndarray = records[rows]
             return all_corners
         is_here = (rows >= 0) & (rows < len(records))
-        form = self._form
-        corners = _rows(before, form, first, last) if before else np.zeros(rows.shape, form.fine)
+        record_format = self._record_format
+        corners = (
+            _rows(soup, record_format, first, last)
+            if soup
+            else np.zeros(rows.shape, record_format.fine)
+        )
         for stream in records.dtype.names or ():
             corners[stream][is_here] = records[stream][rows[is_here]]
         return corners
 
 
-def _rows(soup: WorkFile, form: RecordFormat, first: int, last: int) -> np.ndarray:
-    """fine[last - first, 3]: corners of triangles."""
-    return soup.rows(form.fine, 3 * first, 3 * (last - first)).reshape(-1, 3)
+def _rows(soup: WorkFile, record_format: RecordFormat, first: int, last: int) -> np.ndarray:
+    """Return fine[last - first, 3]: corners of triangles."""
+    return soup.rows(record_format.fine, 3 * first, 3 * (last - first)).reshape(-1, 3)
 
 
 # --- without levels of detail ---
@@ -237,16 +251,16 @@ def _rows(soup: WorkFile, form: RecordFormat, first: int, last: int) -> np.ndarr
 def _level_0(
     encoder: Encoder, chunks: Chunks, options: Options, runner: Runner, progress: Advance
 ) -> tuple[memoryview, Totals]:
-    """Encodes each chunk by itself."""
+    """Encode each chunk by itself."""
     counts, totals = chunks.counts, Totals()
-    output = Spool(chunks.folder, most=0)
+    output = Spool(chunks.folder, max_memory=0)
     tasks = (
-        (encoder, chunks.take(number), chunks.shared, chunks.advance)
+        (encoder, chunks.take(number), chunks.border_keys, chunks.advance)
         for number in range(len(counts))
     )
-    results = runner.map(encode_chunk, tasks, *chunks.share(options))
-    for number, (view, more) in enumerate(results, start=1):
+    results = runner.map(encode_chunk, tasks, *chunks.memory_plan(options))
+    for number, (view, chunk_totals) in enumerate(results, start=1):
         output.append(view)
-        totals.add(more)
+        totals.add(chunk_totals)
         progress(counts[:number].sum() / counts.sum())
     return output.contents(), totals

@@ -26,7 +26,7 @@ class Totals:
         self.dropped = Dropped()
         self.bounds: dict[int, np.ndarray] = {}
         self._inner = 0  # vertices that one chunk has
-        self._shared: list[np.ndarray] = []
+        self._border_records: list[np.ndarray] = []
 
     @classmethod
     def of(cls, vertices: Vertices, is_shared: np.ndarray, streams: list[int]) -> Totals:
@@ -42,38 +42,38 @@ class Totals:
             totals._inner = int(np.count_nonzero(~is_shared))
             if totals._inner < len(records):
                 rows = np.ascontiguousarray(records[is_shared])
-                totals._shared.append(np.unique(rows.view(f"V{rows.dtype.itemsize}")))
+                totals._border_records.append(np.unique(rows.view(f"V{rows.dtype.itemsize}")))
         return totals
 
     def add(self, other: Totals) -> None:
-        """Adds other chunks."""
+        """Add other chunks."""
         self.dropped.add(other.dropped)
         for stream, ends in other.bounds.items():
             rows = np.concatenate([self.bounds.get(stream, ends), ends])
             self.bounds[stream] = np.stack(bounds(rows))
         self._inner += other._inner
-        self._shared += other._shared
+        self._border_records += other._border_records
         if other.statistics:
             self.add_statistics(other.statistics)
 
     def add_statistics(self, other: dict[str, Any]) -> None:
-        """Adds those of pages with the same streams, as _codec.encode gives them."""
+        """Add those of pages with the same streams, as _codec.encode gives them."""
         sums = self.statistics
         if not sums:
             self.statistics = other
             return
         counts = [(sums, other), *((sums[k], other[k]) for k in ("bits", "symbols", "references"))]
-        for total, more in counts:
-            for name, value in more.items():
+        for total, addend in counts:
+            for name, value in addend.items():
                 if isinstance(value, int):
                     total[name] += value
         sums["bits"]["streams"] = np.add(sums["bits"]["streams"], other["bits"]["streams"]).tolist()
-        total, more = sums["generation"], other["generation"]
-        total["histogram"] = np.add(total["histogram"], more["histogram"]).tolist()
-        total["iterations"] = max(total["iterations"], more["iterations"])
+        total, addend = sums["generation"], other["generation"]
+        total["histogram"] = np.add(total["histogram"], addend["histogram"]).tolist()
+        total["iterations"] = max(total["iterations"], addend["iterations"])
 
     @property
     def source_vertices(self) -> int:
         """Number of different vertices."""
-        shared = np.unique(np.concatenate(self._shared)) if self._shared else ()
+        shared = np.unique(np.concatenate(self._border_records)) if self._border_records else ()
         return self._inner + len(shared)

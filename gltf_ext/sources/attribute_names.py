@@ -10,12 +10,12 @@ OF_TARGET = re.compile(r"targets\[\d+\]\.")  # before the name of a morph target
 
 
 def is_of_target(name: str) -> bool:
-    """Whether a name is "targets[i].NAME"."""
+    """Return whether a name is "targets[i].NAME"."""
     return OF_TARGET.match(name) is not None
 
 
 def local_name(name: str) -> str:
-    """The name of an attribute without "targets[i].", if it is of a morph target."""
+    """Return the name of an attribute without "targets[i].", if it is of a morph target."""
     return OF_TARGET.sub("", name, count=1) if is_of_target(name) else name
 
 
@@ -25,7 +25,7 @@ def semantic(name: str) -> str:
 
 
 def named(sets: list[dict[str, T]]) -> list[tuple[str, T]]:
-    """(name, value) of every attribute, then of the targets as "targets[i].NAME"."""
+    """Return (name, value) of every attribute, then of the targets as "targets[i].NAME"."""
     return [
         (f"targets[{i - 1}].{name}" if i else name, value)
         for i, values in enumerate(sets)

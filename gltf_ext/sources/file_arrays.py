@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import pygltflib
 
+from gltf_ext.document import gltf
 from gltf_ext.document.accessors import Format, accessor_format
 from gltf_ext.document.container import CHUNK_HEADER, GLB_HEADER
 from gltf_ext.document.document import DAMAGED, Document, item
@@ -26,7 +26,7 @@ class FileArray:
 
     Attributes:
         path, offset, stride: of the first element, in bytes.
-        count: number of elements; form: their type.
+        count: number of elements; format: their type.
         stamp: of the file when it was found.
     """
 
@@ -34,12 +34,12 @@ class FileArray:
     offset: int
     stride: int
     count: int
-    form: Format
+    format: Format
     stamp: tuple[int, int]
 
     def rows(self, first: int, last: int) -> np.ndarray:
         """[last - first, components] elements. Raises MeshletError, OSError."""
-        dtype, components = self.form
+        dtype, components = self.format
         size = dtype.itemsize * components
         length = self.stride * (last - first - 1) + size
         with open(self.path, "rb") as file:
@@ -58,7 +58,7 @@ def stamp_of(path: Path) -> tuple[int, int]:
 
 
 def check_unchanged(path: Path, stamp: tuple[int, int] | None) -> None:
-    """Raises MeshletError for a file that has another stamp by now."""
+    """Raise MeshletError for a file that has another stamp by now."""
     if stamp_of(path) != stamp:
         raise MeshletError("changed while it was read", "run the command again", str(path))
 
@@ -66,7 +66,7 @@ def check_unchanged(path: Path, stamp: tuple[int, int] | None) -> None:
 def large_primitives(
     document: Document, path: Path, options: Options
 ) -> dict[tuple[int, int], Source]:
-    """The primitives that do not fit memory, by (mesh, primitive): all but the smallest.
+    """Return the primitives that do not fit memory, by (mesh, primitive): all but the smallest.
 
     path: the document's file. Raises MeshletError for one that has to be read as a whole.
     """
@@ -82,26 +82,26 @@ def large_primitives(
     }
 
 
-def _triangles(document: Document, primitive: pygltflib.Primitive) -> int:
+def _triangles(document: Document, primitive: gltf.Primitive) -> int:
     """About the number of triangles of a primitive."""
-    index = primitive.indices
-    if index is None:
-        index = primitive.attributes.get("POSITION")
-    return (item(document.accessors, index, "accessor").count or 0) // 3
+    index = primitive.get("indices", primitive["attributes"].get("POSITION"))
+    return item(document.accessors, index, "accessor").get("count", 0) // 3
 
 
 def _large_primitive(
     document: Document, path: Path, mesh: int, index: int, options: Options
 ) -> Source:
-    primitive = document.meshes[mesh].primitives[index]
+    primitive = document.primitive(mesh, index)
     reason = ""
-    if is_compressed(primitive) or DRACO in (primitive.extensions or {}):
+    if is_compressed(primitive) or gltf.has_extension(primitive, DRACO):
         reason = "is compressed"
-    elif primitive.mode != pygltflib.TRIANGLES:
+    elif gltf.mode(primitive) != gltf.TRIANGLES:
         reason = "is a strip or a fan"
     if reason:
         raise _too_large(f"{place(mesh, index)} {reason}")
-    return read_source(document, mesh, index, _Files(document, path).array, *reading(options))[0]
+    return read_source(
+        document, mesh, index, _AccessorFiles(document, path).array, *reading(options)
+    )[0]
 
 
 def _too_large(problem: str) -> MeshletError:
@@ -112,36 +112,37 @@ def _too_large(problem: str) -> MeshletError:
     )
 
 
-class _Files:
+class _AccessorFiles:
     """Finds accessors in the files of a document."""
 
     def __init__(self, document: Document, path: Path) -> None:
         self._document, self._path = document, path
 
     def array(self, index: int, name: str, count: int | None) -> FileArray:
-        """An accessor, of `count` elements. Raises MeshletError."""
+        """Return an accessor, of `count` elements. Raises MeshletError."""
         document = self._document
         accessor = item(document.accessors, index, f"the accessor of {name},")
-        form = accessor_format(accessor, name)
-        if accessor.sparse is not None or accessor.bufferView is None or not accessor.count:
+        format_ = accessor_format(accessor, name)
+        elements = accessor.get("count", 0)
+        if "sparse" in accessor or "bufferView" not in accessor or not elements:
             raise _too_large(f"{name} is sparse or empty")
-        if count is not None and accessor.count != count:
+        if count is not None and elements != count:
             raise MeshletError(
-                f"{name} has {accessor.count} elements instead of {count}", "export the model again"
+                f"{name} has {elements} elements instead of {count}", "export the model again"
             )
-        view = item(document.bufferViews, accessor.bufferView, "bufferView")
-        length = len(document.bytes_of_view(accessor.bufferView))
-        size, offset = form[0].itemsize * form[1], accessor.byteOffset or 0
-        stride = view.byteStride or size
-        if offset < 0 or stride < size or offset + stride * (accessor.count - 1) + size > length:
-            raise MeshletError(f"{name} reaches beyond bufferView {accessor.bufferView}", DAMAGED)
-        file, start = self._file_of(view.buffer, name)
-        start += (view.byteOffset or 0) + offset
-        return FileArray(file, start, stride, accessor.count, form, stamp_of(file))
+        index = accessor["bufferView"]
+        length, view = len(document.bytes_of_view(index)), document.bufferViews[index]
+        size, offset = format_[0].itemsize * format_[1], gltf.byte_offset(accessor)
+        stride = gltf.stride(view, size)
+        if offset < 0 or stride < size or offset + stride * (elements - 1) + size > length:
+            raise MeshletError(f"{name} reaches beyond bufferView {index}", DAMAGED)
+        file, start = self._file_of(view["buffer"], name)
+        start += gltf.byte_offset(view) + offset
+        return FileArray(file, start, stride, elements, format_, stamp_of(file))
 
     def _file_of(self, buffer: int, name: str) -> tuple[Path, int]:
         """(file, byte of it at which the buffer begins)."""
-        uri = self._document.buffers[buffer].uri
+        uri = self._document.buffers[buffer].get("uri")
         if uri is None:
             with open(self._path, "rb") as file:
                 file.seek(GLB_HEADER.size)

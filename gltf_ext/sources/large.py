@@ -34,7 +34,7 @@ def open_large(path: Path, options: Options) -> tuple[Document, Larges]:
     suffix = path.suffix.lower()
     if suffix not in MESH_SUFFIXES:
         document = open_model(path)
-        return document, _checked(large_primitives(document, path, options), path, options)
+        return document, _read_bounds(large_primitives(document, path, options), path, options)
     size = os.path.getsize(path)
     if MEMORY_OF_FILE * size < options.memory - BASE_BYTES:
         return open_model(path), {}
@@ -53,7 +53,7 @@ def open_large(path: Path, options: Options) -> tuple[Document, Larges]:
         check_unchanged(path, stamp)
     document = document_of(path, contents, [mesh.sample() for mesh in contents.meshes])
     large = {(m, 0): _large(m, mesh, options) for m, mesh in enumerate(contents.meshes)}
-    return document, _checked(large, path, options)
+    return document, _read_bounds(large, path, options)
 
 
 def _large(number: int, mesh: Mesh, options: Options) -> Source:
@@ -61,25 +61,25 @@ def _large(number: int, mesh: Mesh, options: Options) -> Source:
     return Source(number, 0, attributes, list(mesh.groups), *reading(options))
 
 
-def _checked(large: Larges, path: Path, options: Options) -> Larges:
+def _read_bounds(sources: Larges, path: Path, options: Options) -> Larges:
     """Read the bounds of all. Raises MeshletError, also for too many triangles."""
-    counts = [primitive.triangle_count for primitive in large.values()]
-    for primitive, count in zip(large.values(), counts):
+    counts = [primitive.triangle_count for primitive in sources.values()]
+    for primitive, count in zip(sources.values(), counts):
         if count > MAX_TRIANGLES:
             raise MeshletError(
                 f"{primitive.where} has {count:,} triangles, more than {MAX_TRIANGLES:,}",
                 "split the primitive",
             )
-    least = BASE_BYTES + RESULT_BYTES * sum(counts)
-    if options.memory < least:
+    needed_bytes = BASE_BYTES + RESULT_BYTES * sum(counts)
+    if options.memory < needed_bytes:
         raise MeshletError(
             f"max_memory is {options.max_memory}, less than the result of {sum(counts):,} "
             "triangles takes",
-            f"use at least {-(-least >> 20)}M",
+            f"use at least {-(-needed_bytes >> 20)}M",
             options=("max_memory",),
         )
     with progress_bar(f"reading {path.name}", options.progress) as advance:
         moves = shared_progress(advance, [count / sum(counts) for count in counts])
-        for primitive, move in zip(large.values(), moves):
+        for primitive, move in zip(sources.values(), moves):
             primitive.read_bounds(move)
-    return large
+    return sources

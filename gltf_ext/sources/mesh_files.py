@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 import numpy as np
-import pygltflib
 
 from gltf_ext import _codec
+from gltf_ext.document import gltf
 from gltf_ext.document.accessors import add_accessor, bounds, set_bounds
 from gltf_ext.document.container import EXPORT_AGAIN
 from gltf_ext.document.document import Document
@@ -314,16 +314,17 @@ def to_document(meshes: Sequence[IndexedMesh]) -> Document:
         }
     )
     for holder, image in zip(document.images, images):
-        holder.bufferView = document.add_view(image)
+        holder["bufferView"] = document.add_view(image)
     for mesh, name in zip(meshes, names):
-        primitive = pygltflib.Primitive(
-            indices=add_accessor(document, mesh.triangles.reshape(-1, 1)),
-            attributes={n: add_accessor(document, v) for n, v in mesh.attributes.items()},
-            material=materials.index(mesh.material) if mesh.material else None,
-        )
-        position = document.accessors[primitive.attributes["POSITION"]]
+        primitive: gltf.Primitive = {
+            "indices": add_accessor(document, mesh.triangles.reshape(-1, 1)),
+            "attributes": {n: add_accessor(document, v) for n, v in mesh.attributes.items()},
+        }
+        if mesh.material:
+            primitive["material"] = materials.index(mesh.material)
+        position = document.accessors[primitive["attributes"]["POSITION"]]
         set_bounds(position, *bounds(mesh.attributes["POSITION"]))
-        document.meshes.append(pygltflib.Mesh(name=name, primitives=[primitive]))
+        document.meshes.append({"name": name, "primitives": [primitive]})
     return document
 
 

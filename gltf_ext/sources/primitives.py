@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 from typing import TypeVar
 
 import numpy as np
-import pygltflib
 
+from gltf_ext.document import gltf
 from gltf_ext.document.accessors import described_by, index_accessor, set_bounds, store
-from gltf_ext.document.document import TRIANGLE_MODES, Document
+from gltf_ext.document.document import Document
 from gltf_ext.sources.attribute_names import named
 
 EXTENSION = "EXT_meshlet_edgebreaker"
@@ -92,21 +92,25 @@ def place(mesh: int, primitive: int) -> str:
     return f"mesh {mesh} primitive {primitive}"
 
 
-def is_compressed(primitive: pygltflib.Primitive) -> bool:
+def is_compressed(primitive: gltf.Primitive) -> bool:
     """Whether the primitive has the extension."""
-    return EXTENSION in (primitive.extensions or {})
+    return gltf.has_extension(primitive, EXTENSION)
 
 
-def all_primitives(document: Document) -> Iterator[tuple[int, int, pygltflib.Primitive]]:
+def all_primitives(document: Document) -> Iterator[tuple[int, int, gltf.Primitive]]:
     """(mesh, primitive, object) of each primitive."""
     for m, mesh in enumerate(document.meshes):
-        for p, primitive in enumerate(mesh.primitives):
+        for p, primitive in enumerate(mesh["primitives"]):
             yield m, p, primitive
 
 
-def triangle_primitives(document: Document) -> list[tuple[int, int, pygltflib.Primitive]]:
+def triangle_primitives(document: Document) -> list[tuple[int, int, gltf.Primitive]]:
     """(mesh, primitive, object) of each primitive that is a list, strip or fan of triangles."""
-    return [found for found in all_primitives(document) if found[2].mode in TRIANGLE_MODES]
+    return [
+        (m, p, primitive)
+        for m, p, primitive in all_primitives(document)
+        if gltf.mode(primitive) in gltf.TRIANGLE_MODES
+    ]
 
 
 def describe(
@@ -132,15 +136,15 @@ def describe_indices(document: Document, triangle_count: int, vertex_count: int)
 
 
 def store_primitive(
-    document: Document, primitive: pygltflib.Primitive, decoded: Primitive, fallback: bool
+    document: Document, primitive: gltf.Primitive, decoded: Primitive, fallback: bool
 ) -> None:
     """Gives the primitive's accessors buffer views with the decoded data.
 
     fallback: see Document.add_view.
     """
     accessors = document.accessors
-    indices, kind = decoded.indices.reshape(-1, 1), pygltflib.ELEMENT_ARRAY_BUFFER
-    store(document, accessors[primitive.indices], indices, kind, fallback)
-    for names, arrays in zip([primitive.attributes, *primitive.targets], decoded.sets):
+    indices, kind = decoded.indices.reshape(-1, 1), gltf.ELEMENT_ARRAY_BUFFER
+    store(document, accessors[primitive["indices"]], indices, kind, fallback)
+    for names, arrays in zip(gltf.attribute_sets(primitive), decoded.sets):
         for name, accessor in names.items():
-            store(document, accessors[accessor], arrays[name], pygltflib.ARRAY_BUFFER, fallback)
+            store(document, accessors[accessor], arrays[name], gltf.ARRAY_BUFFER, fallback)

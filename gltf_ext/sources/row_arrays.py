@@ -16,19 +16,19 @@ class RowArray(ABC):
     """Rows of one type, which are added and read in blocks.
 
     Attributes:
-        form: type and number of components; count: number of rows.
+        format: type and number of components; count: number of rows.
     """
 
     def __init__(self) -> None:
         """Start without rows."""
-        self.form: Format = (np.dtype("<f4"), 0)
+        self.format: Format = (np.dtype("<f4"), 0)
         self.count = 0
 
     def add(self, values: np.ndarray) -> None:
-        """Append values: [n, components], of the same form each time. Raises OSError."""
-        form = values.dtype, values.shape[1]
-        assert not self.count or form == self.form
-        self.form = form
+        """Append values: [n, components], of the same format each time. Raises OSError."""
+        new_format = values.dtype, values.shape[1]
+        assert not self.count or new_format == self.format
+        self.format = new_format
         self._append(values)
         self.count += len(values)
 
@@ -67,7 +67,7 @@ class MemoryRows(RowArray):
 
     def rows(self, first: int, last: int) -> np.ndarray:
         """Return a view, [last - first, components]. No rows can be added while it is used."""
-        dtype, width = self.form
+        dtype, width = self.format
         offset = first * width * dtype.itemsize
         values: np.ndarray = np.ndarray((last - first, width), dtype, self._bytes, offset)
         return values
@@ -84,23 +84,23 @@ class FileRows(RowArray):
         super().__init__()
         self._file = file
         # Of each block: the rows before it, and then all; the bytes before it in the file.
-        self._begins, self._places = [0], list[int]()
+        self._begins, self._offsets = [0], list[int]()
 
     def _append(self, values: np.ndarray) -> None:
         if len(values):
-            self._places.append(self._file.size)
+            self._offsets.append(self._file.size)
             self._begins.append(self._begins[-1] + len(values))
             self._file.append(values)
 
     def rows(self, first: int, last: int) -> np.ndarray:
         """Return a copy, [last - first, components]. Raises OSError."""
-        (dtype, width), begins = self.form, self._begins
+        (dtype, width), begins = self.format, self._begins
         result = np.empty((last - first, width), dtype)
         block = bisect_right(begins, first) - 1
         row = first
         while row < last:
             end = min(begins[block + 1], last)
-            start = self._places[block] // dtype.itemsize + (row - begins[block]) * width
+            start = self._offsets[block] // dtype.itemsize + (row - begins[block]) * width
             values = self._file.rows(dtype, start, (end - row) * width)
             result[row - first : end - first] = values.reshape(-1, width)
             row, block = end, block + 1

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 import numpy as np
-import pygltflib
 
+from gltf_ext.document import gltf
 from gltf_ext.document.accessors import Format, bounds, read_accessor
 from gltf_ext.document.document import Document
 from gltf_ext.document.draco import DRACO, decode_draco
@@ -29,7 +29,7 @@ Box = tuple[np.ndarray, np.ndarray]  # smallest and largest position
 
 
 class Rows(Protocol):
-    """Elements of `form` that are read in blocks."""
+    """Elements of `format` that are read in blocks."""
 
     @property
     def count(self) -> int:
@@ -37,7 +37,7 @@ class Rows(Protocol):
         ...
 
     @property
-    def form(self) -> Format:
+    def format(self) -> Format:
         """Their type."""
         ...
 
@@ -58,7 +58,7 @@ class ArrayRows:
         return len(self.values)
 
     @property
-    def form(self) -> Format:
+    def format(self) -> Format:
         """Their type."""
         return self.values.dtype, self.values.shape[1]
 
@@ -113,7 +113,7 @@ class Source:
     @property
     def formats(self) -> dict[str, Format]:
         """Type of each attribute."""
-        return {name: rows.form for name, rows in self.attributes.items()}
+        return {name: rows.format for name, rows in self.attributes.items()}
 
     @property
     def box(self) -> Box | None:
@@ -342,20 +342,20 @@ def read_source(
     find: finds accessors; by default in memory. room, threads: as in Source.
     Checks counts and types; indices are checked when they are read. Raises MeshletError.
     """
-    primitive = document.meshes[mesh].primitives[index]
+    primitive = document.primitive(mesh, index)
     where = place(mesh, index)
-    if "POSITION" not in primitive.attributes:
+    if "POSITION" not in primitive["attributes"]:
         raise MeshletError(f"{where} has no POSITION", EXPORT_AGAIN)
 
     def in_memory(accessor: int, name: str, count: int | None) -> Rows:
         return ArrayRows(read_accessor(document, accessor, name, count))
 
     find = find or in_memory
-    is_draco = DRACO in (primitive.extensions or {})
+    is_draco = gltf.has_extension(primitive, DRACO)
     arrays = decode_draco(document, primitive, where) if is_draco else {}
     indices = arrays.pop("indices", None)
     attributes: dict[str, Rows] = {}
-    accessors = named([primitive.attributes, *primitive.targets])
+    accessors = named(gltf.attribute_sets(primitive))
     count = None
     for name, accessor in sorted(accessors, key=lambda pair: pair[0] != "POSITION"):
         if name in attributes:
@@ -369,15 +369,16 @@ def read_source(
     numbers: Rows | None = None
     if indices is not None:
         numbers = ArrayRows(indices.reshape(-1, 1))
-    elif primitive.indices is not None:
-        numbers = find(primitive.indices, f"indices of {where}", None)
-        if numbers.form[0].kind != "u" or numbers.form[1] != 1:
+    elif "indices" in primitive:
+        numbers = find(primitive["indices"], f"indices of {where}", None)
+        if numbers.format[0].kind != "u" or numbers.format[1] != 1:
             raise MeshletError(f"indices of {where} are not unsigned integers", EXPORT_AGAIN)
     corner_count = (numbers or attributes["POSITION"]).count
-    if primitive.mode != pygltflib.TRIANGLES:
-        numbers = ArrayRows(_list_of(numbers, corner_count, primitive.mode))
+    mode = gltf.mode(primitive)
+    if mode != gltf.TRIANGLES:
+        numbers = ArrayRows(_list_of(numbers, corner_count, mode))
     source = Source(mesh, index, attributes, [(tuple(attributes), numbers)], room, threads)
-    is_incomplete = primitive.mode == pygltflib.TRIANGLES and corner_count % 3 != 0
+    is_incomplete = mode == gltf.TRIANGLES and corner_count % 3 != 0
     return source, Dropped(incomplete_triangles=int(is_incomplete))
 
 
@@ -387,10 +388,10 @@ def read_primitive(document: Document, mesh: int, index: int) -> tuple[Primitive
     ((names, numbers),) = source.indices
     corners = source.corners(names, numbers, 0, source.triangle_count)
     arrays = {name: rows.rows(0, rows.count) for name, rows in source.attributes.items()}
-    stored = document.meshes[mesh].primitives[index]
+    stored = document.primitive(mesh, index)
     attributes, *targets = (
         {name: arrays[f"targets[{i - 1}].{name}" if i else name] for name in names_of_set}
-        for i, names_of_set in enumerate([stored.attributes, *stored.targets])
+        for i, names_of_set in enumerate(gltf.attribute_sets(stored))
     )
     triangles = np.ascontiguousarray(corners, np.uint32)
     return Primitive(mesh, index, triangles, attributes, targets), dropped
@@ -398,7 +399,7 @@ def read_primitive(document: Document, mesh: int, index: int) -> tuple[Primitive
 
 def _check_widths(attributes: dict[str, Rows], where: str) -> None:
     for name, rows in attributes.items():
-        local, width = local_name(name), rows.form[1]
+        local, width = local_name(name), rows.format[1]
         wanted = 3 if is_of_target(name) and local == "TANGENT" else WIDTHS.get(local, width)
         if width != wanted:
             raise MeshletError(
@@ -409,7 +410,7 @@ def _check_widths(attributes: dict[str, Rows], where: str) -> None:
 def _list_of(numbers: Rows | None, count: int, mode: int) -> np.ndarray:
     """The corners of triangles, [3 T, 1], of a strip or a fan. The winding of strips alternates."""
     i = np.arange(max(count - 2, 0))
-    if mode == pygltflib.TRIANGLE_STRIP:
+    if mode == gltf.TRIANGLE_STRIP:
         corners = np.stack([i, i + 1 + i % 2, i + 2 - i % 2], axis=1)
     else:
         corners = np.stack([i + 1, i + 2, np.zeros_like(i)], axis=1)

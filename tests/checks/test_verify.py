@@ -7,9 +7,9 @@ import pytest
 
 import gltf_ext
 from gltf_ext.checks.triangles import (
-    COMPRESSED,
-    NEEDED,
-    OPTIONAL,
+    IN_COMPRESSED,
+    IN_SOURCE,
+    OPTIONAL_IN_SOURCE,
     TRIANGLE,
     difference,
     rotated,
@@ -143,10 +143,16 @@ def test_rotation_is_canonical():
 
 def test_differences_are_counted():
     """Of two triangles and one that may be left out, the second, that one and another are there."""
-    places = [(7, NEEDED), (7, NEEDED), (8, NEEDED), (9, OPTIONAL), (10, OPTIONAL)]
-    places += [(8, COMPRESSED), (7, COMPRESSED), (9, COMPRESSED), (11, COMPRESSED)]
+    places = [
+        (7, IN_SOURCE),
+        (7, IN_SOURCE),
+        (8, IN_SOURCE),
+        (9, OPTIONAL_IN_SOURCE),
+        (10, OPTIONAL_IN_SOURCE),
+    ]
+    places += [(8, IN_COMPRESSED), (7, IN_COMPRESSED), (9, IN_COMPRESSED), (11, IN_COMPRESSED)]
     assert difference(np.array(places, TRIANGLE)) == (1, 1)
-    assert difference(np.array([*places, (9, COMPRESSED)], TRIANGLE)) == (1, 2)
+    assert difference(np.array([*places, (9, IN_COMPRESSED)], TRIANGLE)) == (1, 2)
 
 
 # --- validate and malformed extension objects ---

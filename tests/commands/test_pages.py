@@ -160,7 +160,7 @@ def test_accessors_count_all_pages(files, tmp_path):
     document = open_model(files[2])
     view = document.bufferViews[views_of(document)[0]]
     data = bytes(document.bytes_of_view(views_of(document)[0]))
-    view.byteLength = _codec.split(data)[-1][0]
+    view["byteLength"] = _codec.split(data)[-1][0]
     with pytest.raises(gltf_ext.MeshletError, match=r"its indices accessor has .* instead of"):
         compressed_primitives(document)
 

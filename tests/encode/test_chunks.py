@@ -10,7 +10,7 @@ from gltf_ext.encode.chunks import Cells
 from gltf_ext.errors import MeshletError
 from gltf_ext.options import Options
 from gltf_ext.scheduler import in_order
-from gltf_ext.sources.memory import chunk_size, fitting, share_of_chunk
+from gltf_ext.sources.memory import chunk_size, fitting, plan_chunk_memory
 from gltf_ext.work_files import hashes
 
 
@@ -82,11 +82,11 @@ def test_an_error_of_a_task_ends_the_others():
 def test_more_chunks_than_open_files_are_refused(lod):
     options = Options.of({"max_memory": "110M", "lod": lod})
     most = 512 * fitting(options)
-    assert share_of_chunk(options, most)[0] == 1
+    assert plan_chunk_memory(options, most)[0] == 1
     with pytest.raises(MeshletError, match=r"use at least \d+M") as raised:
-        share_of_chunk(options, 2 * most)
+        plan_chunk_memory(options, 2 * most)
     least = str(raised.value).split()[-1]
-    assert share_of_chunk(Options.of({"max_memory": least, "lod": lod}), 2 * most)[0] == 1
+    assert plan_chunk_memory(Options.of({"max_memory": least, "lod": lod}), 2 * most)[0] == 1
 
 
 @pytest.mark.parametrize("memory", ["109M", "500M", "2G", "8G", "64G"])
@@ -95,6 +95,6 @@ def test_chunks_fit_memory(memory):
     options = Options.of({"max_memory": memory, "lod": True})
     for triangles in (1_000_000, 1_400_000_000 if options.memory > 4 << 30 else 20_000_000):
         size = chunk_size(options, triangles)
-        at_once, bytes_of_one = share_of_chunk(options, triangles)
+        at_once, bytes_of_one = plan_chunk_memory(options, triangles)
         assert at_once >= 1 and triangles / size <= 520
         assert at_once * (bytes_of_one - (80 << 20)) <= options.memory - (80 << 20)

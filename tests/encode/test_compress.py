@@ -88,7 +88,7 @@ def test_bytes_do_not_depend_on_threads_nor_on_passes(
     outputs = []
     for threads, share in ((1, 0.3), (3, 0.3), (2, 5e-5)):
         # The last share takes several passes over the triangles.
-        monkeypatch.setattr(memory, "VERTEX_SHARE", share)
+        monkeypatch.setattr(memory, "VERTEX_FRACTION", share)
         compress(tube, tmp_path / "out.glb", lod=lod, threads=threads)
         outputs.append((tmp_path / "out.glb").read_bytes())
     assert outputs[0] == outputs[1] == outputs[2]
@@ -110,7 +110,7 @@ def test_triangles_that_cannot_be_simplified(tmp_path, small_chunks, monkeypatch
     for count in (6000, 3000, 3000, 3000):
         builder.mesh({"POSITION": points[:count].reshape(-1, 3)}, None)
     path = builder.write(tmp_path / "in.glb")
-    monkeypatch.setattr("gltf_ext.lod.reduction.STUCK", 0.0)
+    monkeypatch.setattr("gltf_ext.lod.reduction.STUCK_FRACTION", 0.0)
     compress(path, tmp_path / "out.glb", lod=True)
     assert gltf_ext.verify(path, tmp_path / "out.glb")["ok"]
     assert gltf_ext.validate(tmp_path / "out.glb") == []
@@ -389,13 +389,13 @@ def test_triangles_without_extent_alone_are_one_line(tmp_path, small_chunks, lod
 def test_an_input_that_changes_is_noticed(tube, tmp_path, small_chunks, monkeypatch):
     path = tmp_path / "in.glb"
     path.write_bytes(tube.read_bytes())
-    sort = encoding.sorted_corners
+    sort = encoding.sort_corners
 
     def cut_off(*arguments):
         os.truncate(path, 10_000)
         return sort(*arguments)
 
-    monkeypatch.setattr(encoding, "sorted_corners", cut_off)
+    monkeypatch.setattr(encoding, "sort_corners", cut_off)
     assert "changed while it was read" in message(tmp_path, path, max_memory="1G")
 
 
@@ -480,7 +480,7 @@ def test_a_disk_that_another_program_fills(
 
 @pytest.mark.parametrize("lod", [False, True], ids=["level 0", "levels"])
 def test_a_work_folder_that_vanishes(tube, tmp_path, small_chunks, monkeypatch, capsys, lod):
-    work, sort = tmp_path / "work", encoding.sorted_corners
+    work, sort = tmp_path / "work", encoding.sort_corners
     work.mkdir()
 
     def removing(*arguments):
@@ -488,7 +488,7 @@ def test_a_work_folder_that_vanishes(tube, tmp_path, small_chunks, monkeypatch, 
         work.rmdir()  # fails unless it is empty: work files have no names
         return result
 
-    monkeypatch.setattr(encoding, "sorted_corners", removing)
+    monkeypatch.setattr(encoding, "sort_corners", removing)
     options = ["--max-memory", "1G", "--work-dir", str(work), *["--lod"] * lod]
     status = cli.main(["compress", str(tube), str(tmp_path / "out.glb"), *options])
     (line,) = capsys.readouterr().err.splitlines()

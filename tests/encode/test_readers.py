@@ -30,7 +30,7 @@ def test_many_parts_are_as_one(tmp_path, monkeypatch):
     gltf_ext.decompress(tmp_path / "out.glb", tmp_path / "whole.glb")
     monkeypatch.setattr(extension, "PART_BYTES", 4096)
     monkeypatch.setattr(work_files, "BUCKET_BYTES", 10_000)
-    monkeypatch.setattr(work_files, "MOST_SPOOLED", 1000)
+    monkeypatch.setattr(work_files, "MAX_SPOOLED", 1000)
     gltf_ext.decompress(tmp_path / "out.glb", tmp_path / "parts.glb")
     assert (tmp_path / "parts.glb").read_bytes() == (tmp_path / "whole.glb").read_bytes()
     assert gltf_ext.validate(tmp_path / "out.glb") == []
@@ -51,7 +51,7 @@ def small_chunks(monkeypatch):
 
 @pytest.mark.parametrize("share", [0.3, 5e-5], ids=["one pass", "several passes"])
 def test_verify_finds_the_same(tmp_path, small_chunks, monkeypatch, share):
-    monkeypatch.setattr(memory, "VERTEX_SHARE", share)
+    monkeypatch.setattr(memory, "VERTEX_FRACTION", share)
     source = write(tmp_path / "in.glb", 100)
     gltf_ext.compress(source, tmp_path / "out.glb", position_bits=5)
     whole = gltf_ext.verify(source, tmp_path / "out.glb")

@@ -64,7 +64,7 @@ def test_threads_append_at_a_time(file):
 def test_a_file_that_is_cut():
     file = WorkFile()
     file.append(np.arange(10, dtype=ROW))
-    file.cut(20)
+    file.truncate(20)
     assert file.size == 20 and file.rows(ROW, 0, 5).tolist() == [0, 1, 2, 3, 4]
     file.append(b"abcd")
     assert bytes(file.mapped())[20:] == b"abcd"
@@ -85,7 +85,7 @@ def without_posix(monkeypatch):
 
 def test_nothing_needs_what_windows_lacks(tmp_path, monkeypatch, without_posix):
     environment.need_package("meshoptimizer")
-    monkeypatch.setattr(work_files, "MOST_SPOOLED", 10_000)
+    monkeypatch.setattr(work_files, "MAX_SPOOLED", 10_000)
     monkeypatch.setattr(work_files, "BUCKET_BYTES", 10_000)
     use_small_chunks(monkeypatch)
     positions, normals, triangles = sheet()

@@ -154,7 +154,7 @@ def read(path):
     """name -> (triangles, attributes) of each mesh."""
     document = open_model(path)
     primitives = [read_primitive(document, i, 0)[0] for i in range(len(document.meshes))]
-    return {m.name: (p.indices, p.attributes) for m, p in zip(document.meshes, primitives)}
+    return {m["name"]: (p.indices, p.attributes) for m, p in zip(document.meshes, primitives)}
 
 
 def corners(mesh, attribute="POSITION"):
@@ -182,13 +182,14 @@ def test_obj(folder):
 
 def test_obj_materials(folder):
     document = open_model(folder / "a.obj")
-    names = [m.primitives[0].material for m in document.meshes]
+    names = [m["primitives"][0].get("material") for m in document.meshes]
     red, other = document.materials
-    assert names == [None, 0, 1] and (red.name, other.name) == ("red", "two words")
-    assert red.pbrMetallicRoughness.baseColorFactor == [1, 0.5, 0, 1]
-    assert red.pbrMetallicRoughness.roughnessFactor == pytest.approx(0.02**0.25)
-    assert red.pbrMetallicRoughness.baseColorTexture.index == 0
-    data = bytes(document.bytes_of_view(document.images[0].bufferView))
+    assert names == [None, 0, 1] and (red["name"], other["name"]) == ("red", "two words")
+    pbr = red["pbrMetallicRoughness"]
+    assert pbr["baseColorFactor"] == [1, 0.5, 0, 1]
+    assert pbr["roughnessFactor"] == pytest.approx(0.02**0.25)
+    assert pbr["baseColorTexture"]["index"] == 0
+    data = bytes(document.bytes_of_view(document.images[0]["bufferView"]))
     with Image.open(io.BytesIO(data)) as image:  # glTF has no .bmp
         assert image.format == "PNG" and image.getpixel((0, 0))[:3] == (255, 0, 0)
     assert document.import_warnings == ()
@@ -284,7 +285,7 @@ def test_obj_several_libraries(tmp_path, line):
         line + "\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl a\nf 1 2 3\nusemtl b\nf 1 3 2\n"
     )
     document = open_model(tmp_path / "a.obj")
-    assert [material.name for material in document.materials] == ["a", "b"]
+    assert [material["name"] for material in document.materials] == ["a", "b"]
     assert document.import_warnings == ()
     named = {path.resolve() for path in referenced_files(tmp_path / "a.obj") if path.is_file()}
     assert len(named) == 2
@@ -332,7 +333,7 @@ def test_obj_with_indices_of_missing_normals(tmp_path):
     (tmp_path / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1/1/1 2/2/2 3/3/3\n")
     document = open_model(tmp_path / "a.obj")
     assert len(document.import_warnings) == 2 and "normal" in document.import_warnings[1]
-    assert set(document.meshes[0].primitives[0].attributes) == {"POSITION"}
+    assert set(document.primitive(0, 0)["attributes"]) == {"POSITION"}
 
 
 @pytest.mark.parametrize("name", ["a.ply", "little.ply", "big.ply"])
@@ -397,7 +398,7 @@ def test_rows_in_work_files_are_those_in_memory(folder, monkeypatch, name):
         )
         for attribute, rows in mesh.attributes.items():
             stored = other.attributes[attribute]
-            assert (stored.form, stored.count) == (rows.form, rows.count)
+            assert (stored.format, stored.count) == (rows.format, rows.count)
             np.testing.assert_array_equal(stored.rows(1, 2), rows.rows(1, 2))
         indexed, expected = other.indexed(), mesh.indexed()
         np.testing.assert_array_equal(indexed.triangles, expected.triangles)
