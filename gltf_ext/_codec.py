@@ -25,7 +25,6 @@ from gltf_ext._library import (
     Cancelled,
     Carried,
     Counts,
-    DecodedMesh,
     Groups,
     Handle,
     Mesh,
@@ -35,6 +34,7 @@ from gltf_ext._library import (
     StreamRow,
     Struct,
     Topology,
+    Vertices,
     address,
     check,
     functions,
@@ -210,7 +210,7 @@ class Joinable:
             "blob_count": len(self.first_vertices),
             "source_vertices": source_vertices,
         }
-        functions.join_vertices(DecodedMesh(**arrays, **counts), numbers.ctypes, byref(different))
+        functions.join_vertices(Vertices(**arrays, **counts), numbers.ctypes, byref(different))
         return numbers, different.value
 
 

@@ -79,7 +79,7 @@ Arrays = _struct(
     "first_vertex triangle_room vertex_room triangles integers values triangles_out vertices_out "
     "shared",
 )
-DecodedMesh = _struct(
+Vertices = _struct(
     "upppppqqqq",
     "stream_count triangles integers elements shared first_vertices triangle_count vertex_count "
     "blob_count source_vertices",

@@ -203,7 +203,7 @@ GLTF_MESHLET_API int gltf_meshlet_decode_meshlets(gltf_meshlet_view* view, const
                                                   uint32_t* integers);
 
 /* What gltf_meshlet_decode wrote, to find the source's vertices. */
-typedef struct gltf_meshlet_decoded_mesh {
+typedef struct gltf_meshlet_vertices {
   uint32_t size, stream_count;
   const uint32_t* triangles;       /* three vertex numbers each, below vertex_count */
   const uint32_t* const* integers; /* per stream: vertices x elements; stream 0 is the position */
@@ -213,13 +213,13 @@ typedef struct gltf_meshlet_decoded_mesh {
   uint64_t triangle_count, vertex_count, blob_count;
   uint64_t source_vertices; /* of the extension's object: vertex_count if it has none; 0 if
                                not known, as of a cut through levels of detail */
-} gltf_meshlet_decoded_mesh;
+} gltf_meshlet_vertices;
 
 /* A view holds vertices on borders of its blobs, and a few others, more than once. Writes
  * numbers[vertex]: equal for those that were one vertex of the source, from 0 in order of first
  * occurrence; and how many there are. Corners of one triangle stay different. docs/c.md says how
  * sure it is. */
-GLTF_MESHLET_API int gltf_meshlet_join_vertices(const gltf_meshlet_decoded_mesh* decoded,
+GLTF_MESHLET_API int gltf_meshlet_join_vertices(const gltf_meshlet_vertices* decoded,
                                                 uint32_t* numbers, uint32_t* different);
 
 typedef struct gltf_meshlet_topology {

@@ -14,7 +14,7 @@ bool are_below(const uint32_t* triangles, uint64_t count, uint64_t vertex_count)
 }
 
 // Returns what is wrong with the arrays, or null.
-const char* problem_of(const gltf_meshlet_decoded_mesh& d) {
+const char* problem_of(const gltf_meshlet_vertices& d) {
   if (!d.elements || !d.integers || !d.first_vertices || (d.triangle_count && !d.triangles))
     return kNull;
   if (d.vertex_count == 0 || d.vertex_count >= UINT32_MAX) return "there are too many vertices";
@@ -36,10 +36,10 @@ const char* problem_of(const gltf_meshlet_decoded_mesh& d) {
 
 using namespace meshlet;
 
-int gltf_meshlet_join_vertices(const gltf_meshlet_decoded_mesh* decoded, uint32_t* numbers,
+int gltf_meshlet_join_vertices(const gltf_meshlet_vertices* decoded, uint32_t* numbers,
                                uint32_t* different) {
   return guarded([&] {
-    gltf_meshlet_decoded_mesh d;
+    gltf_meshlet_vertices d;
     if (!take(decoded, d)) return bad_argument(kWrongSize);
     if (!numbers || !different) return bad_argument(kNull);
     if (const char* problem = problem_of(d)) return bad_argument(problem);
