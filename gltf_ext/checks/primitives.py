@@ -39,7 +39,8 @@ def compare(
     Values that are quantised to equal integers decode to equal values, so that errors need the
     source and the compressed accessors' types only. Where triangles are missing, only vertices that
     the compressed primitive has count; none of a source that is read in parts.
-    original: path of the source, for errors; folder: for work files.
+    original: path of the source, for errors; folder: for work files. with_topology: not for a
+    source that is compressed itself: its vertices are the file's, copies included.
     """
     mesh, index = source.mesh, source.primitive
     if not is_compressed(document.primitive(mesh, index)):
@@ -64,7 +65,8 @@ def compare(
     comparison.run(advance)
     findings.triangles += comparison.triangles
     findings.add_triangles(compressed, comparison.missing, comparison.extra, comparison.collapsed)
-    if source.is_in_memory and not (comparison.missing or comparison.extra):
+    is_same = not (comparison.missing or comparison.extra)
+    if with_topology and source.is_in_memory and is_same:
         findings.add_topology(compressed, *topologies(source, record_format, compressed))
     errors = {name: Errors() for name in first}
     formats = {name: types for name, _, types in compressed.named_streams}

@@ -89,7 +89,9 @@ class LodPrimitive:
 
         Vertices that are equal in several pages or levels are there once. Raises MeshletError.
         """
-        if len(cut.pages) and cut.pages[0] >= self.tables.coarse_pages:
+        tables = self.tables
+        fine = tables.cluster_begin[self.groups_of(tables.coarse_pages)[0]]
+        if cut.drawn[fine:].all() and cut.pages[0] >= tables.coarse_pages:
             for page in cut.pages:
                 self.drawn_of_page(int(page), cut.drawn)
             return decode(self.compressed)
