@@ -33,6 +33,7 @@ def compare(
     findings: Findings,
     folder: str,
     advance: Advance | None,
+    with_topology: bool = True,
 ) -> None:
     """Compare a primitive of the original with the one at the same place of the document.
 
