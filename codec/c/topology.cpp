@@ -3,7 +3,7 @@
 #include "common/join_vertices.h"
 #include "common/topology.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 namespace {
 
 constexpr const char* kNoVertex = "a triangle has a vertex that does not exist";
@@ -32,9 +32,9 @@ const char* problem_of(const gltf_meshlet_vertices& d) {
 }
 
 }  // namespace
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec
 
-using namespace meshlet;
+using namespace gltf_meshlet_codec;
 
 int gltf_meshlet_join_vertices(const gltf_meshlet_vertices* decoded, uint32_t* numbers,
                                uint32_t* different) {

@@ -8,7 +8,7 @@
 
 #include "common/weld.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 namespace {
 
 constexpr size_t kMostCompared = 16;  // open edges of one place that are matched with care
@@ -372,4 +372,4 @@ uint32_t join_vertices(const DecodedMesh& mesh, uint32_t source_vertices, uint32
   return Joiner(mesh, source_vertices, numbers).run();
 }
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

@@ -8,7 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 
 struct DecodedMesh {
   const uint32_t* triangles;  // three vertex numbers each, below vertex_count
@@ -27,4 +27,4 @@ struct DecodedMesh {
 // least source_vertices, unless vertices are equal that no source would double.
 uint32_t join_vertices(const DecodedMesh& mesh, uint32_t source_vertices, uint32_t* numbers);
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 namespace {
 
 // Calls visit(lower vertex, higher vertex) for all edges that have two ends.
@@ -66,4 +66,4 @@ Topology topology_of(const uint32_t* triangles, size_t triangle_count, size_t ve
   return result;
 }
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 
 struct Topology {
   uint64_t vertices = 0;        // of triangles
@@ -15,4 +15,4 @@ struct Topology {
 // triangles: three vertex numbers each, below vertex_count.
 Topology topology_of(const uint32_t* triangles, size_t triangle_count, size_t vertex_count);
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec
