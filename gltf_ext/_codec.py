@@ -141,7 +141,7 @@ class _View(Handle):
         return Joinable(triangles, integers, first, shared), values
 
     def _arrays(self, as_values: bool) -> list[NDArray[Any]]:
-        """An array for each stream, not initialised."""
+        """Return an array for each stream, not initialised."""
         if self._counts.suspicious:
             functions.validate(self, 0)
         arrays = []
@@ -189,9 +189,13 @@ class Joinable:
     shared: UInt32s | None = None
 
     def join(self, source_vertices: int) -> tuple[UInt32s, int]:
-        """Finds the vertices of the source. source_vertices: how many it had, 0 if that is not
-        known. Returns (uint32[V]: their numbers, equal for one vertex, in order of first
-        occurrence; how many there are)."""
+        """Find the vertices of the source.
+
+        source_vertices: how many it had, 0 if that is not known.
+
+        Returns (uint32[V]: their numbers, equal for one vertex, in order of first occurrence; how
+        many there are).
+        """
         count = len(self.integers[0])
         numbers, different = np.empty(count, np.uint32), c_uint32()
         integers = [_array(i, np.uint32, count, -1) for i in self.integers]
@@ -215,8 +219,7 @@ class Joinable:
 
 
 def topology(triangles: UInt32s, vertex_count: int) -> dict[str, int]:
-    """'vertices': of triangles, uint32[T, 3]; 'boundary_edges': those of exactly one triangle;
-    'islands': connected by vertices."""
+    """Count vertices of triangles uint32[T, 3], boundary edges (of one triangle), and islands."""
     triangles, found = _array(triangles, np.uint32, -1, 3), Topology()
     functions.get_topology(triangles.ctypes, len(triangles), vertex_count, found)
     return {name: getattr(found, name) for name in ("vertices", "boundary_edges", "islands")}
@@ -305,7 +308,7 @@ def decode_values(view: Bytes, threads: int = 0) -> tuple[UInt32s, list[NDArray[
 
 
 def decode_joinable(view: Bytes, threads: int = 0) -> tuple[Joinable, list[NDArray[Any]]]:
-    """Returns (triangles and integers, to join vertices; values per stream, as decode_values)."""
+    """Return (triangles and integers, to join vertices; values per stream, as decode_values)."""
     return _View(view).decode_joinable(threads)
 
 

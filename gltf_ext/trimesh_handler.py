@@ -88,7 +88,7 @@ def _decode(context: dict[str, Any]) -> dict[int, Any]:
 
 
 def _require_count(placeholder: Any, count: int) -> None:
-    """Raises ValueError unless an accessor has as many elements as the blobs."""
+    """Raise ValueError unless an accessor has as many elements as the blobs."""
     if len(placeholder) != count:
         raise ValueError(f"an accessor has {len(placeholder)} elements instead of {count}")
 

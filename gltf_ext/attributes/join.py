@@ -27,7 +27,7 @@ def decode(compressed: Compressed) -> Primitive:
 
 
 def decode_view(view: _codec.Bytes, source_vertices: int | None) -> Arrays:
-    """The same of a view, as _codec.decode_values gives it. Raises ValueError.
+    """Decode a view, as _codec.decode_values gives it. Raises ValueError.
 
     source_vertices: as in the extension's object; None where that has none: no vertex is doubled.
     """
@@ -82,8 +82,10 @@ class Parts:
         self.vertex_count = before - len(self._copies)
 
     def __iter__(self) -> Iterator[Primitive]:
-        """Some triangles at a time, with vertices that no part before has. Indices number the
-        vertices of all parts. Raises MeshletError."""
+        """Decode some triangles at a time, with vertices that no part before has.
+
+        Indices number the vertices of all parts. Raises MeshletError.
+        """
         for triangles, values in [self._whole] if self._whole else self._renumbered():
             yield self._compressed.as_primitive(triangles, values)
 
@@ -108,8 +110,11 @@ class Parts:
 
 
 def _equal_vertices(compressed: Compressed, folder: str) -> tuple[np.ndarray, np.ndarray]:
-    """(uint32 numbers of the vertices whose integers others have too, in ascending order, for each
-    the first one that has them). Raises MeshletError, OSError."""
+    """Find the vertices whose integers others have too.
+
+    Returns (their numbers, uint32, in ascending order; for each the first one that has its
+    integers). Raises MeshletError, OSError.
+    """
     buckets = Buckets(VERTEX, VERTEX.itemsize * compressed.vertex_count, folder)
     first = 0
     for part in parts_of(compressed.blob):
@@ -170,7 +175,7 @@ def _originals(compressed: Compressed, doubled: np.ndarray) -> np.ndarray:
 def _triangles_around(
     whole: _codec.Joinable, is_doubled: np.ndarray, first: int
 ) -> tuple[_codec.Joinable, np.ndarray]:
-    """(the triangles around some vertices, numbers of their vertices in ascending order).
+    """Return (the triangles around some vertices, numbers of their vertices in ascending order).
 
     The vertices are numbered from `first` on.
     """

@@ -60,7 +60,7 @@ class Findings:
             )
 
     def add_topology(self, compressed: Compressed, before: Topology, after: Topology) -> None:
-        """Adds the topology of a primitive."""
+        """Add the topology of a primitive."""
         sums = self.topology or (Topology(), Topology())
         self.topology = sums[0].plus(before), sums[1].plus(after)
         changes = difference(before, after)

@@ -25,15 +25,18 @@ class Topology:
     islands: int = 0
 
     def plus(self, other: Topology) -> Topology:
-        """The sums of both."""
+        """Return the sums of both."""
         return Topology(*(a + b for a, b in zip(vars(self).values(), vars(other).values())))
 
 
 def topologies(
     source: Source, record_format: RecordFormat, compressed: Compressed
 ) -> tuple[Topology, Topology]:
-    """(of a source in memory, of what the primitive decodes to). Equal vertices of the source are
-    one; triangles that have a vertex twice do not count. Raises MeshletError."""
+    """Return the topology of a source in memory, and of what the primitive decodes to.
+
+    Equal vertices of the source are one; triangles that have a vertex twice do not count. Raises
+    MeshletError.
+    """
     before = record_format.vertices_of(record_format.triangles_of(source))
     after = decode(compressed)
     return (
@@ -43,7 +46,7 @@ def topologies(
 
 
 def difference(before: Topology, after: Topology) -> str:
-    """What differs, in words; empty for nothing."""
+    """Say what differs; empty for nothing."""
     pairs = zip(vars(before).items(), vars(after).values())
     changes = [f"{a:,} {name.replace('_', ' ')} became {b:,}" for (name, a), b in pairs if a != b]
     return ", ".join(changes)
