@@ -33,6 +33,8 @@ from gltf_ext._library import (
     Statistics,
     StreamRow,
     Struct,
+    Topology,
+    Vertices,
     address,
     check,
     functions,
@@ -126,17 +128,34 @@ class _View(Handle):
         return blobs
 
     def decode(self, threads: int, as_values: bool) -> tuple[UInt32s, list[NDArray[Any]]]:
+        arrays = self._arrays(as_values)
+        lists = {"values" if as_values else "integers": pointers(arrays)}
+        return self._fill(threads, **lists), arrays
+
+    def decode_joinable(self, threads: int) -> tuple[Joinable, list[NDArray[Any]]]:
+        integers, values = self._arrays(False), self._arrays(True)
+        shared = np.empty(self.vertex_count, np.uint32)
+        lists = {"integers": pointers(integers), "values": pointers(values)}
+        triangles = self._fill(threads, shared=shared, **lists)
+        first = np.array([blob.first_vertex for blob in self.blobs()], np.uint64)
+        return Joinable(triangles, integers, first, shared), values
+
+    def _arrays(self, as_values: bool) -> list[NDArray[Any]]:
+        """Return an array for each stream, not initialised."""
         if self._counts.suspicious:
-            functions.validate(self, threads)
-        triangles, arrays = np.empty((self.triangle_count, 3), np.uint32), []
+            functions.validate(self, 0)
+        arrays = []
         for stream in self.streams:
             elements = stream.width if as_values else stream.elements
             dtype = np.float32 if as_values and stream.kind != KIND_INTEGER else np.uint32
             arrays.append(np.empty((self.vertex_count, elements), dtype))
+        return arrays
+
+    def _fill(self, threads: int, **arrays: Any) -> UInt32s:
+        triangles = np.empty((self.triangle_count, 3), np.uint32)
         room = {"triangle_room": self.triangle_count, "vertex_room": self.vertex_count}
-        lists = {"values" if as_values else "integers": pointers(arrays)}
-        functions.decode(self, threads, Arrays(triangles=triangles, **room, **lists))
-        return triangles, arrays
+        functions.decode(self, threads, Arrays(triangles=triangles, **room, **arrays))
+        return triangles
 
     def description(self, s: Struct) -> dict[str, Any]:
         """Return the result of `describe` for these Statistics."""
@@ -151,6 +170,59 @@ class _View(Handle):
             "symbols": dict(zip("CLERS", s.symbols)),
             "references": {"owned": s.owned, "private": s.private, "foreign": s.foreign},
         }
+
+
+@dataclass
+class Joinable:
+    """Decoded triangles with what tells which vertices were one in the source.
+
+    Attributes:
+        triangles: uint32[T, 3]; integers: uint32[V, elements] per stream.
+        first_vertices: uint64: of each blob.
+        shared: uint32[V]: each vertex, or an earlier one that has its position by a reference; None
+            if that is not known.
+    """
+
+    triangles: UInt32s
+    integers: list[UInt32s]
+    first_vertices: NDArray[np.uint64]
+    shared: UInt32s | None = None
+
+    def join(self, source_vertices: int) -> tuple[UInt32s, int]:
+        """Find the vertices of the source.
+
+        source_vertices: how many it had, 0 if that is not known.
+
+        Returns (uint32[V]: their numbers, equal for one vertex, in order of first occurrence; how
+        many there are).
+        """
+        count = len(self.integers[0])
+        numbers, different = np.empty(count, np.uint32), c_uint32()
+        integers = [_array(i, np.uint32, count, -1) for i in self.integers]
+        arrays = {
+            "triangles": _array(self.triangles, np.uint32, -1, 3),
+            "integers": pointers(integers),
+            "elements": np.array([i.shape[1] for i in integers], np.uint32),
+            "first_vertices": _array(self.first_vertices, np.uint64, -1),
+        }
+        if self.shared is not None:
+            arrays["shared"] = _array(self.shared, np.uint32, count)
+        counts = {
+            "stream_count": len(integers),
+            "triangle_count": len(self.triangles),
+            "vertex_count": count,
+            "blob_count": len(self.first_vertices),
+            "source_vertices": source_vertices,
+        }
+        functions.join_vertices(Vertices(**arrays, **counts), numbers.ctypes, byref(different))
+        return numbers, different.value
+
+
+def topology(triangles: UInt32s, vertex_count: int) -> dict[str, int]:
+    """Count vertices of triangles uint32[T, 3], boundary edges (of one triangle), and islands."""
+    triangles, found = _array(triangles, np.uint32, -1, 3), Topology()
+    functions.get_topology(triangles.ctypes, len(triangles), vertex_count, found)
+    return {name: getattr(found, name) for name in ("vertices", "boundary_edges", "islands")}
 
 
 class Header(_View):
@@ -233,6 +305,11 @@ def decode_values(view: Bytes, threads: int = 0) -> tuple[UInt32s, list[NDArray[
     elements] otherwise.
     """
     return _View(view).decode(threads, True)
+
+
+def decode_joinable(view: Bytes, threads: int = 0) -> tuple[Joinable, list[NDArray[Any]]]:
+    """Return (triangles and integers, to join vertices; values per stream, as decode_values)."""
+    return _View(view).decode_joinable(threads)
 
 
 def split(view: Bytes) -> list[tuple[int, int]]:

@@ -26,7 +26,7 @@ open_scratch p, get_begins pippz, get_statistics pp, decode pip, decode_range pp
 decode_meshlets pppzppp, encode pppp,
 weld pzzpp, scan_lines pzppzp, triangulate pzpzp, generate pppp, sort_points pzp,
 open_surface puqpfip, measure ppppzpip, get_distances pzppqfipp, get_unpacked_bytes pzp,
-unpack pzipz, pack pzip
+unpack pzipz, pack pzip, join_vertices ppp, get_topology pqqp
 """
 
 
@@ -76,10 +76,16 @@ Statistics = _struct(
     "iterations histogram connectivity references streams symbols disks owned private foreign",
 )
 Arrays = _struct(
-    "uqqppppp",
+    "uqqpppppp",
     "first_vertex triangle_room vertex_room triangles integers values triangle_begins "
-    "vertex_begins",
+    "vertex_begins shared",
 )
+Vertices = _struct(
+    "upppppqqqq",
+    "stream_count triangles integers elements shared first_vertices triangle_count vertex_count "
+    "blob_count source_vertices",
+)
+Topology = _struct("uqqq", "reserved vertices boundary_edges islands")
 Mesh = _struct(
     "upqqppppppppqqq",
     "stream_count triangles triangle_count vertex_count position_ids positions streams values "

@@ -17,6 +17,7 @@ import trimesh
 from trimesh.exchange.gltf.extensions import register_handler
 
 from gltf_ext import _codec
+from gltf_ext.attributes.join import decode_view
 from gltf_ext.attributes.streams import streams_of, to_accessor
 from gltf_ext.commands.decompress import decompress
 from gltf_ext.document.document import DAMAGED
@@ -66,10 +67,11 @@ def _decode(context: dict[str, Any]) -> dict[int, Any]:
     extension, primitive, accessors = context["data"], context["primitive"], context["accessors"]
     view = bytes(context["views"][extension["bufferView"]])
     blob = unpack(view) if is_packed(view) else view
-    streams = _codec.Decoder(blob).streams
-    triangles, values = _codec.decode_values(blob)
-    indices = primitive["indices"]
-    arrays = {indices: triangles.reshape(accessors[indices].shape)}
+    opened = _codec.Decoder(blob)
+    streams, indices = opened.streams, primitive["indices"]
+    _require_count(accessors[indices], 3 * opened.triangle_count)
+    triangles, values = decode_view(blob, extension.get("sourceVertices"))
+    arrays = {indices: triangles.reshape(-1, *accessors[indices].shape[1:])}
     sets = [
         (extension["attributes"], primitive["attributes"]),
         *zip(extension.get("targets", []), primitive.get("targets", []), strict=True),
@@ -77,11 +79,18 @@ def _decode(context: dict[str, Any]) -> dict[int, Any]:
     for first_streams, names in sets:
         for name, number in names.items():
             placeholder = accessors[number]
+            _require_count(placeholder, opened.vertex_count)
             components = math.prod(placeholder.shape[1:])
             columns = [values[s] for s in streams_of(first_streams[name], components, streams)]
             array = to_accessor(columns, placeholder.dtype)
-            arrays[number] = array.reshape(placeholder.shape)
+            arrays[number] = array.reshape(-1, *placeholder.shape[1:])
     return arrays
+
+
+def _require_count(placeholder: Any, count: int) -> None:
+    """Raise ValueError unless an accessor has as many elements as the blobs."""
+    if len(placeholder) != count:
+        raise ValueError(f"an accessor has {len(placeholder)} elements instead of {count}")
 
 
 def load(

@@ -207,12 +207,23 @@ def verify_text(report: Report) -> str:
     if report["collapsed_triangles"]:
         counts += f", {report['collapsed_triangles']:,} collapsed by the grid"
     attributes = [f"{name:{NAME_WIDTH}} {_error(report, name)}" for name in report["max_error"]]
+    topology = [_topology_line(report["topology"])] if report["topology"] else []
     levels = map(_level_line, report["levels"])
     unmeasured = [
         f"mesh {primitive['mesh']} primitive {primitive['primitive']}: levels are not measured"
         for primitive in report["not_measured"]
     ]
-    return "\n".join([counts, *attributes, *levels, *unmeasured, *report["problems"]])
+    return "\n".join([counts, *topology, *attributes, *levels, *unmeasured, *report["problems"]])
+
+
+def _topology_line(topology: Report) -> str:
+    decoded = topology["compressed"]
+    counts = (
+        f"{decoded['vertices']:,} vertices, "
+        f"{plural(decoded['boundary_edges'], 'boundary edge')}, "
+        f"{plural(decoded['islands'], 'island')}"
+    )
+    return counts + (", as in the original" if decoded == topology["original"] else "")
 
 
 def _level_line(level: Report) -> str:
@@ -231,6 +242,9 @@ def _level_line(level: Report) -> str:
 def _verdict(report: Report) -> str:
     if not report["triangles_equal"]:
         return "NOT THE SAME"
+    topology = report["topology"]
+    if topology and topology["original"] != topology["compressed"]:
+        return "the same triangles, CONNECTED DIFFERENTLY"
     return "the same triangles, " + ("within the bits" if report["ok"] else "BEYOND THE BITS")
 
 

@@ -3,6 +3,7 @@
 // accessors otherwise. It cannot compress: gltf-meshlet compress does.
 import { Extension, ExtensionProperty, GLB_BUFFER, PropertyType } from '@gltf-transform/core';
 import { accessorArrays, EXTENSION, forCompressed } from './gltf.js';
+import { joinVertices } from './join.js';
 import { TRANSPORT } from './transport.js';
 
 export const DECODER = 'meshlet.decoder';
@@ -56,7 +57,7 @@ class CompressedPrimitive extends ExtensionProperty {
   }
 
   getDefaults() {
-    return Object.assign(super.getDefaults(), { bytes: null, object: null });
+    return Object.assign(super.getDefaults(), { bytes: null, object: null, vertexCount: 0 });
   }
 }
 
@@ -90,8 +91,8 @@ export class EXTMeshletEdgebreaker extends Extension {
       const { bufferView } = primitive.extensions[EXTENSION];
       const buffer = context.buffers[json.bufferViews[bufferView].buffer];
       try {
-        const decoded = this.#decoder.decodePrimitive(context.bufferViews[bufferView]);
-        for (const [number, array] of accessorArrays(json, primitive, decoded))
+        const view = context.bufferViews[bufferView];
+        for (const [number, array] of this.#arrays(json, primitive, view))
           context.accessors[number].setArray(array).setBuffer(buffer);
       } catch (error) {
         throw new Error(`${name}: ${error.message}`, { cause: error });
@@ -107,11 +108,41 @@ export class EXTMeshletEdgebreaker extends Extension {
         if (!object) return;
         const { bufferView, ...streams } = object;
         const property = new CompressedPrimitive(this.document.getGraph());
-        property.set('bytes', context.bufferViews[bufferView]).set('object', streams);
+        const blobs = this.#decoder.blobs(context.bufferViews[bufferView]);
+        property
+          .set('bytes', context.bufferViews[bufferView])
+          .set('object', streams)
+          .set(
+            'vertexCount',
+            blobs.reduce((sum, blob) => sum + blob.vertexCount, 0),
+          );
         context.meshes[m].listPrimitives()[p].setExtension(EXTENSION, property);
       }),
     );
     return this;
+  }
+
+  // Accessor number -> its components, each vertex of the source once.
+  #arrays(json, primitive, view) {
+    const decoded = this.#decoder.decodePrimitive(view);
+    const arrays = accessorArrays(json, primitive, decoded);
+    const { sourceVertices } = primitive.extensions[EXTENSION];
+    if (!(sourceVertices < decoded.vertexCount)) return arrays;
+    const integers = this.#decoder.decodePrimitive(view, { integers: true });
+    let vertices = 0;
+    const firsts = this.#decoder.blobs(view).map(({ vertexCount }) => {
+      vertices += vertexCount;
+      return vertices - vertexCount;
+    });
+    const { numbers, count } = joinVertices(integers, firsts, sourceVertices);
+    for (const [number, array] of arrays)
+      arrays.set(
+        number,
+        number === primitive.indices
+          ? array.map((v) => numbers[v])
+          : joinedRows(array, numbers, count),
+      );
+    return arrays;
   }
 
   // Called before accessors are written: those of a primitive that keeps its blob get no bytes.
@@ -123,7 +154,10 @@ export class EXTMeshletEdgebreaker extends Extension {
         if (context.accessorIndexMap.has(accessor)) continue;
         const { accessors } = context.jsonDoc.json;
         context.accessorIndexMap.set(accessor, accessors.length);
-        accessors.push(context.createAccessorDef(accessor));
+        const definition = context.createAccessorDef(accessor);
+        // The blob may have a vertex more than once.
+        if (accessor !== primitive.getIndices()) definition.count = property.get('vertexCount');
+        accessors.push(definition);
       }
       const bytes = property.get('bytes');
       if (views.has(bytes)) continue;
@@ -194,7 +228,8 @@ export class EXTMeshletEdgebreaker extends Extension {
       accessors: accessors.map((accessor) => ({
         componentType: accessor.getComponentType(),
         type: accessor.getType(),
-        count: accessor.getCount(),
+        count:
+          accessor === primitive.getIndices() ? accessor.getCount() : property.get('vertexCount'),
       })),
     };
     const attributes = (owner) =>
@@ -206,14 +241,25 @@ export class EXTMeshletEdgebreaker extends Extension {
       targets: targets.map(attributes),
     };
     try {
-      const decoded = this.#decoder.decodePrimitive(property.get('bytes'));
-      return [...accessorArrays(json, definition, decoded)].every(([number, array]) =>
-        sameBytes(array, accessors[number].getArray()),
-      );
+      const arrays = this.#arrays(json, definition, property.get('bytes'));
+      return [...arrays].every(([number, array]) => sameBytes(array, accessors[number].getArray()));
     } catch {
       return false; // other types or counts than the blob's
     }
   }
+}
+
+// The rows of an array of vertices, one for each number.
+function joinedRows(array, numbers, count) {
+  const components = array.length / numbers.length;
+  const joined = new array.constructor(count * components);
+  let next = 0;
+  numbers.forEach((number, v) => {
+    if (number !== next) return; // an earlier vertex has this number
+    next++;
+    joined.set(array.subarray(components * v, components * (v + 1)), components * number);
+  });
+  return joined;
 }
 
 function accessorsOf(primitive) {

@@ -255,7 +255,9 @@ int gltf_meshlet_decode(const gltf_meshlet_view* view, int32_t threads,
     if (to.first_vertex) return bad_argument("the first vertex of a whole view is not 0");
     if (to.triangle_room < v.triangle_count || to.vertex_room < v.vertex_count)
       return bad_argument(kRoom);
-    return status_of(v.decode(thread_count(threads), {to.triangles, to.integers, to.values}));
+    Outputs out{to.triangles, to.integers, to.values};
+    out.shared = to.shared;
+    return status_of(v.decode(thread_count(threads), out));
   });
 }
 
@@ -266,6 +268,7 @@ int gltf_meshlet_decode_range(const gltf_meshlet_view* view, gltf_meshlet_scratc
     gltf_meshlet_arrays to;
     if (!take(arrays, to)) return bad_argument(kWrongSize);
     if (!to.triangles) return bad_argument(kNull);
+    if (to.shared) return bad_argument("shared vertices are found in whole views only");
     if (count == 0 || first >= open.view.meshlet_count)
       return no_such("there are no such meshlets");
     const size_t number = open.view.blob_of_meshlet(first);

@@ -197,6 +197,8 @@ typedef struct gltf_meshlet_arrays {
                                 vertices x elements, but x 3 for OCT */
   const uint32_t *triangle_begins, *vertex_begins; /* of gltf_meshlet_get_begins, to decode ranges
                                                       to arrays of the view; or null */
+  uint32_t* shared; /* null, or for gltf_meshlet_join_vertices: per vertex, itself or an earlier one
+                       that has its position by a reference. Only gltf_meshlet_decode writes it */
 } gltf_meshlet_arrays;
 
 /* Decodes everything; needs room for the view's triangles and vertices. Threads share out the
@@ -231,6 +233,39 @@ GLTF_MESHLET_API int gltf_meshlet_decode_meshlets(const gltf_meshlet_view* view,
                                                   const uint32_t* meshlets, size_t count,
                                                   uint32_t* sizes, uint8_t* triangles,
                                                   uint32_t* integers);
+
+#ifndef GLTF_MESHLET_DECODER_ONLY
+/* What gltf_meshlet_decode wrote, to find the source's vertices. */
+typedef struct gltf_meshlet_vertices {
+  uint32_t size, stream_count;
+  const uint32_t* triangles;       /* three vertex numbers each, below vertex_count */
+  const uint32_t* const* integers; /* per stream: vertices x elements; stream 0 is the position */
+  const uint32_t* elements;        /* per stream, 1 to 4 */
+  const uint32_t* shared;          /* null, or of gltf_meshlet_arrays */
+  const uint64_t* first_vertices;  /* of the blobs, in ascending order */
+  uint64_t triangle_count, vertex_count, blob_count;
+  uint64_t source_vertices; /* of the extension's object: vertex_count if it has none; 0 if
+                               not known, as of a cut through levels of detail */
+} gltf_meshlet_vertices;
+
+/* A view holds vertices on borders of its blobs, and a few others, more than once. Writes
+ * numbers[vertex]: equal for those that were one vertex of the source, from 0 in order of first
+ * occurrence; and how many there are. Corners of one triangle stay different. docs/c.md says how
+ * sure it is. */
+GLTF_MESHLET_API int gltf_meshlet_join_vertices(const gltf_meshlet_vertices* decoded,
+                                                uint32_t* numbers, uint32_t* different);
+
+typedef struct gltf_meshlet_topology {
+  uint32_t size, reserved;
+  uint64_t vertices;       /* of triangles */
+  uint64_t boundary_edges; /* that exactly one triangle has: none in a closed mesh */
+  uint64_t islands;        /* connected by vertices */
+} gltf_meshlet_topology;
+
+/* triangles: three vertex numbers each, below vertex_count. */
+GLTF_MESHLET_API int gltf_meshlet_get_topology(const uint32_t* triangles, uint64_t triangle_count,
+                                               uint64_t vertex_count, gltf_meshlet_topology* out);
+#endif
 
 /* ---- Views packed for download: EXT_meshlet_transport ---- */
 

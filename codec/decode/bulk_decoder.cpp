@@ -230,6 +230,9 @@ class History {
   // Keeps the decoded meshlet. Returns false if there is no memory.
   bool append(const uint32_t* global);
 
+  // Notes, after append, which vertices share a position: see Outputs::shared.
+  void note_shared(const uint32_t* global, uint32_t* shared);
+
   // Does the meshlet, decoded and appended, agree with the owners of its foreign references on
   // their shared vertices?
   bool consistent();
@@ -517,6 +520,25 @@ bool History::append(const uint32_t* global) {
   }
   return true;
 }
+
+#ifndef __wasm__  // which has no use for it
+void History::note_shared(const uint32_t* global, uint32_t* shared) {
+  const auto first = [&](uint32_t v) {
+    while (shared[v] != v) v = shared[v] = shared[shared[v]];
+    return v;
+  };
+  for (uint64_t rest = d_.opened.foreign_refs; rest; rest &= rest - 1) {
+    const uint32_t r = d_.mask_lsb(rest);
+    if (d_.reference_owner[r] < begin_) continue;
+    const uint32_t* numbers = kept(d_.reference_owner[r]).numbers;
+    for_vertices(r, [&](uint32_t place, uint32_t id) {
+      const uint32_t a = first(global[id]), b = first(numbers[place]);
+      shared[d_.max(a, b)] = d_.min(a, b);
+    });
+  }
+}
+
+#endif
 
 bool History::same_vertex(uint32_t r, uint32_t place, uint32_t id) {
   const uint32_t* values = kept(d_.reference_owner[r]).values + place_size() * place;
@@ -861,6 +883,15 @@ Problem BlobDecoder::decode(uint32_t first, uint32_t count, StreamRange streams,
     if (kBegins && out.vertex_begins) history_.continue_at(out.vertex_begins[m]);
     if (const Problem problem = decode_next(m, false, numbers)) return problem;
     if (const Problem problem = count_room(m, end, out, numbers, room)) return problem;
+#ifndef __wasm__
+    if (out.shared) {
+      for (uint32_t i = 0; i < numbers.new_count; i++) {
+        const uint32_t v = numbers.global[numbers.new_ids[i]];
+        out.shared[v] = v;
+      }
+      history_.note_shared(numbers.global, out.shared);
+    }
+#endif
     if (kBegins && out.triangle_begins)
       triangles = out.triangles + 3 * size_t(out.triangle_begins[m]);
     write_triangles(d_, numbers.global, triangles);

@@ -35,6 +35,9 @@ struct Outputs {
   // of what follows the last one. With them, numbers and places are those of the whole view
   // whatever was decoded before, and first_vertex has no meaning.
   const uint32_t *triangle_begins = nullptr, *vertex_begins = nullptr;
+  // By vertex number: itself, or an earlier vertex that has its position by a reference. To follow
+  // them leads to the first vertex of all that share it.
+  uint32_t* shared = nullptr;
   DecodedMeshlet* meshlet = nullptr;  // instead of arrays: receives the last meshlet
 };
 

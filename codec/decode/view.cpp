@@ -127,6 +127,7 @@ Problem View::decode_blob(Decoder& decoder, size_t number, const Outputs& out) c
   own.integers = integers;
   own.values = values;
   own.first_vertex = uint32_t(first_vertex);
+  own.shared = out.shared;
   open_decoder(decoder, number);
   return located(decoder.decode(own), number);
 }
@@ -148,7 +149,8 @@ Problem View::decode(int threads, const Outputs& out) const {
   List<Range> ranges;
   bool parts;
   if (!list_ranges(*this, threads, ranges, parts)) return {kNoMemory};
-  if (parts && !decode_in_ranges(threads, ranges, out)) return {};
+  // What ranges share with earlier ones is not known in each of them.
+  if (parts && !out.shared && !decode_in_ranges(threads, ranges, out)) return {};
   // Also after a problem, to have that of one thread.
   return for_decoders(threads, blobs.size(),
                       [&](Decoder& decoder, size_t b) { return decode_blob(decoder, b, out); });

@@ -11,6 +11,7 @@ import numpy as np
 
 from gltf_ext.attributes.extension import Compressed
 from gltf_ext.checks.attribute_errors import Errors
+from gltf_ext.checks.topology import Topology, difference
 
 OfMeshes = list[tuple[float, list[Errors]]]  # factor from an error to percent, errors; of each mesh
 
@@ -19,8 +20,8 @@ OfMeshes = list[tuple[float, list[Errors]]]  # factor from an error to percent, 
 class Findings:
     """The comparison so far.
 
-    errors: attribute -> mesh -> errors of its primitives; problems: one line each; the rest are
-    counts.
+    errors: attribute -> mesh -> errors of its primitives; problems: one line each; topology: sums
+    of the original and of the compressed file, None if none was compared; the rest are counts.
     """
 
     triangles: int = 0
@@ -28,6 +29,7 @@ class Findings:
     extra_triangles: int = 0
     collapsed_triangles: int = 0
     differing_primitives: int = 0
+    topology: tuple[Topology, Topology] | None = None
     errors: dict[str, dict[int, list[Errors]]] = field(default_factory=dict)
     problems: list[str] = field(default_factory=list)
 
@@ -55,6 +57,17 @@ class Findings:
         if missing or extra:
             self.problems.append(
                 f"{compressed.where}: {missing} triangles are missing, {extra} are extra"
+            )
+
+    def add_topology(self, compressed: Compressed, before: Topology, after: Topology) -> None:
+        """Add the topology of a primitive."""
+        sums = self.topology or (Topology(), Topology())
+        self.topology = sums[0].plus(before), sums[1].plus(after)
+        changes = difference(before, after)
+        if changes:
+            self.problems.append(
+                f"{compressed.where}: {changes}; the grid makes vertices equal: "
+                "use more position bits"
             )
 
     def differs(self, problem: str) -> None:
@@ -108,6 +121,7 @@ def report_of(findings: Findings) -> dict[str, Any]:
         for name, errors in flat.items()
         if any(e.degrees is not None for e in errors)
     }
+    topology = findings.topology
     return {
         "ok": not findings.problems,
         "triangles_equal": not (
@@ -119,6 +133,8 @@ def report_of(findings: Findings) -> dict[str, Any]:
         "extra_triangles": findings.extra_triangles,
         "collapsed_triangles": findings.collapsed_triangles,
         "differing_primitives": findings.differing_primitives,
+        "topology": topology
+        and {"original": vars(topology[0]).copy(), "compressed": vars(topology[1]).copy()},
         "max_error": each(lambda meshes: max(e.max for _, errors in meshes for e in errors)),
         "rms_error": each(lambda meshes: _rms([(1.0, errors) for _, errors in meshes])),
         "max_error_percent": each(lambda meshes: max(e.max * p for p, es in meshes for e in es)),

@@ -12,6 +12,7 @@ from gltf_ext.attributes.extension import read_compressed, source_of
 from gltf_ext.attributes.records import RecordFormat
 from gltf_ext.checks.attribute_errors import Errors, errors_of
 from gltf_ext.checks.findings import Findings
+from gltf_ext.checks.topology import topologies
 from gltf_ext.checks.triangles import Comparison, keys_of
 from gltf_ext.document.document import Document
 from gltf_ext.errors import blaming
@@ -33,13 +34,15 @@ def compare(
     findings: Findings,
     folder: str,
     advance: Advance | None,
+    with_topology: bool = True,
 ) -> None:
     """Compare a primitive of the original with the one at the same place of the document.
 
     Values that are quantised to equal integers decode to equal values, so that errors need the
     source and the compressed accessors' types only. Where triangles are missing, only vertices that
     the compressed primitive has count; none of a source that is read in parts.
-    original: path of the source, for errors; folder: for work files.
+    original: path of the source, for errors; folder: for work files. with_topology: not for a
+    source that is compressed itself: its vertices are the file's, copies included.
     """
     mesh, index = source.mesh, source.primitive
     if not is_compressed(document.primitive(mesh, index)):
@@ -64,6 +67,9 @@ def compare(
     comparison.run(advance)
     findings.triangles += comparison.triangles
     findings.add_triangles(compressed, comparison.missing, comparison.extra, comparison.collapsed)
+    is_same = not (comparison.missing or comparison.extra)
+    if with_topology and source.is_in_memory and is_same:
+        findings.add_topology(compressed, *topologies(source, record_format, compressed))
     errors = {name: Errors() for name in first}
     formats = {name: types for name, _, types in compressed.named_streams}
     decoding = dataclasses.replace(record_format, formats=formats)

@@ -1,4 +1,4 @@
-"""verify: compares a compressed file with its original, triangle by triangle and value by value.
+"""verify: compares a compressed file with its original: triangles, topology and values.
 
 Both sides are quantised to the compressed file's own grids, then compared as multisets of vertices
 and triangles: the encoder may reorder both.
@@ -21,7 +21,7 @@ from gltf_ext.options import Options
 from gltf_ext.progress import progress_bar
 from gltf_ext.sources.importers import open_model
 from gltf_ext.sources.large import Larges, open_large
-from gltf_ext.sources.primitives import triangle_primitives
+from gltf_ext.sources.primitives import is_compressed, triangle_primitives
 
 
 def verify(
@@ -51,6 +51,10 @@ def verify(
             attributes quantised.
         errors_within_bits: position components are off by at most half a step, the others by at
             most the error that their bits allow.
+        topology: "original" and "compressed" -> vertices, boundary_edges (of one triangle only) and
+            islands (parts that no vertex connects), summed over the primitives that were compared;
+            None if none was. Not compared: those read in parts, those whose original is
+            compressed, those with other triangles.
         max_error, rms_error: attribute -> distance in model or attribute units; of directions the
             distance of unit vectors. None when no vertex could be compared.
         max_error_percent, rms_error_percent: the same in percent of the diagonal of the
@@ -104,10 +108,10 @@ def _compare_files(
         for mesh, index in _places_of_both(original_document, compressed_document, findings):
             with blaming(original):
                 source = large.get((mesh, index)) or read_original(original_document, mesh, index)
+            is_plain = not is_compressed(original_document.primitive(mesh, index))
+            folder = str(options.work_dir)
             with blaming(compressed):
-                compare(
-                    compressed_document, source, original, findings, str(options.work_dir), advance
-                )
+                compare(compressed_document, source, original, findings, folder, advance, is_plain)
     with blaming(compressed):
         levels, not_measured = measure_levels(compressed_document, large=set(large))
     findings.problems += level_problems(levels)

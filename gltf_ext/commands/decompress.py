@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import os
-from itertools import starmap
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from gltf_ext.attributes.extension import Compressed, require_compressed
+from gltf_ext.attributes.join import Parts
 from gltf_ext.document import gltf
 from gltf_ext.document.accessors import store_rows, stored_rows, widen_bounds
 from gltf_ext.document.container import model_files
@@ -114,8 +114,7 @@ def _expand(
 ) -> None:
     """Store one primitive in new accessors: the old ones may have other users."""
     primitive = document.primitive(compressed.mesh, compressed.primitive)
-    cut = detail.cut(document, compressed)
-    whole = cut or compressed
+    whole = detail.cut(document, compressed) or Parts(compressed, folder)
     indices = describe_indices(document, whole.triangle_count, whole.vertex_count)
     sets = [
         describe(document, names, whole.vertex_count, None)
@@ -133,7 +132,7 @@ def _expand(
         spools[index].append(stored_rows(accessors[index], values, targets[index]))
 
     decoded_triangles = 0
-    for part in [cut] if cut else starmap(compressed.as_primitive, compressed.parts()):
+    for part in whole if isinstance(whole, Parts) else [whole]:
         decoded_triangles += part.triangle_count
         if advance:
             advance(decoded_triangles / whole.triangle_count)

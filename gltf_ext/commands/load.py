@@ -10,17 +10,21 @@ from gltf_ext import _codec
 from gltf_ext.attributes.extension import (
     Compressed,
     malformed_from,
-    read_triangles,
+    read_compressed,
     require_compressed,
 )
+from gltf_ext.attributes.join import decode
 from gltf_ext.attributes.streams import dequantise, to_accessor
 from gltf_ext.errors import blaming
 from gltf_ext.sources.importers import open_model
-from gltf_ext.sources.primitives import Primitive, triangle_primitives
+from gltf_ext.sources.primitives import Primitive, is_compressed, triangle_primitives
+from gltf_ext.sources.source import read_primitive
 
 
 def load(path: str | os.PathLike[str]) -> list[Primitive]:
     """Read every triangle primitive of a file in order of (mesh, primitive), decoded.
+
+    Each vertex of a compressed primitive's source is there once, also where the file has copies.
 
     Args:
         path: of a .glb or .gltf, compressed or not, or of an .obj, .ply or .stl.
@@ -34,7 +38,12 @@ def load(path: str | os.PathLike[str]) -> list[Primitive]:
     """
     with blaming(path):
         document = open_model(path)
-        return [read_triangles(document, m, p)[0] for m, p, _ in triangle_primitives(document)]
+        return [
+            decode(read_compressed(document, m, p))
+            if is_compressed(primitive)
+            else read_primitive(document, m, p)[0]
+            for m, p, primitive in triangle_primitives(document)
+        ]
 
 
 class MeshletDecoder:

@@ -18,6 +18,7 @@ from gltf_ext.attributes.extension import (
     require_compressed,
     require_plain,
 )
+from gltf_ext.attributes.join import decode, without_copies
 from gltf_ext.document import gltf
 from gltf_ext.document.document import Document, item
 from gltf_ext.errors import MeshletError, blaming
@@ -86,19 +87,32 @@ class LodPrimitive:
     def mesh(self, cut: Cut) -> Primitive:
         """Return the triangles of a cut with all attributes. Decodes the pages of its clusters.
 
-        Vertices on borders of pages are stored once for each page. Raises MeshletError.
+        Vertices that are equal in several pages or levels are there once. Raises MeshletError.
         """
+        tables = self.tables
+        fine = tables.cluster_begin[self.groups_of(tables.coarse_pages)[0]]
+        if cut.drawn[fine:].all() and cut.pages[0] >= tables.coarse_pages:
+            for page in cut.pages:
+                self.drawn_of_page(int(page), cut.drawn)
+            return decode(self.compressed)
         triangles: list[np.ndarray] = []
+        integers: list[list[np.ndarray]] = []
         values: list[list[np.ndarray]] = []
-        count = 0
+        first = [0]
         for page in cut.pages:
-            corners, vertices = self._drawn_of(int(page), cut.drawn)
-            vertex_ids, local = np.unique(corners, return_inverse=True)
-            triangles.append(local.reshape(-1, 3).astype(np.uint32) + np.uint32(count))
-            values.append([v[vertex_ids] for v in vertices])
-            count += len(vertex_ids)
-        all_values = [np.concatenate(column) for column in zip(*values)]
-        return self.compressed.as_primitive(np.concatenate(triangles), all_values)
+            part, of_streams = self._drawn_of(int(page), cut.drawn)
+            vertex_ids, local = np.unique(part.triangles, return_inverse=True)
+            triangles.append(local.reshape(-1, 3).astype(np.uint32) + np.uint32(first[-1]))
+            integers.append([v[vertex_ids] for v in part.integers])
+            values.append([v[vertex_ids] for v in of_streams])
+            first.append(first[-1] + len(vertex_ids))
+        whole = _codec.Joinable(
+            np.concatenate(triangles),
+            [np.concatenate(column) for column in zip(*integers)],
+            np.array(first[:-1], np.uint64),
+        )
+        of_cut = [np.concatenate(column) for column in zip(*values)]
+        return self.compressed.as_primitive(*without_copies(whole, of_cut, source_vertices=0))
 
     def drawn_of_page(self, page: int, drawn: np.ndarray) -> np.ndarray:
         """Return the numbers of a page's meshlets that a cut draws, int64. Raises MeshletError.
@@ -116,13 +130,14 @@ class LodPrimitive:
         first, last = self.groups_of(page)
         return np.flatnonzero(drawn[begin[first] : begin[last]])
 
-    def _drawn_of(self, page: int, drawn: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:
+    def _drawn_of(self, page: int, drawn: np.ndarray) -> tuple[_codec.Joinable, list[np.ndarray]]:
         """Return (triangles to draw in the page's vertices, its values)."""
         selection, blob = self.drawn_of_page(page, drawn), self.page(page)
         with malformed_from(f"{self.where}: page {page}"):
-            triangles, values = _codec.decode_values(blob, threads=1)
+            part, values = _codec.decode_joinable(blob, threads=1)
         triangle_begin = begins(_codec.Header(blob).meshlet_triangles)
-        return triangles[members(triangle_begin, selection)], values
+        part.triangles = part.triangles[members(triangle_begin, selection)]
+        return part, values
 
     def check_page(self, number: int, blob: bytes | None = None) -> None:
         """Compare a page's header with the tables and level 0. Raises MeshletError.

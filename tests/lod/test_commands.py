@@ -56,7 +56,7 @@ def test_inspect_shows_levels(capsys):
 
 def test_verify_measures_levels(capsys):
     assert cli.main(["verify", str(LEVELS), str(LEVELS)]) == 0
-    assert "level 2: 48 triangles, error 2 stated, 0.998 measured" in capsys.readouterr().out
+    assert "level 2: 48 triangles, error 2 stated, 0.999 measured" in capsys.readouterr().out
 
 
 def test_trimesh_loads_a_level():

@@ -15,6 +15,8 @@ from gltf_ext.attributes.extension import require_compressed
 from gltf_ext.document.gltf import has_extension
 from gltf_ext.sources.importers import open_model
 from tests.helpers import environment, web_package
+from tests.helpers.gltf_builder import Builder
+from tests.helpers.topology import topology, torus
 
 NAME = "EXT_meshlet_edgebreaker"
 PACKAGES = ("@gltf-transform/core", "@gltf-transform/extensions", "@gltf-transform/cli")
@@ -72,6 +74,31 @@ def test_unchanged_blobs_are_kept(name, folder, model, tmp_path):
     assert blobs(tmp_path / "out.glb") == blobs(tmp_path / "in.glb")
     gltf_ext.validate(tmp_path / "out.glb")
     assert_same_geometry(tmp_path / "out.glb", tmp_path / "in.glb")
+
+
+@pytest.mark.parametrize("bits", [7, 12])
+def test_each_vertex_of_the_source_is_there_once(bits, folder, tmp_path):
+    positions, triangles = torus(120, 50)
+    uv = np.abs(positions[:, :2])
+    builder = Builder()
+    builder.mesh({"POSITION": positions, "TEXCOORD_0": uv}, triangles)
+    original, packed = builder.write(tmp_path / "in.glb"), tmp_path / "packed.glb"
+    compress(original, packed, page_bytes=4096, position_bits=bits)
+    (compressed,) = require_compressed(open_model(packed))
+    assert compressed.vertex_count > len(positions)
+    assert convert(folder, packed, tmp_path / "kept.glb") == ""
+    assert blobs(tmp_path / "kept.glb") == blobs(packed)
+    assert gltf_ext.validate(tmp_path / "kept.glb") == []
+    assert convert(folder, packed, tmp_path / "plain.glb", "move") == ""
+    (plain,) = gltf_ext.load(tmp_path / "plain.glb")
+    assert topology(plain.indices) == topology(triangles)
+    assert plain.vertex_count == len(positions)
+    moved = compressed.decode()
+    moved.attributes["POSITION"] = moved.attributes["POSITION"] + np.float32(1)
+    for name, values in moved.attributes.items():
+        np.testing.assert_array_equal(
+            plain.attributes[name][plain.indices], values[moved.indices], err_msg=name
+        )
 
 
 def test_packed_files_are_read(folder, model, tmp_path):

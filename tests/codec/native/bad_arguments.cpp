@@ -429,6 +429,58 @@ void test_packing() {
   WORKS(gltf_meshlet_close(result));
 }
 
+void test_join_vertices() {
+  // Two triangles that share an edge, whose vertices are doubled.
+  const uint32_t triangles[6] = {0, 1, 2, 3, 4, 5}, elements[1] = {1},
+                 missing[6] = {0, 1, 2, 3, 4, 6};
+  const uint32_t values[6] = {0, 1, 2, 2, 1, 3}, later[6] = {1, 1, 2, 3, 4, 5};
+  const uint32_t* integers[1] = {values};
+  const uint64_t first[2] = {0, 3};
+  uint32_t numbers[6], different = 0;
+  gltf_meshlet_vertices v{};
+  v.size = sizeof v;
+  v.stream_count = 1;
+  v.triangles = triangles;
+  v.integers = integers;
+  v.elements = elements;
+  v.first_vertices = first;
+  v.triangle_count = 2;
+  v.vertex_count = 6;
+  v.blob_count = 2;
+  for (uint64_t source : {0, 1, 4, 6}) {
+    v.source_vertices = source;
+    WORKS(gltf_meshlet_join_vertices(&v, numbers, &different));
+    EXPECT(different == (source == 6 ? 6 : 4));
+  }
+  REFUSED(gltf_meshlet_join_vertices(nullptr, numbers, &different));
+  REFUSED(gltf_meshlet_join_vertices(&v, nullptr, &different));
+  REFUSED(gltf_meshlet_join_vertices(&v, numbers, nullptr));
+  const auto refused_with = [&](auto member, auto value) {
+    gltf_meshlet_vertices wrong = v;
+    wrong.*member = value;
+    REFUSED(gltf_meshlet_join_vertices(&wrong, numbers, &different));
+  };
+  using V = gltf_meshlet_vertices;
+  refused_with(&V::size, 8u);
+  refused_with(&V::stream_count, 0u);
+  refused_with(&V::stream_count, 65u);
+  refused_with(&V::triangles, static_cast<const uint32_t*>(nullptr));
+  refused_with(&V::triangles, static_cast<const uint32_t*>(missing));
+  refused_with(&V::shared, static_cast<const uint32_t*>(later));
+  refused_with(&V::integers, static_cast<const uint32_t* const*>(nullptr));
+  refused_with(&V::elements, static_cast<const uint32_t*>(nullptr));
+  refused_with(&V::first_vertices, static_cast<const uint64_t*>(nullptr));
+  refused_with(&V::vertex_count, uint64_t(0));
+  refused_with(&V::vertex_count, uint64_t(UINT32_MAX));
+  gltf_meshlet_topology topology{};
+  topology.size = sizeof topology;
+  WORKS(gltf_meshlet_get_topology(triangles, 2, 6, &topology));
+  EXPECT(topology.vertices == 6 && topology.boundary_edges == 6 && topology.islands == 2);
+  REFUSED(gltf_meshlet_get_topology(missing, 2, 6, &topology));
+  REFUSED(gltf_meshlet_get_topology(nullptr, 2, 6, &topology));
+  REFUSED(gltf_meshlet_get_topology(triangles, 2, 6, nullptr));
+}
+
 void test_weld_and_sort() {
   uint32_t numbers[2], different;
   const char rows[4] = {};
@@ -570,6 +622,7 @@ int main(int argc, char** argv) {
   test_results();
   test_packing();
   test_weld_and_sort();
+  test_join_vertices();
   test_lines();
   test_polygons();
   test_levels();
