@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-
 import numpy as np
 
 from gltf_ext import _codec
@@ -14,17 +12,19 @@ from gltf_ext.attributes.extension import (
     require_compressed,
 )
 from gltf_ext.attributes.streams import dequantise, to_accessor
+from gltf_ext.document.gltf2 import Model, name_of
 from gltf_ext.errors import blaming
 from gltf_ext.sources.importers import open_model
 from gltf_ext.sources.primitives import Primitive, triangle_primitives
 
 
-def load(path: str | os.PathLike[str]) -> list[Primitive]:
-    """Every triangle primitive of a file in order of (mesh, primitive), compressed ones decoded.
+def load(path: Model) -> list[Primitive]:
+    """Every triangle primitive in order of (mesh, primitive), compressed ones decoded.
 
+    path: of a file, or a pygltflib.GLTF2.
     Raises MeshletError when the file is malformed, OSError when it cannot be read.
     """
-    with blaming(path):
+    with blaming(name_of(path)):
         document = open_model(path)
         return [read_triangles(document, m, p)[0] for m, p, _ in triangle_primitives(document)]
 
@@ -64,11 +64,13 @@ class MeshletDecoder:
         }
 
 
-def decoders(path: str | os.PathLike[str]) -> list[MeshletDecoder]:
-    """A decoder for each compressed primitive of a file, in order of (mesh, primitive).
+def decoders(path: Model) -> list[MeshletDecoder]:
+    """A decoder for each compressed primitive, in order of (mesh, primitive).
+
+    path: of a file, or a pygltflib.GLTF2.
 
     Raises MeshletError when the file is malformed or not compressed, OSError when it cannot be
     read.
     """
-    with blaming(path):
+    with blaming(name_of(path)):
         return [MeshletDecoder(compressed) for compressed in require_compressed(open_model(path))]

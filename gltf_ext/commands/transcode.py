@@ -2,44 +2,42 @@
 
 from __future__ import annotations
 
-import os
-from pathlib import Path
 from typing import Any
 
 from gltf_ext.attributes.extension import malformed_from, require_compressed
+from gltf_ext.commands.result import Result, output_path
 from gltf_ext.document import gltf
-from gltf_ext.document.container import model_files
 from gltf_ext.document.document import Document, item
+from gltf_ext.document.gltf2 import File, Model, name_of
 from gltf_ext.document.transport import pack_views
 from gltf_ext.errors import blaming
-from gltf_ext.files import check_output, write_model
 from gltf_ext.lod.tables import EXTENSION as LOD
 from gltf_ext.options import Options
 from gltf_ext.sources.importers import open_model
 
 
-def transcode(
-    input: str | os.PathLike[str], output: str | os.PathLike[str], *, threads: int = 0
-) -> dict[str, Any]:
+def transcode(input: Model, output: File | None = None, *, threads: int = 0) -> dict[str, Any]:
     """Write a compressed .glb or .gltf packed for download, or a packed one as it was before.
 
+    input: a path, or a pygltflib.GLTF2, which stays as it is.
+    output: a path; by default nothing is written, and the result is a new GLTF2 in the report.
     threads: 0 means one per processor.
 
-    Returns input, output, input_bytes, output_bytes and packed: whether the output is. Raises
+    Returns input, output, input_bytes, output_bytes and packed: whether the output is; without an
+    output also gltf: the new pygltflib.GLTF2. Raises
     MeshletError when the input is malformed or not compressed, OSError when a file cannot be read
     or written.
     """
-    output = Path(output)
     Options.of({"threads": threads})
-    check_output(output, input)
-    with blaming(input):
+    path = output_path(output, input)
+    with blaming(name_of(input)):
         document = open_model(input)
         read = document.files()
         require_compressed(document)
         if not document.was_packed:
             pack_compressed(document, threads)
-        files = model_files(document, output)
-    return {**write_model(input, read, files), "packed": not document.was_packed}
+        result = Result.of(document, path)
+    return {**result.write(input, read), "packed": not document.was_packed}
 
 
 def pack_compressed(document: Document, threads: int) -> None:
