@@ -1,7 +1,8 @@
 """pygltflib's GLTF2 objects <-> documents, without losing or inventing a property.
 
 pygltflib's own functions that read and write files drop properties that they do not know, and empty
-objects. Here, such properties of an object are in its attribute `other_properties`.
+objects. Here, such properties of an object are in its attribute `other_properties`; another keeps
+the names of all that the file has, in its order.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
 
 File: TypeAlias = "str | os.PathLike[str]"
 Model: TypeAlias = "File | pygltflib.GLTF2"
-OTHERS = "other_properties"
+OTHERS, NAMES = "other_properties", "_property_names"
 STATED = ("version", "generator")  # written even if they are pygltflib's defaults
 DATA_URI = "data:application/octet-stream;base64,"
 
@@ -93,12 +94,14 @@ def _json_of(value: Any) -> Any:
         return {name: v for name, v in vars(value).items() if v is not None}
     if not dataclasses.is_dataclass(value):
         return value
-    result = _json_of(getattr(value, OTHERS, {}))
-    for field in dataclasses.fields(value):
-        v = getattr(value, field.name)
-        is_empty = v is None or (isinstance(v, (list, dict)) and not v)
-        if not is_empty and (field.name in STATED or v != _default(field)):
-            result[field.name] = _json_of(v)
+    stated, others = getattr(value, NAMES, ()), getattr(value, OTHERS, {})
+    defaults = {field.name: _default(field) for field in dataclasses.fields(value)}
+    result = {}
+    for name in dict.fromkeys([*stated, *others, *defaults]):
+        v = others[name] if name in others else getattr(value, name, None)
+        is_implied = v == defaults.get(name) or v in ([], {})
+        if v is not None and (name in (*stated, *STATED) or not is_implied):
+            result[name] = _json_of(v)
     return result
 
 
@@ -139,6 +142,7 @@ def _object(cls: Any, properties: Any) -> Any:
     others = {name: v for name, v in properties.items() if name not in hints}
     if others:
         setattr(result, OTHERS, others)
+    setattr(result, NAMES, tuple(properties))
     return result
 
 
