@@ -181,13 +181,13 @@ class Document:
 
     def files(self) -> list[Path]:
         """The files that buffers and images refer to, and those that an import has read."""
-        found = list(self.import_files)
+        files = list(self.import_files)
         for holder in (*self.buffers, *self.images):
             uri = holder.get("uri")
             if uri and not uri.startswith("data:"):
                 with suppress(ValueError):  # no path at all, so nothing reads it
-                    found.append(self.path_of(uri))
-        return found
+                    files.append(self.path_of(uri))
+        return files
 
     # --- extensions ---
 

@@ -33,7 +33,7 @@ class Property(TypedDict, total=False):
     extras: Any
 
 
-class Named(Property, total=False):
+class WithName(Property, total=False):
     """An object with a name."""
 
     name: str
@@ -71,7 +71,7 @@ class Sparse(Property, total=False):
     values: SparseValues
 
 
-class Accessor(Named, total=False):
+class Accessor(WithName, total=False):
     """A typed array in a buffer view."""
 
     bufferView: int
@@ -85,7 +85,7 @@ class Accessor(Named, total=False):
     min: Bounds
 
 
-class BufferView(Named, total=False):
+class BufferView(WithName, total=False):
     """A range of bytes of a buffer."""
 
     buffer: int
@@ -119,7 +119,7 @@ class _Mesh(TypedDict):
     primitives: list[Primitive]
 
 
-class Mesh(_Mesh, Named, total=False):
+class Mesh(_Mesh, WithName, total=False):
     """Primitives, and weights of their morph targets."""
 
     weights: list[float]
@@ -143,7 +143,7 @@ class Orthographic(Property, total=False):
     znear: float
 
 
-class Camera(Named, total=False):
+class Camera(WithName, total=False):
     """A camera of either type."""
 
     perspective: Perspective
@@ -180,7 +180,7 @@ class PbrMetallicRoughness(Property, total=False):
     metallicRoughnessTexture: TextureInfo
 
 
-class Material(Named, total=False):
+class Material(WithName, total=False):
     """The look of a primitive."""
 
     pbrMetallicRoughness: PbrMetallicRoughness
@@ -202,14 +202,14 @@ class Sampler(Property, total=False):
     wrapT: int
 
 
-class Texture(Named, total=False):
+class Texture(WithName, total=False):
     """An image with a sampler."""
 
     sampler: int
     source: int
 
 
-class Image(Named, total=False):
+class Image(WithName, total=False):
     """An encoded image in a buffer view, a file or a data: uri."""
 
     uri: str
@@ -217,7 +217,7 @@ class Image(Named, total=False):
     bufferView: int
 
 
-class Node(Named, total=False):
+class Node(WithName, total=False):
     """A node of the scene graph, with its place."""
 
     mesh: int
@@ -230,13 +230,13 @@ class Node(Named, total=False):
     camera: int
 
 
-class Scene(Named, total=False):
+class Scene(WithName, total=False):
     """Root nodes."""
 
     nodes: list[int]
 
 
-class Skin(Named, total=False):
+class Skin(WithName, total=False):
     """Joints of a skinned mesh."""
 
     inverseBindMatrices: int
@@ -271,7 +271,7 @@ class _Animation(TypedDict):
     samplers: list[AnimationSampler]
 
 
-class Animation(_Animation, Named, total=False):
+class Animation(_Animation, WithName, total=False):
     """Key frames of several properties."""
 
 

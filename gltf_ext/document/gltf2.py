@@ -94,13 +94,16 @@ def _json_of(value: Any) -> Any:
         return {name: v for name, v in vars(value).items() if v is not None}
     if not dataclasses.is_dataclass(value):
         return value
-    stated, others = getattr(value, NAMES, ()), getattr(value, OTHERS, {})
+    names, others = getattr(value, NAMES, ()), getattr(value, OTHERS, {})
     defaults = {field.name: _default(field) for field in dataclasses.fields(value)}
     result = {}
-    for name in dict.fromkeys([*stated, *others, *defaults]):
-        v = others[name] if name in others else getattr(value, name, None)
-        is_implied = v == defaults.get(name) or v in ([], {})
-        if v is not None and (name in (*stated, *STATED) or not is_implied):
+    for name in dict.fromkeys([*names, *others, *defaults]):
+        if name in others:
+            result[name] = _json_of(others[name])
+            continue
+        v = getattr(value, name, None)
+        is_implied = v in (defaults.get(name), {}) and name not in (*names, *STATED)
+        if v is not None and v != [] and not is_implied:  # glTF has no empty lists
             result[name] = _json_of(v)
     return result
 
@@ -135,10 +138,10 @@ def to_gltf2(document: Document) -> tuple[pygltflib.GLTF2, int, int]:
 def _object(cls: Any, properties: Any) -> Any:
     """An object of one of pygltflib's classes, with all objects in it."""
     hints = _hints(cls)
-    known = {name: _value(hints[name], v) for name, v in properties.items() if name in hints}
+    values = {name: _value(hints[name], v) for name, v in properties.items() if name in hints}
     if "generator" in hints:
-        known.setdefault("generator", None)  # else the object claims pygltflib
-    result = cls(**known)
+        values.setdefault("generator", None)  # else the object claims pygltflib
+    result = cls(**values)
     others = {name: v for name, v in properties.items() if name not in hints}
     if others:
         setattr(result, OTHERS, others)

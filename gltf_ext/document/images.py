@@ -69,13 +69,13 @@ def embed_images(document: Document) -> list[str]:
     Returns a warning for each image that stays where it is.
     """
     problems = []
-    known: dict[str, gltf.Image] = {}  # uri -> what replaces it
+    replacements: dict[str, gltf.Image] = {}  # uri -> what replaces it
     for image in document.images:
         uri = image.get("uri")
         if uri is None:
             continue
-        if uri in known:
-            image.update(known[uri])
+        if uri in replacements:
+            image.update(replacements[uri])
             del image["uri"]
             continue
         try:
@@ -88,7 +88,7 @@ def embed_images(document: Document) -> list[str]:
             short = MeshletError(uri[:80]).message
             problems.append(f"an image is left where it is: {short} has an unknown format")
             continue
-        known[uri] = {"bufferView": document.add_view(data), "mimeType": mime}
-        image.update(known[uri])
+        replacements[uri] = {"bufferView": document.add_view(data), "mimeType": mime}
+        image.update(replacements[uri])
         del image["uri"]
     return problems

@@ -188,6 +188,20 @@ def test_pygltflib_saves_what_is_returned(model, tmp_path):
         assert gltf_ext.verify(model, path)["ok"]
 
 
+def test_changes_of_a_gltf2_are_taken_over(model):
+    changed = gltf_ext.compress(model)["gltf"]
+    node = changed.nodes[0]
+    node.children, node.name, node.translation = [], None, (1, 0, 0)
+    node.other_properties["weights"] = [0.25]
+    changed.extensionsUsed.append("X_y")
+    changed.materials[0].alphaMode = "MASK"
+    properties = read_gltf2(gltf_ext.decompress(changed)["gltf"]).json
+    expected = {"mesh": 0, "weights": [0.25], "extras": {}, "x": {"y": [None, {}]}}
+    assert properties["nodes"] == [{**expected, "translation": [1, 0, 0]}]
+    assert properties["extensionsUsed"] == ["X_y"]
+    assert properties["materials"][0]["alphaMode"] == "MASK"
+
+
 def test_a_file_is_written_for_a_gltf2(model, tmp_path):
     original = pygltflib.GLTF2().load(model)
     report = gltf_ext.compress(original, tmp_path / "out.glb")
