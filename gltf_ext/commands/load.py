@@ -19,10 +19,18 @@ from gltf_ext.sources.primitives import Primitive, triangle_primitives
 
 
 def load(path: Model) -> list[Primitive]:
-    """Every triangle primitive in order of (mesh, primitive), compressed ones decoded.
+    """Read every triangle primitive of a file in order of (mesh, primitive), decoded.
 
-    path: of a file, or a pygltflib.GLTF2.
-    Raises MeshletError when the file is malformed, OSError when it cannot be read.
+    Args:
+        path: of a .glb or .gltf, compressed or not, or of an .obj, .ply or .stl; or a
+            pygltflib.GLTF2.
+
+    Returns:
+        The primitives, with arrays in the component types of their accessors.
+
+    Raises:
+        MeshletError: the file is malformed.
+        OSError: the file cannot be read.
     """
     with blaming(name_of(path)):
         document = open_model(path)
@@ -46,7 +54,7 @@ class MeshletDecoder:
         self.vertex_count: int = self._decoder.vertex_count
 
     def decode_meshlet(self, index: int) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-        """Decodes the meshlet with this number.
+        """Decode the meshlet with this number.
 
         Returns (triangles, attributes): uint8[t, 3] into the meshlet's own vertices, and name ->
         [v, components] in the accessor's component type. Morph-target deltas are named
@@ -65,9 +73,7 @@ class MeshletDecoder:
 
 
 def decoders(path: Model) -> list[MeshletDecoder]:
-    """A decoder for each compressed primitive, in order of (mesh, primitive).
-
-    path: of a file, or a pygltflib.GLTF2.
+    """Return a decoder for each compressed primitive of a file, in order of (mesh, primitive).
 
     Raises MeshletError when the file is malformed or not compressed, OSError when it cannot be
     read.

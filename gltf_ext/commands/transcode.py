@@ -19,14 +19,18 @@ from gltf_ext.sources.importers import open_model
 def transcode(input: Model, output: File | None = None, *, threads: int = 0) -> dict[str, Any]:
     """Write a compressed .glb or .gltf packed for download, or a packed one as it was before.
 
-    input: a path, or a pygltflib.GLTF2, which stays as it is.
-    output: a path; by default nothing is written, and the result is a new GLTF2 in the report.
-    threads: 0 means one per processor.
+    Args:
+        input: path of the compressed file, or a pygltflib.GLTF2, which stays as it is.
+        output: path of the .glb or .gltf to write; without it, the report has a new GLTF2.
+        threads: number of threads, 0 for one per processor.
 
-    Returns input, output, input_bytes, output_bytes and packed: whether the output is; without an
-    output also gltf: the new pygltflib.GLTF2. Raises
-    MeshletError when the input is malformed or not compressed, OSError when a file cannot be read
-    or written.
+    Returns:
+        input, output, input_bytes, output_bytes, and packed: whether the output is; without an
+        output path also gltf: the new GLTF2.
+
+    Raises:
+        MeshletError: the input is malformed or not compressed.
+        OSError: a file cannot be read or written.
     """
     Options.of({"threads": threads})
     path = output_path(output, input)
@@ -41,7 +45,7 @@ def transcode(input: Model, output: File | None = None, *, threads: int = 0) -> 
 
 
 def pack_compressed(document: Document, threads: int) -> None:
-    """Packs the views of all compressed primitives and their levels of detail."""
+    """Pack the views of all compressed primitives and their levels of detail."""
     views = set()
     for compressed in require_compressed(document):
         views.add(compressed.view)

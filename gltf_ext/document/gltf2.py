@@ -36,7 +36,7 @@ DATA_URI = "data:application/octet-stream;base64,"
 
 
 def is_path(model: Model) -> TypeGuard[File]:
-    """Whether the model is a path. Raises TypeError for what is no model at all."""
+    """Return whether the model is a path. Raises TypeError for what is no model at all."""
     if isinstance(model, (str, os.PathLike)):
         return True
     import pygltflib
@@ -47,7 +47,7 @@ def is_path(model: Model) -> TypeGuard[File]:
 
 
 def name_of(model: Model) -> str:
-    """The path, or that of the file from which the object was loaded, for messages and reports."""
+    """Return the path, or that of the file from which the object was loaded, for messages."""
     if is_path(model):
         return str(model)
     name = getattr(model, "_name", "")
@@ -55,7 +55,7 @@ def name_of(model: Model) -> str:
 
 
 def size_of(model: Model) -> int:
-    """Bytes of the file, or of the object's JSON and binary blob. Raises MeshletError, OSError."""
+    """Return the bytes of the file, or of the object's JSON and blob. Raises MeshletError, OSError."""
     if is_path(model):
         return os.path.getsize(model)
     in_memory: Any = model
@@ -63,7 +63,7 @@ def size_of(model: Model) -> int:
 
 
 def read_gltf2(model: pygltflib.GLTF2) -> Document:
-    """A document of an object in memory, which stays as it is.
+    """Return a document of an object in memory, which stays as it is.
 
     Relative uris refer to the folder from which it was loaded, else to the current one. Raises
     MeshletError for a malformed object.
@@ -118,7 +118,7 @@ def _default(field: dataclasses.Field[Any]) -> Any:
 
 
 def to_gltf2(document: Document) -> tuple[pygltflib.GLTF2, int, int]:
-    """(new object, bytes of its JSON and binary blob, bytes of the fallback).
+    """Return (new object, bytes of its JSON and binary blob, bytes of the fallback).
 
     All buffers are one, in the binary blob. A fallback is another, in a data: uri.
     """
@@ -136,7 +136,7 @@ def to_gltf2(document: Document) -> tuple[pygltflib.GLTF2, int, int]:
 
 
 def _object(cls: Any, properties: Any) -> Any:
-    """An object of one of pygltflib's classes, with all objects in it."""
+    """Return an object of one of pygltflib's classes, with all objects in it."""
     hints = _hints(cls)
     values = {name: _value(hints[name], v) for name, v in properties.items() if name in hints}
     if "generator" in hints:
@@ -155,7 +155,7 @@ def _hints(cls: Any) -> dict[str, Any]:
 
 
 def _value(hint: Any, value: Any) -> Any:
-    """A value as an attribute of the annotated type."""
+    """Return a value as an attribute of the annotated type."""
     import pygltflib
 
     arguments = typing.get_args(hint)

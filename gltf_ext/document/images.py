@@ -23,7 +23,7 @@ DECODED_PER_BYTE = 40
 
 
 def check_size(data: bytes) -> None:
-    """Refuses an image whose header claims far more pixels than its bytes can hold.
+    """Refuse an image whose header claims far more pixels than its bytes can hold.
 
     Raises MeshletError, also for an unknown format.
     """
@@ -48,7 +48,7 @@ def mime_type(data: bytes) -> str | None:
 
 
 def as_png_or_jpeg(data: bytes) -> bytes:
-    """The image itself if it is one of these, else the same pixels as a PNG.
+    """Return the image itself if it is one of these, else the same pixels as a PNG.
 
     Raises MeshletError when it cannot be read or takes too much memory.
     """
@@ -64,7 +64,7 @@ def as_png_or_jpeg(data: bytes) -> bytes:
 
 
 def embed_images(document: Document) -> list[str]:
-    """Moves images behind data: uris and relative paths into buffer views.
+    """Move images behind data: uris and relative paths into buffer views.
 
     Returns a warning for each image that stays where it is.
     """

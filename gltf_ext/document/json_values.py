@@ -11,7 +11,7 @@ LARGEST = 1e15  # of factors and intensities: products of two must fit 32-bit fl
 
 
 def is_number(value: Any) -> bool:
-    """Whether `value` is a number that fits a 64-bit float: no boolean, infinity or NaN."""
+    """Return whether `value` is a number that fits a 64-bit float: no boolean, infinity or NaN."""
     return type(value) in (int, float) and abs(value) <= sys.float_info.max
 
 

@@ -7,10 +7,12 @@ shaders/raster/stream_push.glsl the decoding of a batch.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+
+from gltf_ext.ranges import begins
 
 from ..gpu import vk
 from ..gpu.constants import CONSTANTS
@@ -69,53 +71,58 @@ READ = vk.VK_ACCESS_2_SHADER_STORAGE_READ_BIT
 WRITE = vk.VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT
 
 
-@dataclass(frozen=True)
-class Segment:
-    """Meshlets [first, first + meshlets) of an instance, in the slots from `slot` on.
-
-    Same fields as the structure of shaders/raster/stream_push.glsl.
-    """
-
-    instance: int
-    first: int
-    meshlets: int
-    slot: int
-
-
-def schedule_whole(meshlets: Sequence[int], slots: int) -> list[list[Segment]]:
-    """Batches of at most `slots` slots for the bulk passes: no segment is cut.
+def schedule_whole(meshlets: Sequence[int] | np.ndarray, slots: int) -> list[np.recarray]:
+    """Batches of at most `slots` slots for the bulk passes: no segment is cut. See `schedule`.
 
     meshlets: of each instance, at most `slots`. Segments begin at multiples of BULK_SLOTS.
     """
-    batches: list[list[Segment]] = []
-    slot = slots
-    for instance, count in enumerate(meshlets):
-        if slot + count > slots:
-            batches.append([])
-            slot = 0
-        batches[-1].append(Segment(instance, 0, count, slot))
-        slot += -(-count // BULK_SLOTS) * BULK_SLOTS
+    counts = np.asarray(meshlets, np.int64)
+    begin = begins(-(-counts // BULK_SLOTS) * BULK_SLOTS)
+    ends = begin[:-1] + counts
+    batches = []
+    first = 0
+    while first < len(counts):
+        end = int(np.searchsorted(ends, begin[first] + slots, "right"))
+        own = np.arange(first, end)
+        batches.append(_segments(own, 0 * own, counts[own], begin[own] - begin[first]))
+        first = end
     return batches
 
 
-def schedule(meshlets: Sequence[int], slots: int, sections: int = 1) -> list[list[Segment]]:
+def schedule(
+    meshlets: Sequence[int] | np.ndarray, slots: int, sections: int = 1
+) -> list[np.recarray]:
     """Cuts the meshlets of all instances, in order, into batches of at most `slots` meshlets.
 
     meshlets: of each instance. sections: of the ring, `slots` slots each; batches use them in turn.
+    Returns the SEGMENTs of each batch: meshlets [first, first + meshlets) of an instance in the
+    slots from `slot` on.
     """
-    batches: list[list[Segment]] = []
-    free = 0
-    for instance, count in enumerate(meshlets):
-        first = 0
-        while first < count:
-            if free == 0:
-                batches.append([])
-                free = slots
-            taken = min(count - first, free)
-            slot = (len(batches) - 1) % sections * slots + slots - free
-            batches[-1].append(Segment(instance, first, taken, slot))
-            first, free = first + taken, free - taken
-    return batches
+    begin = begins(np.asarray(meshlets, np.int64))
+    total = int(begin[-1])
+    cuts = np.union1d(begin[:-1][np.diff(begin) > 0], np.arange(0, total, slots))
+    instance = np.searchsorted(begin, cuts, "right") - 1
+    batch = cuts // slots
+    slot = batch % sections * slots + cuts % slots
+    counts = np.diff(np.append(cuts, total))
+    ends = np.searchsorted(batch, np.arange(-(-total // slots)), "right").tolist()
+    return [
+        _segments(instance[of], cuts[of] - begin[instance[of]], counts[of], slot[of])
+        for of in map(slice, [0, *ends], ends)
+    ]
+
+
+def _segments(
+    instance: np.ndarray, first: np.ndarray, meshlets: np.ndarray, slot: np.ndarray
+) -> np.recarray:
+    rows = np.zeros(len(instance), SEGMENT)
+    rows["instance"], rows["first"], rows["meshlets"], rows["slot"] = (
+        instance,
+        first,
+        meshlets,
+        slot,
+    )
+    return rows.view(np.recarray)
 
 
 def division(meshlets: int, slots: int) -> tuple[int, int]:
@@ -146,19 +153,20 @@ class Ring:
         if slots < 1:
             raise VulkanError(f"a ring of {slots} slots holds no meshlet", "use 1 or more")
         self._device = device
-        meshlets = [scene.primitives[i.primitive].meshlets for i in scene.instances]
+        meshlets = scene.instance_meshlets
         layout = SlotLayout.of(scene)
         self.constants = {**constants, **layout.constants}
-        enough = sum(meshlets) >= BULK_MESHLETS
+        total = int(meshlets.sum())
+        enough = total >= BULK_MESHLETS
         self.bulk = bulk and enough and bulk_fits(scene, layout, slots)
         if self.bulk:
             self.sections, self.batches = 1, schedule_whole(meshlets, slots)
             self.slots = max(map(_slots_of, self.batches))
         else:
             # Decoding never overlaps drawing where both are compute shaders.
-            self.sections, section_slots = (1, slots) if bulk else division(sum(meshlets), slots)
+            self.sections, section_slots = (1, slots) if bulk else division(total, slots)
             self.batches = schedule(meshlets, section_slots, self.sections)
-            self.slots = min(self.sections * section_slots, sum(meshlets))
+            self.slots = min(self.sections * section_slots, total)
         # Only a ring of two sections uses two queues, which these synchronise: frame_commands.py.
         self.decoded: Timeline | None = None
         self.drawn: Timeline | None = None
@@ -166,9 +174,7 @@ class Ring:
             self.decoded, self.drawn = _timelines(device)
 
         self._allocate(layout, scene.max_streams)
-        rows = np.array(
-            [astuple(segment) for batch in self.batches for segment in batch], np.uint32
-        )
+        rows = np.concatenate(self.batches)
         self._buffers["segments"] = Buffer(device, rows.nbytes).write(rows)
         counts = np.array([len(batch) for batch in self.batches])
         self._first_segments = np.cumsum(counts) - counts
@@ -214,7 +220,7 @@ class Ring:
         """
         pushed = pushed.copy()
         pushed["segments"], pushed["segment_count"] = self.segments(number)
-        begin, slots = self.batches[number][0].slot, self.batch_slots(number)
+        begin, slots = int(self.batches[number].slot[0]), self.batch_slots(number)
         for index, (step, pipeline) in enumerate(self._passes):
             if index > 0:
                 self._device.compute_barrier(commands)
@@ -234,6 +240,15 @@ class Ring:
         """Slots of a batch, empty ones between segments included."""
         return _slots_of(self.batches[number])
 
+    def slot_words(self) -> np.ndarray:
+        """uint32[slots, words]: what the slots hold; waits."""
+        words = self._buffers["slots"].read()
+        return words[: words.size // self.slots * self.slots].reshape(self.slots, -1)
+
+    def summaries(self) -> np.ndarray:
+        """uint32[slots]: triangles | vertices << 8 | error << 16 of what they hold; waits."""
+        return self._buffers["summaries"].read()[: self.slots]
+
     def wait_for_drawing(self, commands: Any) -> None:
         """Records, for a single queue, that later decoding waits for earlier drawing."""
         self._device.barrier(commands, MESH_STAGE, 0, COMPUTE_STAGE, 0)
@@ -251,8 +266,8 @@ class Ring:
             buffer.free()
 
 
-def _slots_of(batch: list[Segment]) -> int:
-    return batch[-1].slot + batch[-1].meshlets - batch[0].slot
+def _slots_of(batch: np.recarray) -> int:
+    return int(batch.slot[-1]) + int(batch.meshlets[-1]) - int(batch.slot[0])
 
 
 def bulk_fits(scene: Scene, layout: SlotLayout, slots: int) -> bool:

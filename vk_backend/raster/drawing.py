@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
@@ -23,6 +24,7 @@ from ..gpu.targets import Targets
 from ..scene.buffers import FRAME, SceneBuffers, require_payload, require_room
 from ..scene.camera import Camera
 from ..scene.decoded import HAS_COLOR, HAS_NORMAL, HAS_TEXCOORD
+from ..scene.instances import Run
 from ..scene.scene import Scene
 from ..scene.textures import TextureArray, array_size, textures_layout
 from .pipeline import FRAGMENT, GEOMETRY, MESH, VERTEX, Modules, graphics_pipeline
@@ -73,6 +75,18 @@ class Path:
 
 
 BLOBS = frozenset({"blobs", "bounds"})
+
+
+def parts_of_run(run: Run, workgroups: int) -> list[Run]:
+    """A run in parts of at most MAX_WORKGROUPS workgroups, or single instances.
+
+    workgroups: of an instance. Shaders find the instance by the row of their workgroup.
+    """
+    most = max(MAX_WORKGROUPS // max(workgroups, 1), 1)
+    return [
+        Run(run.first + first, min(most, run.count - first)) for first in range(0, run.count, most)
+    ]
+
 
 # Called with the commands after each step of a picture is recorded: for timing.
 Mark = Callable[[Any], None]
@@ -175,8 +189,8 @@ class Drawing:
                 self.record_drawing(commands, targets, number)
         else:
             self._begin(commands, targets)
-            for number in range(len(self.scene.instances)):
-                self._draw(commands, number)
+            for run in self.scene.instances.runs:
+                self._draw(commands, run)
             vk.vkCmdEndRendering(commands)
         mark(commands)
 
@@ -207,10 +221,25 @@ class Drawing:
         assert self.ring is not None
         self.ring.wait_for_decoding(commands)
         self._begin(commands, targets, resumed=number > 0)
-        for segment in self.ring.batches[number]:
-            self._set_sides(commands, segment.instance)
-            self._draw_meshlets(commands, *astuple(segment))
+        for segment, count in self._draws_of(self.ring.batches[number]):
+            self._set_sides(commands, int(segment.instance))
+            places = (int(segment.first), int(segment.meshlets), int(segment.slot))
+            self._draw_meshlets(commands, Run(int(segment.instance), count), *places)
         vk.vkCmdEndRendering(commands)
+
+    def _draws_of(self, batch: np.recarray) -> list[tuple[Any, int]]:
+        """(segment, number of segments) that one draw takes: whole instances of a run."""
+        run = self._run_numbers[batch.instance]
+        whole = batch.meshlets == self.scene.instance_meshlets[batch.instance]
+        goes_on = (run[1:] == run[:-1]) & whole[1:] & whole[:-1]
+        goes_on &= np.diff(batch.instance.astype(np.int64)) == 1  # some have no meshlets
+        starts = np.flatnonzero(np.concatenate([[True], ~goes_on]))
+        counts = np.diff(np.append(starts, len(batch)))
+        return [(batch[start], count) for start, count in zip(starts, counts.tolist())]
+
+    @cached_property
+    def _run_numbers(self) -> np.ndarray:
+        return self.scene.instances.run_numbers()
 
     # --- all paths ---
 
@@ -265,34 +294,35 @@ class Drawing:
         )
         vk.vkCmdSetFrontFace(commands, front)
 
-    def _draw(self, commands: Any, number: int) -> None:
-        """Records the draws of an instance."""
-        instance = self.scene.instances[number]
-        self._set_sides(commands, number)
+    def _draw(self, commands: Any, run: Run) -> None:
+        """Records the draws of a run."""
+        instance = self.scene.instances[run.first]
+        self._set_sides(commands, run.first)
         meshlets = self.scene.primitives[instance.primitive].meshlets
         if self.buffers.index_buffer:
-            push(commands, self._layout, self._push_constants(instance=number))
+            push(commands, self._layout, self._push_constants(instance=run.first))
             first_index, first_vertex, count = self.buffers.index_range(instance.primitive)
-            vk.vkCmdDrawIndexed(commands, count, 1, first_index, first_vertex, 0)
+            vk.vkCmdDrawIndexed(commands, count, run.count, first_index, first_vertex, 0)
         elif GEOMETRY in [bit for _, bit in self.path.stages]:
-            push(commands, self._layout, self._push_constants(instance=number))
-            vk.vkCmdDraw(commands, meshlets, 1, 0, 0)
+            push(commands, self._layout, self._push_constants(instance=run.first))
+            vk.vkCmdDraw(commands, meshlets, run.count, 0, 0)
         else:
-            self._draw_meshlets(commands, number, 0, meshlets, 0)
+            self._draw_meshlets(commands, run, 0, meshlets, 0)
 
-    def _draw_meshlets(
-        self, commands: Any, instance: int, first: int, meshlets: int, slot: int
-    ) -> None:
-        """Records the draws of meshlets [first, first + meshlets) of an instance.
+    def _draw_meshlets(self, commands: Any, run: Run, first: int, meshlets: int, slot: int) -> None:
+        """Records the draws of meshlets [first, first + meshlets) of each instance of a run.
 
-        slot: of the first meshlet, if there is a ring.
+        slot: of the first meshlet of the first instance, if there is a ring; the others follow.
         """
         draw, workgroup = self.device.function("vkCmdDrawMeshTasksEXT"), self.path.workgroup
-        data = self._push_constants(instance=instance)
-        for offset in range(0, meshlets, MAX_WORKGROUPS * workgroup):
-            data["first"], data["first_slot"] = first + offset, slot + offset
-            push(commands, self._layout, data)
-            draw(commands, min(-(-(meshlets - offset) // workgroup), MAX_WORKGROUPS), 1, 1)
+        for part in parts_of_run(run, -(-meshlets // workgroup)):
+            begin = slot + (part.first - run.first) * meshlets
+            data = self._push_constants(instance=part.first)
+            for offset in range(0, meshlets, MAX_WORKGROUPS * workgroup):
+                data["first"], data["first_slot"] = first + offset, begin + offset
+                push(commands, self._layout, data)
+                columns = min(-(-(meshlets - offset) // workgroup), MAX_WORKGROUPS)
+                draw(commands, columns, part.count, 1)
 
     @property
     def _addresses(self) -> dict[str, int]:

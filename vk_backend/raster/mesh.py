@@ -6,6 +6,7 @@ shaders/raster/tasks.glsl describes what they share, shaders/raster/task_tests.g
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
@@ -20,7 +21,7 @@ from ..gpu.memory import Buffer
 from ..gpu.pipelines import ComputePipeline, addresses, push, push_record
 from ..gpu.reflection import structure
 from ..gpu.targets import DepthTargets, pyramid_tiles
-from .drawing import BLOBS, Drawing, Mark, Path, no_mark
+from .drawing import BLOBS, Drawing, Mark, Path, no_mark, parts_of_run
 from .pipeline import MESH, TASK
 
 TASK_PUSH, TASK_COUNTERS = map(structure, ("TaskPush", "TaskCounters"))
@@ -75,12 +76,10 @@ class MeshDrawing(Drawing):
     def _reads_numbers(self) -> bool:
         return self.ids or self.jobs
 
-    @property
+    @cached_property
     def _first_workgroups(self) -> np.ndarray:
         """int64[instances + 1]: number of each instance's first task workgroup."""
-        primitives = self.scene.primitives
-        meshlets = [primitives[i.primitive].meshlets for i in self.scene.instances]
-        return begins(-(-np.array(meshlets) // self.path.workgroup))
+        return begins(-(-self.scene.instance_meshlets // self.path.workgroup))
 
     @property
     def _most_drawn(self) -> int:
@@ -124,15 +123,17 @@ class MeshDrawing(Drawing):
         """Records the draws of all meshlets. data: push constants."""
         draw = self.device.function("vkCmdDrawMeshTasksEXT")
         begin, meshlets = self._first_workgroups, self.path.workgroup
-        for number, workgroups in enumerate(np.diff(begin)):
-            self._set_sides(commands, number)
-            data["instance"] = number
-            # Every device can draw MAX_WORKGROUPS of them, with 32 mesh workgroups each.
-            for first in range(0, int(workgroups), MAX_WORKGROUPS):
-                data["first"] = meshlets * first
-                data["first_place"] = meshlets * (begin[number] + first)
-                push(commands, self._layout, data)
-                draw(commands, min(int(workgroups) - first, MAX_WORKGROUPS), 1, 1)
+        for run in self.scene.instances.runs:
+            self._set_sides(commands, run.first)
+            workgroups = int(begin[run.first + 1] - begin[run.first])
+            for part in parts_of_run(run, workgroups):
+                data["instance"] = part.first
+                # Every device can draw MAX_WORKGROUPS of them, with 32 mesh workgroups each.
+                for first in range(0, workgroups, MAX_WORKGROUPS):
+                    data["first"] = meshlets * first
+                    data["first_place"] = meshlets * (begin[part.first] + first)
+                    push(commands, self._layout, data)
+                    draw(commands, min(workgroups - first, MAX_WORKGROUPS), part.count, 1)
 
     def _push_constants(self, **fields: Any) -> np.ndarray:
         drawn = self._own["counters"].address + TASK_COUNTERS.itemsize
@@ -167,7 +168,7 @@ def _path(name: str, meshlets: int, words: int, threads: int) -> Path:
         "mesh",
         workgroup=meshlets,
         teams="mesh_shared_bytes",
-        payload=4 * meshlets * words,
+        payload=4 * (1 + meshlets * words),
         constants=tuple(constants.items()),
     )
 

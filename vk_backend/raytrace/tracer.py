@@ -184,6 +184,11 @@ class RayTracer:
             "records": self._picture["records"].allocated if "records" in self._picture else 0,
         }
 
+    def slot_words(self) -> np.ndarray:
+        """uint32[slots, words]: what the cache holds; waits."""
+        words = self._own["cache"].read()
+        return words[: self.slots * self.slot_bytes // 4].reshape(self.slots, -1)
+
     def set_light(self, *, bounces: int, shadows: bool) -> None:
         """Changes bounces and shadows from the next frame on. Raises VulkanError for too many."""
         passes = self.samples * _levels(bounces, shadows) * self.parts

@@ -87,7 +87,8 @@ class VisibilityDrawing(Drawing):
             "overflow": Buffer(self.device, 8 * self._most_drawn),
         }
         # Bench's cheapest shader lets no pixels through.
-        masked = any(self.scene.materials[i.material].flags & MASKED for i in self.scene.instances)
+        shown = np.unique(self.scene.instances.material)
+        masked = any(self.scene.materials[number].flags & MASKED for number in shown)
         constants = {
             **constants,
             "CULLING": 1,  # the ring has done it: the same pipelines with culling and without

@@ -313,7 +313,8 @@ class MeshLevelsDrawing(CutDrawing, MeshDrawing):
     def _instance_of_sides(self) -> dict[int, int]:
         """SIDES_ -> an instance that shows them. As visible_sides of task_tests.glsl."""
         found: dict[int, int] = {}
-        for number, instance in enumerate(self.scene.instances):
+        for number in (run.first for run in self.scene.instances.runs):
+            instance = self.scene.instances[number]
             both = self.scene.materials[instance.material].double_sided
             name = "BOTH" if both else "MIRRORED" if instance.mirrored else "FRONT"
             found.setdefault(CONSTANTS[f"SIDES_{name}"], number)

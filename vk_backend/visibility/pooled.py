@@ -141,8 +141,7 @@ class PooledDrawing(VisibilityDrawing):
 
     @property
     def _most_drawn(self) -> int:
-        primitives = self.scene.primitives
-        return sum(primitives[i.primitive].meshlets for i in self.scene.instances)
+        return int(self.scene.instance_meshlets.sum())
 
     @property
     def _passes(self) -> int:
@@ -153,8 +152,7 @@ class PooledDrawing(VisibilityDrawing):
 
     def _jobs_table(self) -> np.ndarray:
         """JOB[jobs]: all meshlets of all instances, in order."""
-        rows = [i.primitive for i in self.scene.instances]
-        counts = np.array([self.scene.primitives[row].meshlets for row in rows])
+        rows, counts = self.scene.instances.primitive, self.scene.instance_meshlets
         jobs = np.zeros(counts.sum(), JOB)
         jobs["instance"], jobs["row"] = (np.repeat(a, counts) for a in (np.arange(len(rows)), rows))
         jobs["meshlet"] = jobs["number"] = numbers_of(np.zeros_like(counts), counts)
