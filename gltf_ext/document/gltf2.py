@@ -55,7 +55,7 @@ def name_of(model: Model) -> str:
 
 
 def size_of(model: Model) -> int:
-    """Return the bytes of the file, or of the object's JSON and blob. Raises MeshletError, OSError."""
+    """Return the bytes of the file, or of its JSON and blob. Raises MeshletError, OSError."""
     if is_path(model):
         return os.path.getsize(model)
     in_memory: Any = model
