@@ -24,8 +24,9 @@ FUNCTIONS = """
 close p, get_array pupp, open pzp, get_counts pp, get_blob pup, get_stream puup, validate pi,
 open_scratch p, get_begins pippz, get_statistics pp, decode pip, decode_range ppqqpp,
 decode_meshlets pppzppp, encode pppp,
-weld pzzpp, scan_lines pzppzp, triangulate pzpzp, generate pppp, sort_points pzp, open_surface puqpfip,
-measure ppppzpip, get_distances pzppqfipp, get_unpacked_bytes pzp, unpack pzipz, pack pzip
+weld pzzpp, scan_lines pzppzp, triangulate pzpzp, generate pppp, sort_points pzp,
+open_surface puqpfip, measure ppppzpip, get_distances pzppqfipp, get_unpacked_bytes pzp,
+unpack pzipz, pack pzip
 """
 
 

@@ -189,8 +189,8 @@ def _inspect(options: argparse.Namespace) -> int:
 
 def _verify(options: argparse.Namespace) -> int:
     names = ("max_memory", "work_dir", "obj_groups")
-    chosen = {name: getattr(options, name) for name in names}
-    report = gltf_ext.verify(options.input, options.compressed, progress=True, **chosen)
+    settings = {name: getattr(options, name) for name in names}
+    report = gltf_ext.verify(options.input, options.compressed, progress=True, **settings)
     if options.json:
         print(json.dumps(report_text.verify_json(report), indent=2))
     else:

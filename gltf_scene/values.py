@@ -80,10 +80,10 @@ def position_box(
     """(low, high), float64[3], from the accessor's min and max; None if these are not valid."""
     index = primitive["attributes"].get("POSITION")
     accessor = item(document.accessors, index, "the accessor of POSITION,")
-    stated = stated_bounds(accessor)
-    if not all(bound is not None and len(bound) == 3 for bound in stated):
+    bounds = stated_bounds(accessor)
+    if not all(bound is not None and len(bound) == 3 for bound in bounds):
         return None
-    box = np.array(stated)
+    box = np.array(bounds)
     form = value_format(document, primitive, "POSITION")
     if form.normalized:
         box = np.maximum(box * form.scale, -1.0)

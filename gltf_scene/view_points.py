@@ -73,13 +73,22 @@ def _in_world(
     step = max(-(-total // MAX_POINTS), 1)
     points = [np.zeros((0, 3))]
     for p in instances:
-        own = local[p.mesh, p.primitive]
-        if step > 1 and len(own):
-            own = np.concatenate([own[::step], own[own.argmin(axis=0)], own[own.argmax(axis=0)]])
+        local_points = local[p.mesh, p.primitive]
+        if step > 1 and len(local_points):
+            local_points = np.concatenate(
+                [
+                    local_points[::step],
+                    local_points[local_points.argmin(axis=0)],
+                    local_points[local_points.argmax(axis=0)],
+                ]
+            )
         matrices = p.matrices
-        if len(own) * len(matrices) > MAX_POINTS:
-            matrices = matrices[_outermost(matrices, own)]
-        moved = np.matmul(own, matrices[:, :3, :3].transpose(0, 2, 1)) + matrices[:, None, :3, 3]
+        if len(local_points) * len(matrices) > MAX_POINTS:
+            matrices = matrices[_outermost(matrices, local_points)]
+        moved = (
+            np.matmul(local_points, matrices[:, :3, :3].transpose(0, 2, 1))
+            + matrices[:, None, :3, 3]
+        )
         points.append(moved.reshape(-1, 3))
     return np.concatenate(points)
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <deque>
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 namespace {
 
 // Points that are compared with ears, for each corner of all polygons; then fans do. A comb of
@@ -210,4 +210,4 @@ std::vector<uint32_t> triangulate(const float* points, const uint32_t* sizes, si
   return triangles;
 }
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

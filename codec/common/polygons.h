@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 
 // points: 3 floats of each corner, one polygon after the other; sizes: corners of each of `count`
 // polygons, less than 2^32 in all.
@@ -14,4 +14,4 @@ namespace meshlet {
 // the polygon is planar and does not cross itself.
 std::vector<uint32_t> triangulate(const float* points, const uint32_t* sizes, size_t count);
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import codecs
 import math
 import re
 from collections import Counter
@@ -30,7 +29,7 @@ from gltf_ext.sources.mesh_files import (
     read_texture,
     warn,
 )
-from gltf_ext.sources.text import text_blocks, words_after
+from gltf_ext.sources.text import skip_mark, text_blocks, words_after
 
 MOST_LIBRARIES = 1000  # of a line
 MATERIALS = "its materials are left out"
@@ -139,7 +138,7 @@ def _file_name(name: bytes) -> str:
 def _materials_of(text: bytes) -> Iterator[tuple[bytes, Lines]]:
     """Yield name and lines of each material."""
     name, lines = b"", Lines()
-    for line in text.removeprefix(codecs.BOM_UTF8).splitlines():
+    for line in skip_mark(text).splitlines():
         keyword, *rest = line.split(None, 1) or [b""]
         if keyword.lower() == b"newmtl":
             if name:

@@ -20,6 +20,8 @@ from gltf_ext.sources.text import (
     CUT_OFF,
     block_bytes,
     read_rows,
+    seek_after_mark,
+    skip_mark,
     text_blocks,
     words_after,
 )
@@ -100,7 +102,7 @@ def blocks(path: Path, contents: MeshFile) -> Iterator[Block]:
             count = _checked(count, path, contents)
             file.seek(HEADER.itemsize)
             yield from _binary(file, count, start[: HEADER.itemsize])
-        elif any(form.search(start) for form in (BROKEN, FREE_SOLID, UNFINISHED)):
+        elif any(form.search(skip_mark(start)) for form in (BROKEN, FREE_SOLID, UNFINISHED)):
             yield from _text(_statements(file))
         else:
             yield from _text(text_blocks(file))
@@ -165,6 +167,7 @@ def _colors(attributes: np.ndarray, part: bytes | None) -> np.ndarray | None:
 def _statements(file: BinaryIO) -> Iterator[bytes]:
     """Yield blocks of a text in which any white space may stand, with each statement on a line."""
     size, rest = block_bytes(file), b""
+    seek_after_mark(file)
     while data := file.read(size):
         if b"\0" in data:
             raise MeshletError("is not text", EXPORT_AGAIN)

@@ -45,8 +45,8 @@ def text_blocks(file: BinaryIO) -> Iterator[bytes]:
     a CR alone, which ended lines of old Macs, becomes a line feed.
     """
     size = block_bytes(file)
-    if file.tell() == 0 and file.read(len(codecs.BOM_UTF8)) != codecs.BOM_UTF8:
-        file.seek(0)
+    if file.tell() == 0:
+        seek_after_mark(file)
     while start := file.read(size):
         pieces, end = [start], start[-3:]
         while line := next_line(file):
@@ -58,6 +58,17 @@ def text_blocks(file: BinaryIO) -> Iterator[bytes]:
         if b"\0" in text:
             raise MeshletError("is not text", EXPORT_AGAIN)
         yield _with_line_feeds(text)
+
+
+def skip_mark(text: bytes) -> bytes:
+    """Return a text without the byte order mark at its start."""
+    return text.removeprefix(codecs.BOM_UTF8)
+
+
+def seek_after_mark(file: BinaryIO) -> None:
+    """Move from the start of a file to behind its byte order mark."""
+    if file.read(len(codecs.BOM_UTF8)) != codecs.BOM_UTF8:
+        file.seek(0)
 
 
 def next_line(file: BinaryIO) -> bytes:

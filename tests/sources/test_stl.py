@@ -73,6 +73,7 @@ def test_any_white_space(tmp_path, monkeypatch, separate, size):
         ("solid vertex of facets\n{}\nendsolid\n".format(
             ONE.replace(" vertex", "\nvertex").replace(" endloop", "\nendloop")
         ), "vertex of facets"),
+        (f"\ufeffsolid a {ONE} endsolid a", "a"),
         (f"SOLID A {ONE.upper()} ENDSOLID A", "A"),
         (f"solid {ONE} endsolid", "a.stl"),
         (f"\n\n  solid my part {ONE}\nendsolid my part", "my part"),
