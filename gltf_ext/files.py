@@ -7,7 +7,7 @@ import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import BinaryIO
 
 from gltf_ext.errors import MeshletError
 from gltf_ext.portable import check_not_in_use, real_path, remove, replace
@@ -16,10 +16,10 @@ from gltf_ext.work_files import release
 BLOCK_BYTES = 1 << 24
 
 
-def check_output(path: Path, input: str | os.PathLike[str]) -> None:
+def check_output(path: Path, inputs: Iterable[str | os.PathLike[str]]) -> None:
     """Check an output path before any work. Raises MeshletError.
 
-    The output must be a .glb or .gltf in an existing folder, and not the input.
+    The output must be a .glb or .gltf in an existing folder, and no input.
     """
     if path.suffix.lower() not in (".glb", ".gltf"):
         raise MeshletError("the output is not a .glb or .gltf", "name it something.glb", str(path))
@@ -27,7 +27,7 @@ def check_output(path: Path, input: str | os.PathLike[str]) -> None:
         raise MeshletError("its folder does not exist", "create it first", str(path))
     if path.is_dir():
         raise MeshletError("is a folder", "name a file", str(path))
-    refuse_overwriting([input], [path])
+    refuse_overwriting(inputs, [path])
 
 
 def identity(path: str | os.PathLike[str]) -> tuple[int, int] | str | None:
@@ -56,36 +56,6 @@ def refuse_overwriting(
     for output in outputs:
         if identity(output) in inputs:
             raise MeshletError("is the input too", "name another output", str(output))
-
-
-def write_model(
-    input: str | os.PathLike[str],
-    sources: Sequence[Path],
-    files: Mapping[Path, Sequence[bytes | memoryview]],
-) -> dict[str, Any]:
-    """Write the files of a model, and begin a command's report.
-
-    Args:
-        input: path of the model that was read.
-        sources: further files that were read.
-        files: path -> pieces of its contents, as `model_files` returns them; the model is last.
-
-    Returns:
-        input, output, input_bytes and output_bytes.
-
-    Raises:
-        MeshletError: an output is one of the files that were read.
-        OSError: a file cannot be written.
-    """
-    input_bytes = os.path.getsize(input)
-    write_files(files, [input, *sources])
-    *_, model = files
-    return {
-        "input": str(input),
-        "output": str(model),
-        "input_bytes": input_bytes,
-        "output_bytes": sum(len(piece) for pieces in files.values() for piece in pieces),
-    }
 
 
 def write_files(

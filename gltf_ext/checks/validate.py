@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +20,7 @@ from gltf_ext.document import gltf, json_values
 from gltf_ext.document.accessors import accessor_format, bounds, read_accessor, stated_bounds
 from gltf_ext.document.buffer_layout import Renumber, map_accessors, map_views
 from gltf_ext.document.document import Document, item
+from gltf_ext.document.gltf2 import Model, name_of
 from gltf_ext.errors import MeshletError
 from gltf_ext.progress import Advance, progress_bar, shared_progress
 from gltf_ext.sources.importers import open_model
@@ -29,8 +29,8 @@ from gltf_ext.sources.primitives import EXTENSION, all_primitives, is_compressed
 BLOBS_SHARE = 0.3  # of the progress; the rest is for levels of detail
 
 
-def validate(path: str | os.PathLike[str], *, progress: bool = False) -> list[str]:
-    """Return problems of a .glb or .gltf file, one line each; an empty list when there are none.
+def validate(path: Model, *, progress: bool = False) -> list[str]:
+    """Return problems of a .glb or .gltf file, or of a pygltflib.GLTF2, one line each; [] for none.
 
     Checks the container, the types of all JSON properties, every reference to accessors and buffer
     views, and every extension object with its accessors. Decodes every blob and compares bounds
@@ -50,7 +50,7 @@ def validate(path: str | os.PathLike[str], *, progress: bool = False) -> list[st
     if broken:
         return list(dict.fromkeys(broken))  # many views may read one damaged buffer
     problems = _extension_lists(document)
-    with progress_bar(Path(path).name, progress) as advance:
+    with progress_bar(Path(name_of(path)).name, progress) as advance:
         for_blobs, for_levels = shared_progress(advance, [BLOBS_SHARE, 1 - BLOBS_SHARE])
         places = [(m, p) for m, p, user in all_primitives(document) if is_compressed(user)]
         moves = shared_progress(for_blobs, [1 / len(places)] * len(places) if places else [])

@@ -6,7 +6,6 @@ and triangles: the encoder may reorder both.
 
 from __future__ import annotations
 
-import os
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -16,6 +15,7 @@ from gltf_ext.checks.findings import Findings, report_of
 from gltf_ext.checks.level_errors import level_problems, measure_levels
 from gltf_ext.checks.primitives import compare, read_original
 from gltf_ext.document.document import Document
+from gltf_ext.document.gltf2 import Model, name_of
 from gltf_ext.errors import MeshletError, blaming
 from gltf_ext.options import Options
 from gltf_ext.progress import progress_bar
@@ -25,15 +25,15 @@ from gltf_ext.sources.primitives import is_compressed, triangle_primitives
 
 
 def verify(
-    original: str | os.PathLike[str],
-    compressed: str | os.PathLike[str],
+    original: Model,
+    compressed: Model,
     *,
     max_memory: str | int | None = None,
     work_dir: str | None = None,
     obj_groups: bool = False,
     progress: bool = False,
 ) -> dict[str, Any]:
-    """Compare a compressed file with the model it was made from.
+    """Compare a compressed file with the model it was made from: paths, or pygltflib.GLTF2s.
 
     Args:
         original: path of the model.
@@ -89,30 +89,31 @@ def verify(
     return _compare_files(original, compressed, options)
 
 
-def _compare_files(
-    original: str | os.PathLike[str], compressed: str | os.PathLike[str], options: Options
-) -> dict[str, Any]:
+def _compare_files(original: Model, compressed: Model, options: Options) -> dict[str, Any]:
     """Return the report of verify. options: max_memory, work_dir, obj_groups and progress."""
     large: Larges = {}
-    with blaming(original):
+    original_name, compressed_name = name_of(original), name_of(compressed)
+    with blaming(original_name):
         if options.memory:
-            original_document, large = open_large(Path(original), options)
+            original_document, large = open_large(original, options)
         else:
             original_document = open_model(original, options.obj_groups)
-    with blaming(compressed):
+    with blaming(compressed_name):
         compressed_document = open_model(compressed)
     if not has_compressed(compressed_document):
-        raise _misplaced(original_document, str(compressed))
+        raise _misplaced(original_document, compressed_name)
     findings = Findings()
-    with progress_bar(Path(compressed).name, options.progress) as advance:
+    with progress_bar(Path(compressed_name).name, options.progress) as advance:
         for mesh, index in _places_of_both(original_document, compressed_document, findings):
-            with blaming(original):
+            with blaming(original_name):
                 source = large.get((mesh, index)) or read_original(original_document, mesh, index)
             is_plain = not is_compressed(original_document.primitive(mesh, index))
             folder = str(options.work_dir)
-            with blaming(compressed):
-                compare(compressed_document, source, original, findings, folder, advance, is_plain)
-    with blaming(compressed):
+            with blaming(compressed_name):
+                compare(
+                    compressed_document, source, original_name, findings, folder, advance, is_plain
+                )
+    with blaming(compressed_name):
         levels, not_measured = measure_levels(compressed_document, large=set(large))
     findings.problems += level_problems(levels)
     return {**report_of(findings), "levels": levels, "not_measured": not_measured}

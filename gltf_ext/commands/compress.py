@@ -5,10 +5,11 @@ from __future__ import annotations
 import functools
 import inspect
 import os
+import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Concatenate, ParamSpec
+from typing import Any, ParamSpec, Protocol
 
 import numpy as np
 
@@ -17,16 +18,17 @@ from gltf_ext.attributes.extension import read_compressed, source_of
 from gltf_ext.attributes.records import RecordFormat
 from gltf_ext.attributes.streams import Bits, Grid, dequantise, position_grid
 from gltf_ext.commands.inspect import inspect_document
+from gltf_ext.commands.result import Result, output_path
 from gltf_ext.commands.transcode import pack_compressed
 from gltf_ext.document import gltf
 from gltf_ext.document.buffer_layout import unknown_index_holders
-from gltf_ext.document.container import fallback_of, model_files
+from gltf_ext.document.container import fallback_of
 from gltf_ext.document.document import Document
 from gltf_ext.document.draco import DRACO
+from gltf_ext.document.gltf2 import File, Model, name_of
 from gltf_ext.document.images import embed_images
 from gltf_ext.encode.primitive import Compression, encode
 from gltf_ext.errors import MeshletError, blaming
-from gltf_ext.files import check_output, write_model
 from gltf_ext.lod.document import add_levels, arrange, forget_levels
 from gltf_ext.lod.tables import EXTENSION as LEVELS
 from gltf_ext.options import MIN_POSITION_BITS, Options
@@ -56,7 +58,6 @@ ORDER_DEPENDENT = (
     "EXT_mesh_polygon",
 )
 
-File = str | os.PathLike[str]
 Report = dict[str, Any]
 P = ParamSpec("P")  # the options of compress, as keyword arguments
 
@@ -87,23 +88,29 @@ class Job:
         return {"mesh": self.source.mesh, "primitive": self.source.primitive}
 
 
+class _Command(Protocol[P]):
+    """A function of two models with the options as keyword arguments."""
+
+    def __call__(
+        self, input: Model, output: File | None = None, *args: P.args, **options: P.kwargs
+    ) -> Report: ...
+
+
 def _with_options(
     declare: Callable[P, Options],
-) -> Callable[
-    [Callable[[File, File, Options], Report]], Callable[Concatenate[File, File, P], Report]
-]:
-    """Give a function of two files and Options a keyword argument for each option instead.
+) -> Callable[[Callable[[Model, File | None, Options], Report]], _Command[P]]:
+    """Give a function of two models and Options a keyword argument for each option instead.
 
     Type checkers and editors see the names, types and defaults that Options declares.
     """
 
-    def decorate(
-        function: Callable[[File, File, Options], Report],
-    ) -> Callable[Concatenate[File, File, P], Report]:
-        def command(input: File, output: File, *others: P.args, **options: P.kwargs) -> Report:
-            if others:
+    def decorate(function: Callable[[Model, File | None, Options], Report]) -> _Command[P]:
+        def command(
+            input: Model, output: File | None = None, *args: P.args, **options: P.kwargs
+        ) -> Report:
+            if args:
                 raise TypeError("compress takes two files; name each option: position_bits=14")
-            folder = str(Path(output).parent)
+            folder = str(Path(output).parent) if output else tempfile.gettempdir()
             return function(input, output, Options.of({"work_dir": folder, **options}))
 
         signature = inspect.signature(function)
@@ -112,14 +119,17 @@ def _with_options(
         with_options = signature.replace(parameters=[*files, *options])
         functools.update_wrapper(command, function)
         command.__signature__ = with_options  # type: ignore[attr-defined]
-        return command  # type: ignore[return-value]  # the files may be given by name, too
+        return command
 
     return decorate
 
 
 @_with_options(Options)
-def compress(input: File, output: File, settings: Options) -> Report:
+def compress(input: Model, output: File | None, settings: Options) -> Report:
     """Compress a .glb, .gltf, .obj, .ply or .stl file into a .glb with EXT_meshlet_edgebreaker.
+
+    The input is a path, or a pygltflib.GLTF2, which stays as it is. Without an output path nothing
+    is written, and the result is a new GLTF2 in the report.
 
     An output that is named .gltf, or does not fit a .glb (4 GiB), becomes a .gltf with .bin files
     of at most 1 GiB; a primitive with more bytes has one of its own.
@@ -163,6 +173,7 @@ def compress(input: File, output: File, settings: Options) -> Report:
 
     Returns a report:
         input, output, input_bytes, output_bytes, fallback_bytes.
+        gltf: the new pygltflib.GLTF2, if there is no output path.
         totals, fallback_files, primitives: as `inspect` of the output has them.
         generation: "histogram" counts the regions of [0, 32), [32, 64), [64, 72) and 72 or more
             triangles, before large ones are split; "iterations" is the most of any primitive.
@@ -173,17 +184,20 @@ def compress(input: File, output: File, settings: Options) -> Report:
     Raises MeshletError when the input cannot be compressed, OSError when a file cannot be read or
     written.
     """
-    output = Path(output)
-    check_output(output, input)
-    with runner(settings.scheduler, settings.threads) as chunks, blaming(input):
+    path, name = output_path(output, input), name_of(input)
+    if settings.memory and path is None:
+        raise MeshletError(
+            "max_memory is for files", "name an output file", options=("max_memory",)
+        )
+    with runner(settings.scheduler, settings.threads) as chunks, blaming(name):
         large: Larges = {}
         if settings.memory:
-            document, large = open_large(Path(input), settings)
+            document, large = open_large(input, settings)
         else:
             document = open_model(input, settings.obj_groups)
         sources_read = document.files()
         jobs = _jobs(document, large, settings)
-        encoded = _encode_all(jobs, settings, chunks, Path(input).name)
+        encoded = _encode_all(jobs, settings, chunks, Path(name).name)
         for job in encoded:
             _replace(document, job, settings.fallback)
         changes = _finish_document(document, jobs, encoded, settings)
@@ -192,21 +206,27 @@ def compress(input: File, output: File, settings: Options) -> Report:
             changes["warnings"] += _useless_levels(encoded)
         if settings.transport:
             pack_compressed(document, settings.threads)
-        files = model_files(document, output)
+        result = Result.of(document, path)
         contents = inspect_document(document, _statistics_by_view(encoded))
-    report = write_model(input, sources_read, files)
-    fallback_path, model = fallback_of(output), Path(report["output"])
-    report["fallback_bytes"] = sum(map(len, files.get(fallback_path, [])))
-    report["output_bytes"] -= report["fallback_bytes"]
+    report = {**result.write(input, sources_read), "fallback_bytes": result.fallback_bytes}
     if report["output_bytes"] >= report["input_bytes"]:
         changes["warnings"].append("the file grew; the original is smaller")
-    if model.suffix != output.suffix:
-        changes["warnings"].append(f"the result does not fit a .glb; it is {model.name}")
-    if fallback_path not in files and os.path.exists(fallback_path):  # also if too long
-        changes["warnings"].append(
-            f"{fallback_path.name} is not part of this result; delete it if nothing needs it"
-        )
+    if path:
+        changes["warnings"] += _unexpected_files(path, result)
     return {**report, **contents, **changes}
+
+
+def _unexpected_files(output: Path, result: Result) -> list[str]:
+    """Return warnings about a file of another name, and one that remains of an earlier run."""
+    *_, model = result.files
+    fallback, warnings = fallback_of(output), []
+    if model.suffix != output.suffix:
+        warnings.append(f"the result does not fit a .glb; it is {model.name}")
+    if fallback not in result.files and os.path.exists(fallback):  # also if too long
+        warnings.append(
+            f"{fallback.name} is not part of this result; delete it if nothing needs it"
+        )
+    return warnings
 
 
 def _statistics_by_view(encoded: list[Job]) -> dict[int, dict[str, Any]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import os
+import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -10,13 +10,13 @@ import numpy as np
 
 from gltf_ext.attributes.extension import Compressed, require_compressed
 from gltf_ext.attributes.join import Parts
+from gltf_ext.commands.result import Result, output_path
 from gltf_ext.document import gltf
 from gltf_ext.document.accessors import store_rows, stored_rows, widen_bounds
-from gltf_ext.document.container import model_files
 from gltf_ext.document.document import Document
+from gltf_ext.document.gltf2 import File, Model, name_of
 from gltf_ext.document.images import embed_images
 from gltf_ext.errors import blaming
-from gltf_ext.files import check_output, write_model
 from gltf_ext.lod.detail import Detail, missing_levels
 from gltf_ext.lod.document import forget_levels
 from gltf_ext.progress import Advance, progress_bar, shared_progress
@@ -26,8 +26,8 @@ from gltf_ext.work_files import Spool
 
 
 def decompress(
-    input: str | os.PathLike[str],
-    output: str | os.PathLike[str],
+    input: Model,
+    output: File | None = None,
     *,
     level: int | None = None,
     error: float | str | None = None,
@@ -36,8 +36,8 @@ def decompress(
     """Write a compressed .glb or .gltf as a plain .glb without the extension.
 
     Args:
-        input: path of the compressed file.
-        output: path of the .glb, or a .gltf, to write.
+        input: path of the compressed file, or a pygltflib.GLTF2, which stays as it is.
+        output: path of the .glb, or a .gltf, to write; without it, the report has a new GLTF2.
         level: of detail, 0 for all triangles; a primitive with fewer levels takes its coarsest one.
         error: the coarsest mesh with at most this error, in units of POSITION, or "0.1%" of the
             longest side of the primitive's bounding box. Not together with level. Primitives
@@ -45,28 +45,28 @@ def decompress(
         progress: draw a progress bar on a terminal.
 
     Returns:
-        input, output, input_bytes, output_bytes, triangles and warnings.
+        input, output, input_bytes, output_bytes, triangles and warnings; without an output path
+        also gltf: the new GLTF2.
 
     Raises:
         MeshletError: the input is malformed or not compressed.
         OSError: a file cannot be read or written.
     """
     detail = Detail.of(level, error)
-    output = Path(output)
-    check_output(output, input)
-    with blaming(input):
+    path = output_path(output, input)
+    folder = str(path.parent) if path else tempfile.gettempdir()
+    with blaming(name_of(input)):
         document = open_model(input)
         sources = document.files()
         compressed = require_compressed(document)
         warnings = missing_levels(document) if level or error is not None else []
-        with progress_bar(Path(input).name, progress) as advance:
-            triangles = _expand_all(document, compressed, detail, str(output.parent), advance)
+        with progress_bar(Path(name_of(input)).name, progress) as advance:
+            triangles = _expand_all(document, compressed, detail, folder, advance)
         document.forget_extension(EXTENSION)
         forget_levels(document)
         warnings += embed_images(document)
-        files = model_files(document, output)
-    report = write_model(input, sources, files)
-    return {**report, "triangles": triangles, "warnings": warnings}
+        result = Result.of(document, path)
+    return {**result.write(input, sources), "triangles": triangles, "warnings": warnings}
 
 
 def _expand_all(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections import Counter
 from collections.abc import Mapping
 from typing import Any
@@ -13,6 +12,7 @@ from gltf_ext.attributes.extension import Compressed, malformed_from, require_co
 from gltf_ext.attributes.streams import OCT
 from gltf_ext.document import gltf
 from gltf_ext.document.document import Document, item
+from gltf_ext.document.gltf2 import Model, name_of, size_of
 from gltf_ext.errors import blaming
 from gltf_ext.portable import file_name
 from gltf_ext.sources.attribute_names import semantic
@@ -46,11 +46,11 @@ INTERNAL = ("category_bits", "symbol_counts", "blob_bytes", "json_bytes")
 Statistics = Mapping[str, Any]  # of a view, as _codec.describe gives them
 
 
-def inspect(path: str | os.PathLike[str]) -> dict[str, Any]:
+def inspect(path: Model) -> dict[str, Any]:
     """Return statistics of a compressed file.
 
     Args:
-        path: of the file.
+        path: of the file, or a pygltflib.GLTF2.
 
     Returns:
         file, file_bytes.
@@ -79,12 +79,12 @@ def inspect(path: str | os.PathLike[str]) -> dict[str, Any]:
     """
     from gltf_ext.lod.reports import describe_levels  # compress, which starts faster, needs none
 
-    file_bytes = os.path.getsize(path)
-    with blaming(path):
+    file_bytes = size_of(path)
+    with blaming(name_of(path)):
         document = open_model(path)
         contents = inspect_document(document, {})
         contents["lod"] = describe_levels(document)
-    return {"file": str(path), "file_bytes": file_bytes, **contents}
+    return {"file": name_of(path), "file_bytes": file_bytes, **contents}
 
 
 def inspect_document(

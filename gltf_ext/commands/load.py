@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-
 import numpy as np
 
 from gltf_ext import _codec
@@ -15,19 +13,21 @@ from gltf_ext.attributes.extension import (
 )
 from gltf_ext.attributes.join import decode
 from gltf_ext.attributes.streams import dequantise, to_accessor
+from gltf_ext.document.gltf2 import Model, name_of
 from gltf_ext.errors import blaming
 from gltf_ext.sources.importers import open_model
 from gltf_ext.sources.primitives import Primitive, is_compressed, triangle_primitives
 from gltf_ext.sources.source import read_primitive
 
 
-def load(path: str | os.PathLike[str]) -> list[Primitive]:
+def load(path: Model) -> list[Primitive]:
     """Read every triangle primitive of a file in order of (mesh, primitive), decoded.
 
     Each vertex of a compressed primitive's source is there once, also where the file has copies.
 
     Args:
-        path: of a .glb or .gltf, compressed or not, or of an .obj, .ply or .stl.
+        path: of a .glb or .gltf, compressed or not, or of an .obj, .ply or .stl; or a
+            pygltflib.GLTF2.
 
     Returns:
         The primitives, with arrays in the component types of their accessors.
@@ -36,7 +36,7 @@ def load(path: str | os.PathLike[str]) -> list[Primitive]:
         MeshletError: the file is malformed.
         OSError: the file cannot be read.
     """
-    with blaming(path):
+    with blaming(name_of(path)):
         document = open_model(path)
         return [
             decode(read_compressed(document, m, p))
@@ -81,11 +81,11 @@ class MeshletDecoder:
         }
 
 
-def decoders(path: str | os.PathLike[str]) -> list[MeshletDecoder]:
+def decoders(path: Model) -> list[MeshletDecoder]:
     """Return a decoder for each compressed primitive of a file, in order of (mesh, primitive).
 
     Raises MeshletError when the file is malformed or not compressed, OSError when it cannot be
     read.
     """
-    with blaming(path):
+    with blaming(name_of(path)):
         return [MeshletDecoder(compressed) for compressed in require_compressed(open_model(path))]

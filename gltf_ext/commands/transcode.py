@@ -2,50 +2,46 @@
 
 from __future__ import annotations
 
-import os
-from pathlib import Path
 from typing import Any
 
 from gltf_ext.attributes.extension import malformed_from, require_compressed
+from gltf_ext.commands.result import Result, output_path
 from gltf_ext.document import gltf
-from gltf_ext.document.container import model_files
 from gltf_ext.document.document import Document, item
+from gltf_ext.document.gltf2 import File, Model, name_of
 from gltf_ext.document.transport import pack_views
 from gltf_ext.errors import blaming
-from gltf_ext.files import check_output, write_model
 from gltf_ext.lod.tables import EXTENSION as LOD
 from gltf_ext.options import Options
 from gltf_ext.sources.importers import open_model
 
 
-def transcode(
-    input: str | os.PathLike[str], output: str | os.PathLike[str], *, threads: int = 0
-) -> dict[str, Any]:
+def transcode(input: Model, output: File | None = None, *, threads: int = 0) -> dict[str, Any]:
     """Write a compressed .glb or .gltf packed for download, or a packed one as it was before.
 
     Args:
-        input: path of the compressed file.
-        output: path of the .glb or .gltf to write.
+        input: path of the compressed file, or a pygltflib.GLTF2, which stays as it is.
+        output: path of the .glb or .gltf to write; without it, the report has a new GLTF2.
         threads: number of threads, 0 for one per processor.
 
     Returns:
-        input, output, input_bytes, output_bytes, and packed: whether the output is.
+        input, output, input_bytes, output_bytes, and packed: whether the output is; without an
+        output path also gltf: the new GLTF2.
 
     Raises:
         MeshletError: the input is malformed or not compressed.
         OSError: a file cannot be read or written.
     """
-    output = Path(output)
     Options.of({"threads": threads})
-    check_output(output, input)
-    with blaming(input):
+    path = output_path(output, input)
+    with blaming(name_of(input)):
         document = open_model(input)
         read = document.files()
         require_compressed(document)
         if not document.was_packed:
             pack_compressed(document, threads)
-        files = model_files(document, output)
-    return {**write_model(input, read, files), "packed": not document.was_packed}
+        result = Result.of(document, path)
+    return {**result.write(input, read), "packed": not document.was_packed}
 
 
 def pack_compressed(document: Document, threads: int) -> None:

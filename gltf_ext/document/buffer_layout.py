@@ -171,10 +171,10 @@ def _used(document: Document, mapper: Mapper, items: list[Any], kind: str) -> li
         return index
 
     mapper(document, note)
-    old_indices = sorted(used)
-    new_index = {old: new for new, old in enumerate(old_indices)}
+    indices = sorted(used)
+    new_index = {old: new for new, old in enumerate(indices)}
     mapper(document, new_index.__getitem__)
-    return old_indices
+    return indices
 
 
 def _drop_unused(document: Document) -> None:

@@ -130,7 +130,7 @@ def model_files(document: Document, output: Path) -> dict[Path, Pieces]:
         name = f"{output.stem}.{number}.bin" if len(binaries) > 1 else f"{output.stem}.bin"
         files[output.with_name(name)] = pieces
         document.buffers[number]["uri"] = _uri(Path(name))
-    return {**files, output.with_suffix(".gltf"): [_json(document)]}
+    return {**files, output.with_suffix(".gltf"): [json_of(document)]}
 
 
 def fallback_of(output: Path) -> Path:
@@ -142,7 +142,8 @@ def _uri(path: Path) -> str:
     return quote(os.fsencode(path.name))
 
 
-def _json(document: Document) -> bytes:
+def json_of(document: Document) -> bytes:
+    """Return the JSON as it is written. Raises MeshletError for NaN and infinity."""
     try:
         return document.to_json()
     except ValueError:
@@ -156,7 +157,7 @@ def _glb_parts(document: Document, binary: Sequence[bytes | memoryview]) -> Piec
 
     binary: the pieces of the binary chunk.
     """
-    text = _json(document)
+    text = json_of(document)
     text += b" " * (-len(text) % 4)
     binary_length = sum(map(len, binary))
     padding = -binary_length % 4

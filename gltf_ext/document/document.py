@@ -181,13 +181,13 @@ class Document:
 
     def files(self) -> list[Path]:
         """Return the files that buffers and images refer to, and those that an import has read."""
-        paths = list(self.import_files)
+        files = list(self.import_files)
         for holder in (*self.buffers, *self.images):
             uri = holder.get("uri")
             if uri and not uri.startswith("data:"):
                 with suppress(ValueError):  # no path at all, so nothing reads it
-                    paths.append(self.path_of(uri))
-        return paths
+                    files.append(self.path_of(uri))
+        return files
 
     # --- extensions ---
 

@@ -29,8 +29,8 @@ def numbers(values: Any, default: tuple[float, ...]) -> tuple[float, ...]:
 
 def member(value: Any, name: str) -> dict[str, Any]:
     """value[name] if both are JSON objects, otherwise an empty one."""
-    result = value.get(name) if isinstance(value, dict) else None
-    return result if isinstance(result, dict) else {}
+    inner = value.get(name) if isinstance(value, dict) else None
+    return inner if isinstance(inner, dict) else {}
 
 
 def minified(value: Any) -> bytes:

@@ -33,15 +33,15 @@ def placed_nodes(document: Document) -> Iterator[tuple[gltf.Node, np.ndarray]]:
     # A node without a matrix ends the children of that node.
     stack: list[tuple[int, np.ndarray | None]] = [(index, np.eye(4)) for index in reversed(roots)]
     ancestors: set[int] = set()
-    visits_left = len(document.nodes) + MAX_REPEATED
+    remaining = len(document.nodes) + MAX_REPEATED
     while stack:
         index, parent = stack.pop()
         if parent is None:
             ancestors.remove(index)
             continue
         node = item(document.nodes, index, "node")
-        visits_left -= 1
-        if index in ancestors or visits_left < 0:
+        remaining -= 1
+        if index in ancestors or remaining < 0:
             raise MeshletError(
                 f"node {index} is its own ancestor, or has too many parents", NOT_VALID
             )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -21,6 +20,7 @@ from gltf_ext.attributes.extension import (
 from gltf_ext.attributes.join import decode, without_copies
 from gltf_ext.document import gltf
 from gltf_ext.document.document import Document, item
+from gltf_ext.document.gltf2 import Model, name_of
 from gltf_ext.errors import MeshletError, blaming
 from gltf_ext.lod.cuts import Cut
 from gltf_ext.lod.tables import EXTENSION, VERSION, Tables, read_tables
@@ -181,11 +181,11 @@ def streams_of_blob(blob: bytes | memoryview) -> tuple[Any, ...]:
     return table["kind"].tolist(), table["grid"].tolist()
 
 
-def open_lod(path: str | os.PathLike[str]) -> list[LodPrimitive | Compressed]:
+def open_lod(path: Model) -> list[LodPrimitive | Compressed]:
     """Read every compressed primitive of a file, in order of (mesh, primitive).
 
     Args:
-        path: of a .glb or .gltf.
+        path: of a .glb or .gltf, or a pygltflib.GLTF2.
 
     Returns:
         The primitives with their levels; those without levels as `Compressed`.
@@ -194,7 +194,7 @@ def open_lod(path: str | os.PathLike[str]) -> list[LodPrimitive | Compressed]:
         MeshletError: the file or its tables are malformed.
         OSError: the file cannot be read.
     """
-    with blaming(path):
+    with blaming(name_of(path)):
         document = open_model(path)
         return [read_lod(document, c) or c for c in require_compressed(document)]
 

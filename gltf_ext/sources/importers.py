@@ -8,6 +8,7 @@ from pathlib import Path
 
 from gltf_ext.document.container import EMPTY, EXPORT_AGAIN, read_document
 from gltf_ext.document.document import Document
+from gltf_ext.document.gltf2 import Model, is_path, read_gltf2
 from gltf_ext.errors import MeshletError
 from gltf_ext.sources import mtl, obj, ply, stl
 from gltf_ext.sources.mesh_files import (
@@ -26,11 +27,13 @@ MESH_SUFFIXES = (".obj", *READERS)
 SUFFIXES = GLTF_SUFFIXES + MESH_SUFFIXES
 
 
-def open_model(path: str | os.PathLike[str], obj_groups: bool = False) -> Document:
-    """Read a document from a .glb, .gltf, .obj, .ply or .stl. Raises MeshletError, OSError.
+def open_model(path: Model, obj_groups: bool = False) -> Document:
+    """Read a document from a .glb, .gltf, .obj, .ply or .stl, or from a pygltflib.GLTF2.
 
-    obj_groups: see `read_meshes`.
+    obj_groups: see `read_meshes`. Raises MeshletError, OSError.
     """
+    if not is_path(path):
+        return read_gltf2(path)
     suffix = Path(path).suffix.lower()
     if suffix in GLTF_SUFFIXES:
         return read_document(path)

@@ -8,6 +8,7 @@ from functools import partial
 from pathlib import Path
 
 from gltf_ext.document.document import Document
+from gltf_ext.document.gltf2 import Model, is_path
 from gltf_ext.errors import MeshletError
 from gltf_ext.options import Options
 from gltf_ext.progress import progress_bar, shared_progress
@@ -31,9 +32,17 @@ MAX_TRIANGLES = (1 << 32) // 3  # of a primitive: decoders number corners with 3
 Larges = dict[tuple[int, int], Source]  # by mesh and primitive
 
 
-def open_large(path: Path, options: Options) -> tuple[Document, Larges]:
-    """Read a document, and its primitives that do not fit memory. Raises MeshletError, OSError."""
+def open_large(model: Model, options: Options) -> tuple[Document, Larges]:
+    """Read a document, and its primitives that do not fit memory. Raises MeshletError, OSError.
+
+    Only files stay where they are: a GLTF2 is in memory.
+    """
     fitting(options)  # check
+    if not is_path(model):
+        raise MeshletError(
+            "max_memory is for files, not for a GLTF2", "save it first", options=("max_memory",)
+        )
+    path = Path(model)
     suffix = path.suffix.lower()
     if suffix not in MESH_SUFFIXES:
         document = open_model(path)

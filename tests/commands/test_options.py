@@ -48,6 +48,7 @@ def test_type_checkers_see_the_options(tmp_path):
         "gltf_ext.compress('a.obj', 'b.glb', positon_bits=14)\n"
         "gltf_ext.compress('a.obj', 'b.glb', lod='no')\n"
         "gltf_ext.compress('a.obj', 'b.glb', effort='slow')\n"
+        "gltf_ext.compress()\n"
         "gltf_ext.compress('a.obj')\n"
     )
     options = ("--config-file", str(ROOT / "pyproject.toml"), "--cache-dir", str(tmp_path))
