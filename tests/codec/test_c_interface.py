@@ -165,9 +165,9 @@ def test_kept_arrays_hold_what_new_ones_do():
         triangles, values = decoder.decode_meshlet(m)
         sizes = decoder.decode_kept(m)
         assert sizes == (len(triangles), len(values[0]))
-        np.testing.assert_array_equal(decoder.kept[0][: sizes[0]], triangles)
-        for kept, new in zip(decoder.kept[1], values):
-            np.testing.assert_array_equal(kept[: sizes[1]], new)
+        np.testing.assert_array_equal(decoder.buffers[0][: sizes[0]], triangles)
+        for buffer, new in zip(decoder.buffers[1], values):
+            np.testing.assert_array_equal(buffer[: sizes[1]], new)
 
 
 # --- bad arguments ---
