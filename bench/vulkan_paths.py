@@ -9,23 +9,30 @@ buffers in the driver's acceleration structure. Their shaders are in bench/shade
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import partial
 from typing import Any, ClassVar
 
 import numpy as np
 
 import bench.compiled_shaders  # noqa: F401  before their structures
+from vk_backend.decode.batches import meshlets_of
+from vk_backend.decode.bounds import fill_bounds
+from vk_backend.decode.structures import RASTER_PUSH
 from vk_backend.frame_commands import FrameCommands
 from vk_backend.gpu import vk
 from vk_backend.gpu.constants import CONSTANTS
 from vk_backend.gpu.device import Device
 from vk_backend.gpu.limits import MAX_WORKGROUPS
 from vk_backend.gpu.memory import Buffer
-from vk_backend.gpu.pipelines import ComputePipeline
+from vk_backend.gpu.pipelines import ComputePipeline, push_record
 from vk_backend.gpu.reflection import structure
-from vk_backend.raster.drawing import Drawing, Path
-from vk_backend.raster.mesh import MeshDrawing
+from vk_backend.gpu.targets import Targets
+from vk_backend.raster.graphics import SURFACE, Graphics, raster_constants
+from vk_backend.raster.instances import GeometryDrawing, VertexDrawing
+from vk_backend.raster.mesh import MESH_PATHS, MeshDrawing
 from vk_backend.raster.pipeline import MESH, TASK
+from vk_backend.raster.stream import StreamDrawing
 from vk_backend.raytrace.acceleration import Shape
 from vk_backend.raytrace.commands import MESHLET_LEVELS, FrameSubmissions
 from vk_backend.raytrace.geometry import Geometry, Piece, pieces_of
@@ -34,8 +41,10 @@ from vk_backend.renderer import PATHS
 from vk_backend.scene.buffers import SceneBuffers
 from vk_backend.scene.camera import Camera
 from vk_backend.scene.decoded import Decoded
+from vk_backend.scene.drawing import DEFAULT, Drawing, Options, Step
 from vk_backend.scene.scene import Scene
-from vk_backend.visibility.drawing import VISIBILITY, VisibilityDrawing
+from vk_backend.scene.view import SceneView
+from vk_backend.visibility.batched import BatchedDrawing
 from vk_backend.visibility.pooled import PooledDrawing
 
 PLAIN_PRIMITIVE, PLAIN_MESHLET, CACHED_MESHLET, PAPER_PUSH = (
@@ -103,53 +112,68 @@ class PlainModel:
 
 
 class PlainDrawing(Drawing):
-    """A scene ready to be drawn by path mesh-plain."""
+    """Path mesh-plain. fragment: see Graphics."""
 
-    def __init__(self, device: Device, scene: Scene, path: Path, **options: Any):
-        super().__init__(device, scene, path, **options)
-        self.buffers.blobs.free()  # only the culling bounds needed them
-        self._model = PlainModel(self.buffers, meshlets=True)
+    name, capability = "mesh-plain", "mesh"
+    targets: ClassVar[Any] = Targets
+
+    def __init__(
+        self, device: Device, scene: Scene, options: Options = DEFAULT, fragment: str = SURFACE
+    ):
+        device.require(self.capability, self.name)
+        super().__init__(SceneView(device, scene, frozenset({"blobs", "bounds", "vertices"})))
+        buffers = self.view.buffers
+        fill_bounds(buffers)
+        buffers.blobs.free()  # only the culling bounds needed them
+        self._model = self.own(PlainModel(buffers, meshlets=True))
+        stages = (("bench:plain.task", TASK), ("bench:plain.mesh", MESH))
+        constants = raster_constants(scene, options.culling)
+        self._graphics = Graphics(
+            self.view, stages, constants, options.ids, numbers=options.ids, fragment=fragment
+        )
 
     @property
     def resident_bytes(self) -> int:
-        own = super().resident_bytes - self.buffers.blobs.allocated
-        return own + self._model.resident_bytes
+        return super().resident_bytes - self.view.buffers.blobs.allocated
 
-    @property
-    def _addresses(self) -> dict[str, int]:
-        return {"slots": self._model.table.address}
+    def frame(self, targets: Targets) -> list[Step]:
+        return [Step("draw", lambda commands: self._draw(commands, targets))]
 
-    def free(self) -> None:
-        super().free()
-        self._model.free()
+    def _draw(self, commands: Any, targets: Targets) -> None:
+        slots = self._model.table.address
+        with self._graphics.rendering(commands, targets):
+            for number, meshlets in enumerate(meshlets_of(self.scene)):
+                self._graphics.set_sides(commands, number)
+                data = push_record(RASTER_PUSH, frame=self.view.frame, slots=slots, instance=number)
+                workgroups = -(-meshlets // PLAIN_MESHLETS)
+                self._graphics.draw_tasks(commands, data, workgroups, first=PLAIN_MESHLETS)
 
 
-PLAIN = Path(
-    "mesh-plain",
-    frozenset({"blobs", "bounds", "vertices"}),
-    (("bench:plain.task", TASK), ("bench:plain.mesh", MESH)),
-    PlainDrawing,
-    "mesh",
-    workgroup=32,
-)
-POOLED = replace(VISIBILITY, name="visibility-pool", drawing=PooledDrawing)
-RASTER_PATHS = {**PATHS, PLAIN.name: PLAIN, POOLED.name: POOLED}
+POOLED = "visibility-pool"
+PLAIN_MESHLETS = 32  # of a task workgroup
+RASTER_PATHS = (*PATHS, PlainDrawing.name, POOLED)
 # The cheapest shaders that read every attribute.
-ATTRIBUTES = {
-    Drawing: "bench:attributes_{attributes}.frag",
-    MeshDrawing: "bench:attributes_{attributes}.frag",
-    PlainDrawing: "bench:attributes_{attributes}.frag",
-    VisibilityDrawing: "bench:visibility_attributes.comp",
-    PooledDrawing: "bench:visibility_attributes.comp",
-}
+CHEAP_SURFACE = "bench:attributes_{attributes}.frag"
+CHEAP_RESOLVE = "bench:visibility_attributes.comp"
+
+
+def drawing_of(device: Device, scene: Scene, path: str, options: Options, lit: bool) -> Drawing:
+    """A drawing of one of RASTER_PATHS. lit: see TimedDrawing."""
+    if path.startswith("visibility"):
+        cheap = {} if lit else {"resolve": CHEAP_RESOLVE, "masked": False}
+        kind: Any = PooledDrawing if path == POOLED else BatchedDrawing
+        return kind(device, scene, options, **cheap)
+    mesh = {mesh_path.name: partial(MeshDrawing, mesh_path) for mesh_path in MESH_PATHS}
+    others = (StreamDrawing, GeometryDrawing, VertexDrawing, PlainDrawing)
+    make = {**mesh, **{kind.name: kind for kind in others}}[path]
+    return make(device, scene, options, fragment=SURFACE if lit else CHEAP_SURFACE)
 
 
 class TimedDrawing:
     """One picture with one path: recorded once, run and timed any number of times.
 
-    path: a key of RASTER_PATHS. lit: shade the surface; else use the cheapest shader that reads
-    every attribute. pool: bytes, for visibility-pool. occlusion: for mesh and mesh-paper. targets:
-    what it is drawn into.
+    path: one of RASTER_PATHS. lit: shade the surface; else use the cheapest shader that reads every
+    attribute. targets: what it is drawn into.
     """
 
     def __init__(
@@ -161,20 +185,10 @@ class TimedDrawing:
         width: int,
         height: int,
         *,
-        culling: bool,
         lit: bool,
-        ring: int | None = None,
-        pool: int | None = None,
-        occlusion: bool = True,
+        **options: Any,
     ):
-        row = RASTER_PATHS[path]
-        drawn = row if lit else replace(row, fragment=ATTRIBUTES[row.drawing])
-        options: dict[str, Any] = {"culling": culling, "ids": False, "ring": ring}
-        if row is POOLED:
-            options["pool"] = pool
-        if row.drawing is MeshDrawing:
-            options["occlusion"] = occlusion
-        self.drawing = row.drawing(device, scene, drawn, **options)
+        self.drawing = drawing_of(device, scene, path, Options(ids=False, **options), lit)
         self._size = width, height
         self.look(camera)
         self.targets = self.drawing.targets(device, width, height, ids=False)
@@ -312,7 +326,7 @@ class TrianglesTracer(RayTracer):
     needs: ClassVar = frozenset({"vertices", "indices"})
     may_sweep = False
 
-    def _count_slots(self, cache: float, cache_bytes: int | None) -> int:
+    def _count_slots(self, cache: int | None) -> int:
         return 0
 
     def _constants(self) -> dict[str, int]:

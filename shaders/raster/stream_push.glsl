@@ -1,5 +1,5 @@
 // Paths `visibility` and `stream`, decoding: the job of connect_stream.comp and values_stream.comp
-// is one batch of meshlets, which go into the slots from push.first_slot on (vk_backend/decode/ring.py).
+// is one batch of meshlets, which go into the slots from push.first_slot on (vk_backend/decode/batches.py).
 // Same functions as decode_push.glsl. Slots between two segments are empty.
 
 uint job_instance;

@@ -63,10 +63,12 @@ def fine_scene(tmp_path_factory):
     return load_scene(several(tmp_path_factory.mktemp("fine"), name="fine", size=(120, 90)))
 
 
-def tracer(device, scene, **options):
+def tracer(device, scene, *, cache: float = 0.25, **options):
+    """cache: share of the decoded meshlets."""
+    from vk_backend.decode.slots import share_bytes
     from vk_backend.raytrace.tracer import RayTracer
 
-    return RayTracer(device, scene, **options)
+    return RayTracer(device, scene, cache=share_bytes(scene, cache, traced=True), **options)
 
 
 @pytest.fixture(scope="module")
@@ -150,7 +152,7 @@ def fine_film(device, fine_scene):
 
 @pytest.mark.parametrize(
     "settings",
-    [{"cache": 0.02}, {"cache": 0.25}, {"cache": 0.5}, {"cache_bytes": 400_000}],
+    [{"cache": share} for share in (0.02, 0.25, 0.33, 0.5)],
     ids=str,
 )
 def test06_sweeping_changes_nothing(settings, device, fine_scene, fine_film):
@@ -301,17 +303,15 @@ def test07_transparent_parts(device, tmp_path):
 
 @pytest.mark.parametrize("share", (0.1, 0.25, 0.5, 0.97))
 def test08_bound(share, device, fine_scene):
-    """The buffer of decoded meshlets keeps to the limit, in bytes and as a share."""
-    total = 0
-    for limit in ({"cache": share}, {"cache_bytes": int(share * fine_bytes(fine_scene))}):
-        traced = tracer(device, fine_scene, **limit)
-        decoded = traced.resident_bytes()["cache"]
-        assert traced.slots * traced.slot_bytes == decoded
-        most = fine_bytes(fine_scene) * share + ("cache" in limit) * traced.slot_bytes
-        assert 0.8 * most < decoded <= most
-        total += decoded
-        traced.free()
-    assert total > 0
+    """The buffer of decoded meshlets keeps to the limit."""
+    from vk_backend.raytrace.tracer import RayTracer
+
+    most = int(share * fine_bytes(fine_scene))
+    traced = RayTracer(device, fine_scene, cache=most)
+    decoded = traced.resident_bytes()["cache"]
+    assert traced.slots * traced.slot_bytes == decoded
+    assert 0.8 * most < decoded <= most
+    traced.free()
 
 
 def fine_bytes(scene) -> int:
@@ -421,8 +421,6 @@ def test13_errors(device, scene, shared, monkeypatch):
             tracer(device, scene, **TRACERS["some"])
         assert resources_of(device) == resources
 
-    with pytest.raises(VulkanError, match="share from 0 to 1"):
-        tracer(device, scene, cache=1.5)
     with pytest.raises(VulkanError, match="samples of 255 bounces"):
         tracer(device, scene, bounces=255)
     with pytest.raises(VulkanError, match="take too many passes"):
@@ -430,7 +428,7 @@ def test13_errors(device, scene, shared, monkeypatch):
     with pytest.raises(VulkanError, match=r"give it \d+ bytes or more$"):
         tracer(device, scene, cache=0.0)
     with pytest.raises(VulkanError, match="the cache holds 0 of"):
-        tracer(device, scene, cache_bytes=traced.slot_bytes - 1)
+        type(traced)(device, scene, cache=traced.slot_bytes - 1)
 
 
 def test14_like_mitsuba(shared, scene):

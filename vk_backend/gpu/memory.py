@@ -113,6 +113,23 @@ def _sharing(device: Device) -> dict[str, Any]:
     }
 
 
+class Owner:
+    """Something on a device that owns buffers, by name."""
+
+    def __init__(self, **buffers: Buffer):
+        self.buffers = buffers
+
+    @property
+    def resident_bytes(self) -> int:
+        """Allocated bytes of all buffers."""
+        return sum(buffer.allocated for buffer in self.buffers.values())
+
+    def free(self) -> None:
+        """Frees the memory; a second call does nothing."""
+        for buffer in self.buffers.values():
+            buffer.free()
+
+
 class Image(Resource):
     """A two-dimensional image with a view.
 

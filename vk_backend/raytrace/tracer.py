@@ -61,9 +61,8 @@ class TracedPicture:
 class RayTracer:
     """Renders a scene by tracing rays.
 
-    cache: share of the meshlets that may be decoded at any moment, 0 to 1 (whole meshlets, up);
-    cache_bytes: the limit in bytes instead. bounces: diffuse bounces; shadows: trace shadow rays;
-    samples: paths per pixel (None: 1, or 16 with bounces).
+    cache: bytes that decoded meshlets may take (None: as many as all need). bounces: diffuse
+    bounces; shadows: trace shadow rays; samples: paths per pixel (None: 1, or 16 with bounces).
 
     If the cache does not hold all meshlets, paths sweep over the model for each ray: part by part
     is decoded into the cache, and the nearest hit is kept.
@@ -87,16 +86,11 @@ class RayTracer:
         device: Device,
         scene: Scene,
         *,
-        cache: float = 0.25,
-        cache_bytes: int | None = None,
+        cache: int | None = None,
         bounces: int = 0,
         shadows: bool = True,
         samples: int | None = None,
     ):
-        if not 0 <= cache <= 1 or (cache_bytes or 0) < 0:
-            raise VulkanError(
-                "the cache is a share from 0 to 1, or a number of bytes", "for example 0.25"
-            )
         device.require("raytracing", self.path)
         if "blobs" in self.needs:
             shared = device.limits.compute_shared_bytes
@@ -106,7 +100,7 @@ class RayTracer:
         layout = SlotLayout.of(scene, traced=True)
         self.slot_bytes = layout.bytes
         self.meshlets = sum(p.meshlets for p in scene.primitives)
-        self.slots = self._count_slots(cache, cache_bytes)
+        self.slots = self._count_slots(cache)
         self.sweeps = self.may_sweep and self.slots < self.meshlets
         self.parts = -(-self.meshlets // self.slots) if self.sweeps else 1
         self._part = 0  # that the slots hold
@@ -204,13 +198,10 @@ class RayTracer:
 
     # --- setup ---
 
-    def _count_slots(self, cache: float, cache_bytes: int | None) -> int:
+    def _count_slots(self, cache: int | None) -> int:
         """Raises VulkanError if sweeps would need more than MAX_PARTS parts."""
         least = -(-self.meshlets // MAX_PARTS) if self.may_sweep else 0
-        if cache_bytes is None:
-            slots = int(np.ceil(cache * self.meshlets))
-        else:
-            slots = cache_bytes // self.slot_bytes
+        slots = self.meshlets if cache is None else cache // self.slot_bytes
         if slots < least:
             raise VulkanError(
                 f"the cache holds {slots} of {self.meshlets} meshlets, fewer than one in "
