@@ -18,6 +18,8 @@ import numpy as np
 import bench.compiled_shaders  # noqa: F401  before their structures
 from vk_backend.decode.batches import meshlets_of
 from vk_backend.decode.bounds import fill_bounds
+from vk_backend.decode.fill import Filler
+from vk_backend.decode.slots import SlotLayout
 from vk_backend.decode.structures import RASTER_PUSH
 from vk_backend.frame_commands import FrameCommands
 from vk_backend.gpu import vk
@@ -36,7 +38,8 @@ from vk_backend.raster.stream import StreamDrawing
 from vk_backend.raytrace.acceleration import Shape
 from vk_backend.raytrace.commands import MESHLET_LEVELS, FrameSubmissions
 from vk_backend.raytrace.geometry import Geometry, Piece, pieces_of
-from vk_backend.raytrace.tracer import RayTracer
+from vk_backend.raytrace.rays import Tracer
+from vk_backend.raytrace.tracer import BOX_TRIANGLES, RayTracer, ray_constants, require
 from vk_backend.renderer import PATHS
 from vk_backend.scene.buffers import SceneBuffers
 from vk_backend.scene.camera import Camera
@@ -52,6 +55,15 @@ PLAIN_PRIMITIVE, PLAIN_MESHLET, CACHED_MESHLET, PAPER_PUSH = (
     for name in ("PlainPrimitive", "PlainMeshlet", "CachedMeshlet", "PaperPush")
 )
 NO_SLOT = 0xFFFFFFFF
+PAPER_HIT = {
+    "closestHitShader": "bench:paper.rchit",
+    "anyHitShader": "bench:paper.rahit",
+    "intersectionShader": "bench:paper.rint",
+}
+TRIANGLES_HIT = {
+    "closestHitShader": "bench:triangles.rchit",
+    "anyHitShader": "bench:triangles.rahit",
+}
 
 
 def plain_meshlets(decoded: Decoded) -> tuple[np.ndarray, np.ndarray]:
@@ -215,37 +227,45 @@ class TimedDrawing:
         self.targets.free()
 
 
-class PaperTracer(RayTracer):
+class PaperTracer(Tracer):
     """Path rt-paper: between frames, the slots go to the meshlets that most rays tested.
 
     cache: 0 is possible, too.
     """
 
-    path = "rt-paper"
-    hit_shaders: ClassVar = {
-        "closestHitShader": "bench:paper.rchit",
-        "anyHitShader": "bench:paper.rahit",
-        "intersectionShader": "bench:paper.rint",
-    }
-    box_triangles = CONSTANTS["MESHLET_TRIANGLES"]
-    may_sweep = False
+    def __init__(self, device: Device, scene: Scene, *, cache: int, **light: Any):
+        require(device, scene, "rt-paper")
+        layout = SlotLayout.of(scene, traced=True)
+        meshlets = sum(p.meshlets for p in scene.primitives)
+        slots = min(cache // layout.bytes, meshlets)
+        constants = ray_constants(scene, layout, CONSTANTS["MESHLET_TRIANGLES"])
+        with device.free_on_error():
+            view = SceneView(device, scene, frozenset({"blobs"}), matrices=False)
+            geometry = Geometry(view, constants=constants, part_meshlets=meshlets)
+            super().__init__(view, geometry, PAPER_HIT, constants, **light)
+            self.slots, self._missing = slots, 0
+            self._fill_list = ComputePipeline.of(device, "bench:paper_fill.comp", constants)
+            table = np.zeros(meshlets, CACHED_MESHLET)
+            table["slot"] = np.arange(meshlets)
+            table["slot"][slots:] = NO_SLOT
+            self._own |= {
+                "cache": Buffer(device, slots * layout.bytes),
+                "records": Buffer(device, table.nbytes).write(table),
+                "items": Buffer(device, 8 * slots),
+            }
+            own = {name: self._own[name].address for name in ("sources", "cache")}
+            with device.commands() as commands:
+                Filler(device, constants).decode(commands, 0, slots, frame=view.frame, **own)
 
-    def _make_cache(self, constants: dict[str, int]) -> None:
-        super()._make_cache(constants)
-        self._fill_list = ComputePipeline.of(self.device, "bench:paper_fill.comp", constants)
-        table = np.zeros(self.meshlets, CACHED_MESHLET)
-        table["slot"] = np.arange(self.meshlets)
-        table["slot"][self.slots :] = NO_SLOT
-        self._own["records"] = Buffer(self.device, table.nbytes).write(table)
-        self._own["items"] = Buffer(self.device, 8 * self.slots)
-        self._missing = 0
+    def meshlet_ids(self, hits: np.ndarray) -> np.ndarray:
+        return self.scene.drawn_ids(hits)
 
     def cached(self) -> np.ndarray:
         """CACHED_MESHLET[meshlets]: the slots, and how many rays tested each meshlet."""
         return self._own["records"].read(CACHED_MESHLET)
 
     def time(self, camera: Camera, width: int, height: int) -> float:
-        """As RayTracer.time; the time does not contain the choice of meshlets on the host."""
+        """As Tracer.time; the time does not contain the choice of meshlets on the host."""
         self._missing = self._choose()
         return super().time(camera, width, height)
 
@@ -262,13 +282,13 @@ class PaperTracer(RayTracer):
         self._own["records"].write(table)
         return len(missing)
 
-    def _record(self, submissions: FrameSubmissions, camera: Camera) -> None:
+    def record(self, submissions: FrameSubmissions, camera: Camera) -> None:
         if self._missing:
             commands = submissions.room_for(self._missing * MESHLET_LEVELS)
-            data = self._pushed(PAPER_PUSH, count=self._missing)
+            data = self.pushed(PAPER_PUSH, count=self._missing)
             self._fill_list.dispatch(commands, min(self._missing, MAX_WORKGROUPS), data)
             self.device.full_barrier(commands)
-        super()._record(submissions, camera)
+        super().record(submissions, camera)
 
 
 @dataclass(frozen=True)
@@ -303,9 +323,7 @@ class TriangleGeometry(Geometry):
 
     _on_grid = False
 
-    def _shapes(
-        self, rows: np.ndarray, primitives: int, part_meshlets: int
-    ) -> tuple[list[Piece], Sequence[Shape]]:
+    def _shapes(self, rows: np.ndarray, part_meshlets: int) -> tuple[list[Piece], Sequence[Shape]]:
         shapes = []
         for decoded in (primitive.decoded() for primitive in self._scene.primitives):
             positions = self._input(np.asarray(decoded.positions, np.float32))
@@ -315,32 +333,23 @@ class TriangleGeometry(Geometry):
         return pieces_of(rows, len(rows)), shapes
 
 
-class TrianglesTracer(RayTracer):
+class TrianglesTracer(Tracer):
     """Path rt-triangles: nothing is compressed, and there is no cache."""
 
-    path = "rt-triangles"
-    hit_shaders: ClassVar = {
-        "closestHitShader": "bench:triangles.rchit",
-        "anyHitShader": "bench:triangles.rahit",
-    }
-    needs: ClassVar = frozenset({"vertices", "indices"})
-    may_sweep = False
+    def __init__(self, device: Device, scene: Scene, *, cache: int | None = None, **light: Any):
+        device.require("raytracing", "rt-triangles")
+        constants = ray_constants(scene, SlotLayout.of(scene, traced=True), BOX_TRIANGLES)
+        constants["ATTRIBUTES"] = scene.attributes
+        meshlets = sum(p.meshlets for p in scene.primitives)
+        with device.free_on_error():
+            needs = frozenset({"vertices", "indices"})
+            view = SceneView(device, scene, needs, matrices=False)
+            geometry = TriangleGeometry(view, constants=constants, part_meshlets=meshlets)
+            super().__init__(view, geometry, TRIANGLES_HIT, constants, **light)
+            self._own["records"] = PlainModel(view.buffers, meshlets=False).table
 
-    def _count_slots(self, cache: int | None) -> int:
-        return 0
-
-    def _constants(self) -> dict[str, int]:
-        return {**super()._constants(), "ATTRIBUTES": self.scene.attributes}
-
-    def _make_geometry(self, primitives: int, constants: dict[str, int]) -> Geometry:
-        sizes = {"primitives": primitives, "part_meshlets": self.meshlets}
-        return TriangleGeometry(self.device, self.scene, constants=constants, **sizes)
-
-    def _make_cache(self, constants: dict[str, int]) -> None:
-        self._own["records"] = PlainModel(self.buffers, meshlets=False).table
-
-    def _ids(self, hits: np.ndarray) -> np.ndarray:
+    def meshlet_ids(self, hits: np.ndarray) -> np.ndarray:
         return self.scene.meshlet_ids(hits)
 
 
-TRACERS = {tracer.path: tracer for tracer in (RayTracer, PaperTracer, TrianglesTracer)}
+TRACERS = {"rt": RayTracer, "rt-paper": PaperTracer, "rt-triangles": TrianglesTracer}

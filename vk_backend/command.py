@@ -30,7 +30,7 @@ from .scene.camera import Camera
 from .scene.scene import Scene, load_scene
 
 if TYPE_CHECKING:
-    from .raytrace.tracer import TracedPicture
+    from .raytrace.rays import TracedPicture
 
 GIF_MILLISECONDS = 50  # per picture of an animation
 

@@ -21,12 +21,19 @@ MATRIX_BYTES = 64
 class SceneView:
     """A scene's buffers, textures and pipeline layout, and the record of a frame.
 
-    needs, rows: see SceneBuffers. layout: VkPipelineLayout of all shaders that draw the scene.
-    textures: size of its descriptor array.
+    needs, rows: see SceneBuffers. matrices: whether a frame has a matrix for each instance.
+    layout: VkPipelineLayout of all shaders that draw the scene. textures: size of its descriptor
+    array.
     """
 
     def __init__(
-        self, device: Device, scene: Scene, needs: frozenset[str], rows: Buffer | None = None
+        self,
+        device: Device,
+        scene: Scene,
+        needs: frozenset[str],
+        rows: Buffer | None = None,
+        *,
+        matrices: bool = True,
     ):
         self.device, self.scene = device, scene
         self.textures = array_size(scene.textures)
@@ -34,7 +41,7 @@ class SceneView:
         with blaming(scene.path):
             self._textures = TextureArray(device, scene.textures)
         self.buffers = SceneBuffers(device, scene, needs, rows)
-        self._matrix_bytes = MATRIX_BYTES * len(scene.instances)
+        self._matrix_bytes = MATRIX_BYTES * len(scene.instances) if matrices else 0
         self._frame = Buffer(device, self._matrix_bytes + FRAME.itemsize)
 
     @property
@@ -49,9 +56,11 @@ class SceneView:
 
     def look(self, camera: Camera, width: int, height: int) -> None:
         """Sets the camera of later pictures."""
-        matrices = self.buffers.object_to_clip_matrices(camera, width, height)
-        frame = self.buffers.frame_record(camera, width, height, self._frame.address)
-        self._frame.write(matrices.tobytes() + frame.tobytes())
+        frame = self.buffers.frame_record(camera, width, height, self._frame.address).tobytes()
+        if self._matrix_bytes:
+            matrices = self.buffers.object_to_clip_matrices(camera, width, height)
+            frame = matrices.tobytes() + frame
+        self._frame.write(frame)
 
     def bind(self, commands: Any, bind_point: int) -> None:
         """Records the binding of the textures."""
