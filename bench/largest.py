@@ -64,7 +64,7 @@ def measure(options: argparse.Namespace) -> dict:
             for threads in runs:
                 settings = {"lod": True, "position_bits": BITS, "max_memory": options.memory}
                 settings |= {"work_dir": folder, "threads": threads}
-                row = call_in_process("bench.out_of_core", "watched", source, output, settings)
+                row = call_in_process("bench.lod_build", "watched", source, output, settings)
                 sha256 = hashlib.sha256(Path(output).read_bytes())
                 row |= {**made, "threads": threads, "digest": sha256.hexdigest()}
                 row.pop("levels")

@@ -32,11 +32,11 @@ from bench.common import (
 )
 from bench.large_model import write_displaced
 from bench.models import real_model
-from gltf_ext.checks.samples import sample_surface
-from gltf_ext.compression.extension import Compressed
-from gltf_ext.compression.primitives import Primitive
+from gltf_ext.attributes.extension import Compressed
+from gltf_ext.checks.samples import distances_to, sample_surface
 from gltf_ext.lod import Cut, LodPrimitive, cut_at_error, cut_at_level, error_of, open_lod
 from gltf_ext.lod.cuts import held_bytes, page_bytes, table_bytes
+from gltf_ext.sources.primitives import Primitive
 
 PACKAGES = ("gltf-meshlet", "numpy", "meshoptimizer")
 NAMES = (
@@ -156,12 +156,12 @@ def levels(primitive: LodPrimitive) -> list[dict]:
     points += [sample_surface(m, GROUP_SAMPLES) for level in replacements for _, m in level]
     # One call, since it builds a tree of the finest level.
     ends = np.cumsum([len(own) for own in points])[:-1]
-    distances = np.split(lod_errors.distances_to(finest, np.concatenate(points)), ends)
+    distances = np.split(distances_to(np.concatenate(points), finest), ends)
     of_groups = iter(distances[len(cuts) :])
     back = sample_surface(finest, SAMPLES)
     result = []
     for cut, mesh, level, there in zip(cuts, meshes, replacements, distances):
-        here = lod_errors.distances_to(mesh, back)
+        here = distances_to(back, mesh)
         both = np.concatenate([there, here])
         stated = error_of(tables, cut)
         ratios = {"one_way": [], "both_ways": []}
@@ -186,7 +186,7 @@ def levels(primitive: LodPrimitive) -> list[dict]:
 
 def nearest_to(replacement: Primitive, points: np.ndarray, distances: np.ndarray) -> np.ndarray:
     """Distances of the points that are nowhere nearer to the level than to the replacement."""
-    own = lod_errors.distances_to(replacement, points)
+    own = distances_to(points, replacement)
     return own[own <= distances]
 
 

@@ -1,12 +1,20 @@
-"""Compresses a model, in a process of its own. For bench.lod; also runs with earlier commits."""
+"""Compresses a model, in a process of its own; also runs with earlier commits."""
 
 from __future__ import annotations
 
+import os
 import resource
+import threading
 import time
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
 
 import gltf_ext
 from bench.common import memory_of_process
+
+EVERY = 0.5  # seconds between looks at the work files
 
 
 def build(input: str, output: str, options: dict) -> dict:
@@ -22,6 +30,58 @@ def build(input: str, output: str, options: dict) -> dict:
         "triangles": report["totals"]["triangles"],
         "levels": report.get("lod", []),
     }
+
+
+def watched(source: str, output: str, options: dict) -> dict:
+    """As `build`, with the most bytes of work files and of memory of all processes that it starts,
+    itself included, and the machine's mean load."""
+    looks, ended = [], threading.Event()
+    os.setpgid(0, 0)
+
+    def watch() -> None:
+        while True:
+            looks.append((work_file_bytes(), memory_of_group(), os.getloadavg()[0]))
+            if ended.wait(EVERY):
+                break
+
+    watcher = threading.Thread(target=watch)
+    watcher.start()
+    try:
+        built = build(source, output, options)
+    finally:
+        ended.set()
+        watcher.join()
+    disk, memory, loads = zip(*looks)
+    load = float(np.mean(loads))
+    return {**built, "disk_bytes": max(disk), "group_bytes": max(memory), "load": load}
+
+
+def work_file_bytes() -> int:
+    """Bytes on disks of this process's open files that have no names."""
+    total = 0
+    for entry in os.scandir("/proc/self/fd"):
+        with suppress(OSError):
+            if os.readlink(entry.path).endswith("(deleted)"):
+                total += os.stat(entry.path).st_blocks * 512
+    return total
+
+
+def memory_of_group() -> int:
+    """Resident bytes of the processes in this one's group; what they share counts for each."""
+    pages = 0
+    for folder in Path("/proc").glob("[0-9]*"):
+        with suppress(OSError):
+            if os.getpgid(int(folder.name)) == os.getpgrp():
+                pages += int((folder / "statm").read_text().split()[1])
+    return pages * os.sysconf("SC_PAGE_SIZE")
+
+
+def verified(source: str, output: str, memory: str | None) -> dict:
+    """Verifies a compressed file; returns how long that took."""
+    start = time.perf_counter()
+    report = gltf_ext.verify(source, output, **({"max_memory": memory} if memory else {}))
+    assert report["ok"], report["problems"]
+    return {"verify_seconds": time.perf_counter() - start}
 
 
 def package() -> str:

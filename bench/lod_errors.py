@@ -8,8 +8,7 @@ from itertools import islice
 import numpy as np
 
 from bench.common import progress
-from gltf_ext.checks.samples import nearest_places, sample_surface
-from gltf_ext.compression.primitives import Primitive
+from gltf_ext.checks.samples import distances_to, sample_surface
 from gltf_ext.lod import Cut, LodPrimitive, View, cut_at_level, cut_for_view, error_of, open_lod
 from gltf_ext.lod.tables import Tables
 
@@ -65,11 +64,7 @@ def shares_within(primitive: LodPrimitive, cuts: list[Cut]) -> list[Shares]:
     for cut, error in zip(cuts, stated):
         mesh = primitive.mesh(cut)
         points.append(sample_surface(mesh, SAMPLES))
-        here.append(float((distances_to(mesh, back) <= error).mean()))
+        here.append(float((distances_to(back, mesh) <= error).mean()))
     # One call, since it builds a tree of the finest level.
-    there = np.split(distances_to(finest, np.concatenate(points)), len(cuts)) if cuts else []
+    there = np.split(distances_to(np.concatenate(points), finest), len(cuts)) if cuts else []
     return [(h, float((t <= error).mean())) for h, t, error in zip(here, there, stated)]
-
-
-def distances_to(mesh: Primitive, points: np.ndarray) -> np.ndarray:
-    return nearest_places(points, mesh)[0]

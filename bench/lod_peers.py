@@ -15,10 +15,10 @@ import gltf_ext
 from bench import peers
 from bench.common import progress
 from gltf_ext.checks.samples import surface_distances
-from gltf_ext.compression.primitives import Primitive
-from gltf_ext.gltf.importers import open_model
 from gltf_ext.lod import open_lod
 from gltf_ext.lod.simplifier import simplify
+from gltf_ext.sources.importers import open_model
+from gltf_ext.sources.primitives import Primitive
 from gltf_scene.scene import read_scene
 
 LEAST_TRIANGLES = 64

@@ -26,8 +26,8 @@ from bench import peers
 from bench.common import ROOT
 from bench.models import blobs_of
 from bench.peers import PeerMissing, checkout_version, plan_of, position_grids, write_primitives
-from gltf_ext.compression.primitives import Primitive
-from gltf_ext.compression.streams import Bits
+from gltf_ext.attributes.streams import Bits
+from gltf_ext.sources.primitives import Primitive
 from tools.native_build import build_folder
 
 PROGRAMS = ROOT / "bench" / "peer_programs"

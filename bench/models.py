@@ -17,8 +17,8 @@ import gltf_ext
 from bench.common import ROOT
 from bench.generated import torus, write_generated
 from bench.large_model import write_displaced
-from gltf_ext.compression.extension import compressed_primitives, require_compressed
-from gltf_ext.gltf.importers import open_model
+from gltf_ext.attributes.extension import compressed_primitives, require_compressed
+from gltf_ext.sources.importers import open_model
 from gltf_meshlet.demo.model import write_glb
 
 MODELS = Path(os.environ.get("GLTF_MESHLET_MODELS") or ROOT.parent / "shared" / "models")

@@ -8,10 +8,7 @@ and noise: it reads dragon.glb, and nothing else. Each run has a process of its 
 from __future__ import annotations
 
 import argparse
-import os
 import tempfile
-import threading
-from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -21,10 +18,8 @@ import gltf_ext
 from bench.common import call_in_process, origin_line, progress, table
 from bench.large_model import write_displaced
 from bench.lod import levels, percentile
-from bench.lod_build import build
-from bench.lod_errors import distances_to
 from bench.models import real_model
-from gltf_ext.checks.samples import sample_surface
+from gltf_ext.checks.samples import distances_to, sample_surface
 from gltf_ext.lod import LodPrimitive, open_lod
 from gltf_ext.lod.cuts import Cut, cut_at_level, error_of
 
@@ -32,7 +27,6 @@ PACKAGES = ("gltf-meshlet", "numpy", "meshoptimizer")
 MODEL, BITS = "dragon", 16
 SIDES, LARGE = (2, 4), 8  # n; from LARGE on in chunks only
 MEMORY, SMALL_MEMORY = "2G", {1: "200M", 2: "500M"}  # by n
-EVERY = 0.5  # seconds between looks at the work files
 IN_BOX, SAMPLES = 2_000_000, 200_000  # triangles of level 0 in the box of large models; points
 
 
@@ -66,9 +60,7 @@ def measure(options: argparse.Namespace) -> dict:
             whole = {"lod": True, "position_bits": BITS}
             chunks = {**whole, "max_memory": model["memory"]}
             chunks["work_dir"] = folder
-            model["chunks"] = call_in_process(
-                "bench.out_of_core", "watched", source, output, chunks
-            )
+            model["chunks"] = call_in_process("bench.lod_build", "watched", source, output, chunks)
             model["problems"] = call_in_process(
                 "bench.out_of_core", "problems", source, output, model["memory"]
             )
@@ -91,50 +83,6 @@ def levels_of(path: str) -> list[dict]:
     (primitive,) = open_lod(path)
     assert isinstance(primitive, LodPrimitive)
     return levels(primitive)
-
-
-def watched(source: str, output: str, options: dict) -> dict:
-    """As `build`, with the most bytes of work files and of memory of all processes that it starts,
-    itself included, and the machine's mean load."""
-    looks, ended = [], threading.Event()
-    os.setpgid(0, 0)
-
-    def watch() -> None:
-        while True:
-            looks.append((work_file_bytes(), memory_of_group(), os.getloadavg()[0]))
-            if ended.wait(EVERY):
-                break
-
-    watcher = threading.Thread(target=watch)
-    watcher.start()
-    try:
-        built = build(source, output, options)
-    finally:
-        ended.set()
-        watcher.join()
-    disk, memory, loads = zip(*looks)
-    load = float(np.mean(loads))
-    return {**built, "disk_bytes": max(disk), "group_bytes": max(memory), "load": load}
-
-
-def work_file_bytes() -> int:
-    """Bytes on disks of this process's open files that have no names."""
-    total = 0
-    for entry in os.scandir("/proc/self/fd"):
-        with suppress(OSError):
-            if os.readlink(entry.path).endswith("(deleted)"):
-                total += os.stat(entry.path).st_blocks * 512
-    return total
-
-
-def memory_of_group() -> int:
-    """Resident bytes of the processes in this one's group; what they share counts for each."""
-    pages = 0
-    for folder in Path("/proc").glob("[0-9]*"):
-        with suppress(OSError):
-            if os.getpgid(int(folder.name)) == os.getpgrp():
-                pages += int((folder / "statm").read_text().split()[1])
-    return pages * os.sysconf("SC_PAGE_SIZE")
 
 
 def levels_in_box(path: str) -> list[dict]:
@@ -171,7 +119,7 @@ def levels_in_box(path: str) -> list[dict]:
         if stated > half / 8:
             break
         coarse, of_coarse = near(cut)
-        both = np.concatenate([distances_to(fine, of_coarse), distances_to(coarse, of_fine)])
+        both = np.concatenate([distances_to(of_coarse, fine), distances_to(of_fine, coarse)])
         result.append(
             {
                 "triangles": int(primitive.cluster_triangles[cut.drawn].sum()),

@@ -11,7 +11,7 @@ from bench import paper_encoding
 from bench.common import bullets, markdown_table, origin_line, progress
 from bench.models import PAPER_MODELS, all_models
 from bench.peers import DEFAULT_BITS, Part, read_parts
-from gltf_ext.compression.streams import Bits
+from gltf_ext.attributes.streams import Bits
 
 # Options of our encoder that give about the paper's number of meshlets (43 triangles each on the
 # dragon), and our defaults.

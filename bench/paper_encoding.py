@@ -31,8 +31,8 @@ import numpy as np
 
 from bench.peers import DEFAULT_BITS, Part
 from gltf_ext import _codec
-from gltf_ext.compression.records import weld_rows
-from gltf_ext.compression.streams import GRID, INTEGER, Bits
+from gltf_ext.attributes.records import weld_rows
+from gltf_ext.attributes.streams import GRID, INTEGER, Bits
 
 SYMBOLS = "CRELS"
 # (value, bits), lowest bit first

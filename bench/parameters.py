@@ -15,7 +15,7 @@ import gltf_ext
 from bench.common import origin_line, progress, spread, table
 from bench.models import add_model_names, blobs_of, torus_and_named
 from bench.speed import native
-from gltf_ext.compression.options import OPTIONS, Options
+from gltf_ext.options import OPTIONS, Options
 
 PARTS = ("models",)
 NAMES = ("bunny", "engine", "sponza_like")

@@ -34,19 +34,19 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pygltflib
 
 from bench.common import ROOT, git_output
-from gltf_ext.compression.primitives import Primitive, triangle_primitives
-from gltf_ext.compression.records import weld_rows
-from gltf_ext.compression.sources import read_primitive
-from gltf_ext.compression.streams import Bits, Grid, Plan, plan_streams, position_grid
+from gltf_ext.attributes.records import weld_rows
+from gltf_ext.attributes.streams import Bits, Grid, Plan, plan_streams, position_grid
+from gltf_ext.document import gltf
+from gltf_ext.document.accessors import add_accessor, bounds, set_bounds
+from gltf_ext.document.container import model_files
+from gltf_ext.document.document import Document
 from gltf_ext.files import write_files
-from gltf_ext.gltf.accessors import add_accessor, bounds, set_bounds
-from gltf_ext.gltf.container import model_files
-from gltf_ext.gltf.document import Document
-from gltf_ext.gltf.importers import open_model
 from gltf_ext.ranges import first_of_each
+from gltf_ext.sources.importers import open_model
+from gltf_ext.sources.primitives import Primitive, triangle_primitives
+from gltf_ext.sources.source import read_primitive
 
 NODE_MODULES = Path(
     os.environ.get("GLTF_MESHLET_NODE_MODULES") or ROOT / "build" / "node" / "node_modules"
@@ -467,13 +467,12 @@ def write_plain(
             floats = {name: values.astype(np.float32) for name, values in attributes.items()}
             accessors = {name: add_accessor(document, values) for name, values in floats.items()}
             set_bounds(document.accessors[accessors["POSITION"]], *bounds(floats["POSITION"]))
-            primitive = pygltflib.Primitive(
-                attributes=accessors,
-                indices=add_accessor(document, triangles.reshape(-1, 1).astype(np.uint32)),
-                material=number if textured else None,
-            )
-            document.meshes[number].primitives.append(primitive)
-    write_files(model_files(document, path), read=())
+            indices = add_accessor(document, triangles.reshape(-1, 1).astype(np.uint32))
+            primitive: gltf.Primitive = {"attributes": accessors, "indices": indices}
+            if textured:
+                primitive["material"] = number
+            document.meshes[number]["primitives"].append(primitive)
+    write_files(model_files(document, path), sources=())
 
 
 def glb_chunks(data: bytes) -> tuple[dict, bytes]:

@@ -21,8 +21,8 @@ import gltf_ext
 from bench.common import DOCS, markdown_table, origin_line, progress, pyplot, save_figure, table
 from bench.models import add_model_names, real_model, torus_and_named
 from gltf_ext import _codec
-from gltf_ext.compression.options import Options
-from gltf_ext.compression.primitives import Primitive
+from gltf_ext.options import Options
+from gltf_ext.sources.primitives import Primitive
 from tools.rasterizer import Camera, Mesh, rasterize
 
 PACKAGES = ("gltf-meshlet", "numpy", "matplotlib", "trimesh")

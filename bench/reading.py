@@ -25,8 +25,8 @@ from bench.common import (
     table,
 )
 from bench.generated import torus
-from gltf_ext.gltf.importers import open_model
-from gltf_ext.gltf.ply import read_header
+from gltf_ext.sources.importers import open_model
+from gltf_ext.sources.ply import read_header
 
 PACKAGES = ("gltf-meshlet", "numpy", "trimesh")
 DOCUMENT, BLOCK = "scale", "reading"

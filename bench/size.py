@@ -27,8 +27,8 @@ from bench.common import (
 from bench.generated import GENERATED
 from bench.models import OTHER_MODELS, PAPER_MODELS, all_models
 from gltf_ext import _codec
-from gltf_ext.compression.primitives import Primitive
-from gltf_ext.compression.streams import Bits
+from gltf_ext.attributes.streams import Bits
+from gltf_ext.sources.primitives import Primitive
 from spec.reference_decoder import BitReader, BlobFile, Meshlet
 
 OPTIONS = {"position_bits": 12, "normal_bits": 8, "texcoord_bits": 12, "page_bytes": 0}

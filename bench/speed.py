@@ -33,10 +33,10 @@ from bench.common import (
 from bench.generated import torus
 from bench.models import PAPER_MODELS, real_model
 from gltf_ext import _codec
-from gltf_ext.compression.primitives import Primitive
-from gltf_ext.compression.records import RecordFormat
-from gltf_ext.compression.sources import Source
-from gltf_ext.compression.streams import Bits
+from gltf_ext.attributes.records import RecordFormat
+from gltf_ext.attributes.streams import Bits
+from gltf_ext.sources.primitives import Primitive
+from gltf_ext.sources.source import Source
 from gltf_meshlet.demo.model import write_glb
 from tools import native_build
 

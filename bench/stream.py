@@ -22,10 +22,12 @@ from bench.common import ROOT, markdown_table, origin_line, progress, table
 from bench.large_model import write_displaced
 from bench.lod import DISPLACED
 from bench.models import real_model
-from gltf_ext.gltf.importers import open_model
-from gltf_ext.gltf.nodes import placed
+from gltf_ext.document.accessors import stated_bounds
+from gltf_ext.document.nodes import placed
 from gltf_ext.lod import LodPrimitive, View, cut_for_view, open_lod
 from gltf_ext.lod.cuts import held_bytes
+from gltf_ext.sources.importers import open_model
+from gltf_ext.sources.primitives import all_primitives
 
 DRIVER = Path(__file__).with_name("stream_driver.mjs")
 PARTS = ("browsers", "frames")
@@ -132,12 +134,8 @@ def longest_side(path: Path) -> float:
     document = open_model(path)
     sides = [
         high - low
-        for mesh in document.meshes
-        for p in mesh.primitives
-        for low, high in zip(
-            document.accessors[p.attributes["POSITION"]].min,
-            document.accessors[p.attributes["POSITION"]].max,
-        )
+        for _, _, p in all_primitives(document)
+        for low, high in zip(*stated_bounds(document.accessors[p["attributes"]["POSITION"]]))
     ]
     return float(max(sides))
 
@@ -169,8 +167,8 @@ def best_error(path: Path, run: dict) -> float:
     offset[:3, 3] = setting["offset"]
     matrices: dict[int, list[np.ndarray]] = {}
     for node, matrix in placed(open_model(path)):
-        if node.mesh is not None:
-            matrices.setdefault(node.mesh, []).append(offset @ matrix)
+        if "mesh" in node:
+            matrices.setdefault(node["mesh"], []).append(offset @ matrix)
     pixels, sizes = [], []
     for one in open_lod(path):
         if not isinstance(one, LodPrimitive):

@@ -29,11 +29,11 @@ from bench.common import (
 )
 from bench.models import all_models
 from gltf_ext import _codec
-from gltf_ext.compression.extension import require_compressed
-from gltf_ext.compression.streams import Bits
-from gltf_ext.gltf.importers import open_model
-from gltf_ext.gltf.json_objects import minified
-from gltf_ext.gltf.transport import TRANSPORT
+from gltf_ext.attributes.extension import require_compressed
+from gltf_ext.attributes.streams import Bits
+from gltf_ext.document.json_values import minified
+from gltf_ext.document.transport import TRANSPORT
+from gltf_ext.sources.importers import open_model
 from spec import reference_transport
 
 DOCUMENT, BLOCK = "size", "transport"

@@ -18,15 +18,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pygltflib
 
 import gltf_ext
 from bench.common import progress, table
 from bench.large_model import write_displaced
 from bench.models import real_model
+from gltf_ext.document.accessors import stated_bounds
+from gltf_ext.document.container import model_files
 from gltf_ext.files import write_files
-from gltf_ext.gltf.container import model_files
-from gltf_ext.gltf.importers import open_model
+from gltf_ext.sources.importers import open_model
 
 PACKAGES = ("gltf-meshlet", "numpy", "vulkan")
 PARTS = ("scenes", "width", "make", "load")
@@ -98,17 +98,18 @@ def model(cuts: int, folder: Path) -> Path:
 def placed(path: Path, count: int, output: Path) -> Path:
     """Writes a model's file with `count` instances in a square grid, turned differently."""
     document = open_model(path)
-    box = document.accessors[document.meshes[0].primitives[0].attributes["POSITION"]]
+    position = document.primitive(0, 0)["attributes"]["POSITION"]
+    low, high = stated_bounds(document.accessors[position])
     side = int(np.ceil(np.sqrt(count)))
-    step = SPACING * float(np.subtract(box.max, box.min).max())
+    step = SPACING * float((high - low).max())
     document.nodes.clear()
     for number in range(count):
         angle = 0.0 if count == 1 else number * 2.4
         turn = [0.0, float(np.sin(angle / 2)), 0.0, float(np.cos(angle / 2))]
         place = step * np.array([number % side - side // 2, 0.0, number // side - side // 2])
-        document.nodes.append(pygltflib.Node(mesh=0, translation=place.tolist(), rotation=turn))
-    document.root.scene, document.root.scenes = 0, [pygltflib.Scene(nodes=list(range(count)))]
-    write_files(model_files(document, output), read=())
+        document.nodes.append({"mesh": 0, "translation": place.tolist(), "rotation": turn})
+    document.json["scene"], document.scenes[:] = 0, [{"nodes": list(range(count))}]
+    write_files(model_files(document, output), sources=())
     return output
 
 
@@ -229,7 +230,7 @@ def measure_flight(
 
 def compared(renderer: Any, path: Path, options: argparse.Namespace) -> dict:
     """Shares of the sampled pixels of a scene of one instance that are within one pixel."""
-    from gltf_ext.checks.samples import nearest_places
+    from gltf_ext.checks.samples import distances_to
     from gltf_ext.lod.cuts import Cut
     from vk_backend.scene.scene import load_scene
 
@@ -249,7 +250,7 @@ def compared(renderer: Any, path: Path, options: argparse.Namespace) -> dict:
         shown = primitive.mesh(Cut(none, drawn, pages, pages))
         for one, other in ((picture, primitive.compressed.decode()), (exact, shown)):
             points, pixel = sampled_points(one, camera, random)
-            distances, _ = nearest_places(points, other)
+            distances = distances_to(points, other)
             shares.append(float((distances <= pixel).mean()))
     return {
         "pictures": len(shares),

@@ -37,8 +37,8 @@ from bench.common import (
 from bench.generated import vertex_normals
 from bench.models import add_gpu_options, check_model_files, model_files
 from bench.vulkan_raytracing import turntable
-from gltf_ext.compression.primitives import Primitive
 from gltf_ext.errors import MeshletError
+from gltf_ext.sources.primitives import Primitive
 
 PACKAGES = ("numpy", "vulkan")
 QUICK = ("vertex", "mesh-plain", "stream", "visibility", "visibility-pool")

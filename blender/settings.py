@@ -4,7 +4,7 @@
 
 import bpy
 
-from gltf_ext.compression.options import OPTIONS
+from gltf_ext.options import OPTIONS
 
 _OPTIONS = {option.name: option for option in OPTIONS}
 

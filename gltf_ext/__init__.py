@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from gltf_ext.commands.inspect import inspect
     from gltf_ext.commands.load import MeshletDecoder, decoders, load
     from gltf_ext.commands.transcode import transcode
-    from gltf_ext.compression.primitives import Primitive
     from gltf_ext.errors import MeshletError
+    from gltf_ext.sources.primitives import Primitive
 
 __version__ = "0.2.0.dev0"
 __all__ = [

@@ -110,12 +110,14 @@ class _View(Handle):
     @property
     def streams(self) -> list[Stream]:
         """The stream table of the first blob. Predictors of others may differ."""
-        found, row = [], StreamRow()
+        streams, row = [], StreamRow()
         for s in range(self._counts.streams):
             functions.get_stream(self, 0, s, byref(row))
             offset = tuple(row.offset[: row.elements])
-            found.append(Stream(row.kind, row.elements, row.bits, row.step, offset, row.predictor))
-        return found
+            streams.append(
+                Stream(row.kind, row.elements, row.bits, row.step, offset, row.predictor)
+            )
+        return streams
 
     def blobs(self) -> list[Struct]:
         blobs = [Blob() for _ in range(self._counts.blobs)]
@@ -137,7 +139,7 @@ class _View(Handle):
         return triangles, arrays
 
     def description(self, s: Struct) -> dict[str, Any]:
-        """What describe returns, of these Statistics."""
+        """Return the result of `describe` for these Statistics."""
         bits = {"connectivity": s.connectivity, "references": s.references}
         return {
             "blobs": self._counts.blobs,
@@ -163,10 +165,13 @@ class Header(_View):
 
 
 class Decoder(_View):
-    """Decodes single meshlets of a view, numbered on through its blobs. One thread at a time: else
-    raises ValueError.
+    """Decodes single meshlets of a view, numbered on through its blobs.
 
-    kept: the arrays that decode_kept writes, (uint8[64, 3], [uint32[64, elements] per stream]).
+    Only one thread may use it at a time; another one gets a ValueError.
+
+    Attributes:
+        buffers: the arrays that decode_kept writes, (uint8[64, 3], [uint32[64, elements] per
+            stream]).
     """
 
     def __init__(self, view: Bytes) -> None:
@@ -175,10 +180,10 @@ class Decoder(_View):
         integers = np.empty(MESHLET_VERTICES * sum(elements), np.uint32)
         ends = np.cumsum(elements) * MESHLET_VERTICES
         streams = [a.reshape(MESHLET_VERTICES, -1) for a in np.split(integers, ends[:-1])]
-        self.kept = np.empty((MESHLET_TRIANGLES, 3), np.uint8), streams
+        self.buffers = np.empty((MESHLET_TRIANGLES, 3), np.uint8), streams
         self._numbers = (c_uint32 * 3)()  # of a meshlet, of its triangles, of its vertices
         meshlet = ctypes.addressof(self._numbers)
-        arrays = meshlet + 4, address(self.kept[0]), address(integers)
+        arrays = meshlet + 4, address(self.buffers[0]), address(integers)
         arguments = self._as_parameter_.value, meshlet, 1, *arrays
         # Converts the arguments once, for a function without types and check: to do it in each call
         # would take a tenth of the time.
@@ -186,8 +191,10 @@ class Decoder(_View):
         self._decode = functools.partial(function, *map(c_void_p.from_param, arguments))
 
     def decode_kept(self, index: int) -> tuple[int, int]:
-        """Decodes a meshlet to the beginnings of the arrays in `kept`, without making new ones.
-        Returns its numbers of triangles and vertices. Raises IndexError, ValueError."""
+        """Decode a meshlet to the beginnings of the arrays in `buffers`, without making new ones.
+
+        Returns its numbers of triangles and vertices. Raises IndexError, ValueError.
+        """
         if not 0 <= index < self.meshlet_count:
             raise IndexError("no such meshlet")
         numbers = self._numbers
@@ -198,40 +205,49 @@ class Decoder(_View):
         return numbers[1], numbers[2]
 
     def decode_meshlet(self, index: int) -> tuple[NDArray[np.uint8], list[UInt32s]]:
-        """Returns (triangles: uint8[t, 3] local ids, [uint32[v, elements] per stream]). Raises
-        IndexError, ValueError."""
+        """Return (triangles: uint8[t, 3] local ids, [uint32[v, elements] per stream]).
+
+        Raises IndexError, ValueError.
+        """
         triangles, vertices = self.decode_kept(index)
-        local, streams = self.kept
+        local, streams = self.buffers
         return local[:triangles].copy(), [stream[:vertices].copy() for stream in streams]
 
 
 def decode(view: Bytes, threads: int = 0) -> tuple[UInt32s, list[UInt32s]]:
-    """Decodes a view: one blob or several, one on each thread.
-    Returns (triangles: uint32[T, 3], [uint32[V, elements] per stream])."""
+    """Decode a view: one blob or several, one on each thread.
+
+    Returns (triangles: uint32[T, 3], [uint32[V, elements] per stream]).
+    """
     return _View(view).decode(threads, False)
 
 
 def decode_values(view: Bytes, threads: int = 0) -> tuple[UInt32s, list[NDArray[Any]]]:
-    """Returns (triangles: uint32[T, 3], [values per stream]): uint32[V, elements] for INTEGER,
-    float32[V, 3] unit vectors for OCT, float32[V, elements] otherwise."""
+    """Return (triangles: uint32[T, 3], [values per stream]).
+
+    Values are uint32[V, elements] for INTEGER, float32[V, 3] unit vectors for OCT, float32[V,
+    elements] otherwise.
+    """
     return _View(view).decode(threads, True)
 
 
 def split(view: Bytes) -> list[tuple[int, int]]:
-    """Returns (offset, size) of each blob of a view. Checks all headers."""
+    """Return (offset, size) of each blob of a view. Checks all headers."""
     return [(blob.offset, blob.bytes) for blob in _View(view).blobs()]
 
 
 def describe(view: Bytes) -> dict[str, Any]:
-    """Returns counts and numbers of bits; the entries of 'bits' sum to 8 * len(view)."""
-    opened, statistics = _View(view), Statistics()
-    functions.get_statistics(opened, statistics)
-    return opened.description(statistics)
+    """Return counts and numbers of bits; the entries of 'bits' sum to 8 * len(view)."""
+    handle, statistics = _View(view), Statistics()
+    functions.get_statistics(handle, statistics)
+    return handle.description(statistics)
 
 
 def validate(view: Bytes, threads: int = 0) -> None:
-    """Raises ValueError if a blob of the view is malformed in any way. Decodes every meshlet
-    alone, and so finds errors that decode may accept."""
+    """Raise ValueError if a blob of the view is malformed in any way.
+
+    Decodes every meshlet alone, and so detects errors that `decode` may accept.
+    """
     functions.validate(_View(view), threads)
 
 
@@ -239,21 +255,21 @@ def validate(view: Bytes, threads: int = 0) -> None:
 
 
 def pack(view: bytes, threads: int = 0) -> bytes:
-    """The view as EXT_meshlet_transport stores it."""
+    """Return the view as EXT_meshlet_transport stores it."""
     result = Result()
     functions.pack(view, len(view), threads, result.out)
     return result.array(0, np.uint8).tobytes()
 
 
 def unpacked_bytes(packed: bytes) -> int:
-    """The length of the view that was packed, by the table of its pages."""
+    """Return the length of the view that was packed, by the table of its pages."""
     size = c_size_t()
     functions.get_unpacked_bytes(packed, len(packed), byref(size))
     return size.value
 
 
 def unpack(packed: bytes, threads: int = 0) -> bytes:
-    """The view that was packed. It is still to be validated."""
+    """Return the view that was packed. It is still to be validated."""
     view = np.empty(unpacked_bytes(packed), np.uint8)
     functions.unpack(packed, len(packed), threads, view.ctypes, len(view))
     return view.tobytes()
@@ -263,23 +279,26 @@ def unpack(packed: bytes, threads: int = 0) -> bytes:
 
 
 def weld(rows: NDArray[np.uint8]) -> tuple[UInt32s, int]:
-    """Gives bit-identical rows one number, in order of first occurrence. rows: uint8[N, stride].
-    Returns (numbers: uint32[N], number of different rows)."""
+    """Give bit-identical rows one number, in order of first occurrence.
+
+    rows: uint8[N, stride]. Returns (numbers: uint32[N], number of different rows).
+    """
     rows = _array(rows, np.uint8, -1, -1)
-    found, different = np.empty(len(rows), np.uint32), c_uint32()
-    functions.weld(rows.ctypes, *rows.shape, found.ctypes, byref(different))
-    return found, different.value
+    numbers, count = np.empty(len(rows), np.uint32), c_uint32()
+    functions.weld(rows.ctypes, *rows.shape, numbers.ctypes, byref(count))
+    return numbers, count.value
 
 
 def scan_lines(
     text: bytes, keywords: Mapping[str, str]
 ) -> list[tuple[NDArray[Any], UInt32s, UInt32s]]:
-    """The lines that start with each keyword, in any case; all lines if it is empty.
+    """Return the lines that start with each keyword, in any case; all lines if it is empty.
 
     keywords: in lower case, with the words after each. 'numbers'; 'corners': each word is 1 to 3
     integers between slashes, and gives 3; 0 for one that is not there; 'any': not read. Returns for
     each (numbers: float64[N], of corners int32[N], numbers of each line: uint32[L], their offsets
-    in the text: uint32[L]). Raises ValueError, with the line, for a word that is not a number."""
+    in the text: uint32[L]). Raises ValueError, with the line, for a word that is not a number.
+    """
     kinds = {"any": 0, "numbers": 1, "corners": 2}
     problem = "words are 'any', 'numbers' or 'corners'"
     words = np.array([_number_of(kind, kinds, problem) for kind in keywords.values()], np.uint32)
@@ -294,7 +313,7 @@ def scan_lines(
 
 
 def _row_of(stream: Stream) -> StreamRow:
-    """The stream as C has it, which checks it. -1 becomes 255: GLTF_MESHLET_CHOOSE_PREDICTOR."""
+    """Return the stream as C has it, which checks it. -1 becomes GLTF_MESHLET_CHOOSE_PREDICTOR."""
     integers = stream.kind, stream.elements, stream.bits, stream.predictor
     if not all(-1 <= number < 255 for number in integers):
         raise ValueError(f"{stream} has a number that is not from -1 to 254")
@@ -304,17 +323,17 @@ def _row_of(stream: Stream) -> StreamRow:
     return StreamRow(*map(operator.index, integers), step=stream.step, offset=offset)
 
 
-def _options(max_triangles: int, max_vertices: int, effort: str, **others: Any) -> Struct:
+def _options(max_triangles: int, max_vertices: int, effort: str, **fields: Any) -> Struct:
     if not (1 <= max_triangles <= MESHLET_TRIANGLES and 3 <= max_vertices <= MESHLET_VERTICES):
         raise ValueError("a meshlet holds 1 to 64 triangles and 3 to 64 vertices")
     efforts = {"normal": 0, "fast": 1, "high": 2}
     number = _number_of(effort, efforts, "effort is 'fast', 'normal' or 'high'")
     sizes = {"max_triangles": max_triangles, "max_vertices": max_vertices}
-    return MeshletOptions(effort=number, **sizes, **others)
+    return MeshletOptions(effort=number, **sizes, **fields)
 
 
 def _vertices(position_ids: UInt32s, positions: Floats) -> dict[str, Any]:
-    """The fields of a mesh for its vertices."""
+    """Return the fields of a mesh for its vertices."""
     positions = _array(positions, np.float32, -1, 3)
     position_ids = _array(position_ids, np.uint32, -1)
     if len(position_ids) != len(positions):
@@ -340,7 +359,7 @@ def encode(
     meshlets: tuple[UInt32s, UInt32s, UInt32s, UInt32s] | None = None,
     effort: str = "normal",
 ) -> tuple[bytes, dict[str, Any]]:
-    """Encodes one primitive.
+    """Encode one primitive.
 
     triangles: uint32[T, 3], no index twice in a triangle. position_ids: uint32[V], below V, equal
     where positions are. positions: float32[V, 3]. values: uint32[V, elements] per stream. lambda_,
@@ -386,7 +405,7 @@ def encode(
 
 
 def _order(meshlets: tuple[UInt32s, ...], triangle_count: int) -> dict[str, Any]:
-    """The fields of a mesh for the caller's meshlets. Raises ValueError."""
+    """Return the fields of a mesh for the caller's meshlets. Raises ValueError."""
     names = ("order", "disk_begin", "meshlet_begin", "group_begin")
     arrays = {name: _array(part, np.uint32, -1) for name, part in zip(names, meshlets)}
     if len(arrays["order"]) != triangle_count:
@@ -397,7 +416,7 @@ def _order(meshlets: tuple[UInt32s, ...], triangle_count: int) -> dict[str, Any]
 def _run(
     options: Struct, progress: Callable[[float], object] | None, function: Callable[[], object]
 ) -> None:
-    """Calls a function whose options have a progress callback; raises what the callback raises."""
+    """Call a function whose options have a progress callback; raises what the callback raises."""
     raised: list[BaseException] = []
 
     def call(_: object, fraction: float) -> int:
@@ -434,10 +453,18 @@ def generate_in_groups(
     effort: str = "normal",
     threads: int = 0,
 ) -> tuple[UInt32s, UInt32s, UInt32s, UInt32s]:
-    """Makes meshlets that never cross groups. Group g: triangles triangle_begin[g] ..
-    triangle_begin[g + 1]. Other arguments as in encode. Returns (uint32[T], numbers of the
-    triangles in order, disk begins, meshlet begins, group begins), the begins as encode takes
-    them. Raises ValueError."""
+    """Make meshlets that never cross groups.
+
+    triangles: uint32[T, 3], group after group; triangle_begin: uint32[G + 1]: the first triangle of
+    each group, and T; other arguments as in `encode`.
+
+    Returns:
+        uint32[T]: the numbers of the triangles in the order of the meshlets; the begins of disks,
+        meshlets and groups, as `encode` takes them.
+
+    Raises:
+        ValueError: arrays do not fit each other.
+    """
     mesh = Mesh(**_vertices(position_ids, positions))
     options = _options(max_triangles, MESHLET_VERTICES, effort, lambda_=lambda_, threads=threads)
     result = Result()
@@ -453,70 +480,116 @@ class ReplacementErrors(Handle):
         shapes: Sequence[Floats],
         triangles: UInt32s,
         begin: UInt32s,
-        vertex_share: float,
+        vertex_fraction: float,
         threads: int = 0,
     ) -> None:
-        """shapes: float32[V, 3] each: positions at rest, and with each morph target. triangles,
-        begin: level 0 in groups. vertex_share: the share of its area that its vertices stand for.
-        Raises ValueError."""
+        """Place samples in level 0.
+
+        Args:
+            shapes: float32[V, 3] each: positions at rest, and with each morph target.
+            triangles: uint32[T, 3]: level 0, group after group.
+            begin: uint32[G + 1]: the first triangle of each group, and T.
+            vertex_fraction: the fraction of the area of level 0 that its vertices represent.
+            threads: number of threads, 0 for all processors.
+
+        Raises:
+            ValueError: arrays do not fit each other.
+        """
         super().__init__()
         self._shapes = [_array(shape, np.float32, -1, 3) for shape in shapes]
         self._threads, vertices = threads, {len(shape) for shape in self._shapes}
         if len(vertices) > 1:
             raise ValueError("shapes differ in length")
-        level_0 = _groups(triangles, begin), vertex_share, threads
+        level_0 = _groups(triangles, begin), vertex_fraction, threads
         functions.open_surface(
             pointers(self._shapes), len(shapes), sum(vertices), *level_0, self.out
         )
 
     def measure(
         self,
-        before: UInt32s,
-        before_begin: UInt32s,
-        after: UInt32s,
-        after_begin: UInt32s,
-        chosen: UInt32s,
-        carried: UInt32s,
-        carried_begin: UInt32s,
+        old_triangles: UInt32s,
+        old_begin: UInt32s,
+        new_triangles: UInt32s,
+        new_begin: UInt32s,
+        measured_groups: UInt32s,
+        sample_vertices: UInt32s,
+        sample_begin: UInt32s,
         areas: Floats,
     ) -> tuple[Floats, UInt32s, UInt32s, UInt32s, Floats]:
-        """Measures chosen groups of triangles that others replace. before, after: uint32[T, 3]
-        with begins, of whole levels. carried: vertices of level 0 that are gone, in the chosen
-        groups; areas: float32, of level 0 that each one stands for. Returns (float32: the
-        distance between each chosen replacement and level 0 that 99.9 % of either surface keeps,
-        vertices to carry on, for each the triangle of its group's `after` that is nearest, their
-        begins, their areas). Raises ValueError."""
-        chosen, carried = _array(chosen, np.uint32, -1), _array(carried, np.uint32, -1)
-        carried_begin, areas = _array(carried_begin, np.uint32, -1), _array(areas, np.float32, -1)
-        if len(carried_begin) != len(chosen) + 1:
+        """Measure the distance between groups of triangles and their replacements.
+
+        Args:
+            old_triangles: uint32[T, 3]: a level, group after group.
+            old_begin: uint32[G + 1]: the first triangle of each group, and T.
+            new_triangles: uint32[N, 3]: the replacements, in the same order.
+            new_begin: uint32[G + 1]: the first triangle of each replacement, and N.
+            measured_groups: uint32[K]: the groups to measure.
+            sample_vertices: uint32[S]: vertices of level 0 that earlier levels have removed, group
+                after group.
+            sample_begin: uint32[K + 1]: the first sample of each measured group, and S.
+            areas: float32[S]: the area of level 0 that each sample represents.
+
+        Returns:
+            float32[K]: the distance between each replacement and level 0 that 99.9 % of either
+            surface keeps; uint32[R]: the samples for the next level; uint32[R]: the index in
+            `new_triangles` of the nearest triangle of the same group; uint32[K + 1]: the first
+            sample of each group, and R; float32[R]: their areas.
+
+        Raises:
+            ValueError: arrays do not fit each other.
+        """
+        measured_groups, sample_vertices = (
+            _array(measured_groups, np.uint32, -1),
+            _array(sample_vertices, np.uint32, -1),
+        )
+        sample_begin, areas = _array(sample_begin, np.uint32, -1), _array(areas, np.float32, -1)
+        if len(sample_begin) != len(measured_groups) + 1:
             raise ValueError("begins do not rise from 0 to the number of vertices")
-        if len(areas) != len(carried):
+        if len(areas) != len(sample_vertices):
             raise ValueError("areas differ in length")
-        vertices = Carried(vertices=carried, begin=carried_begin, areas=areas, count=len(carried))
-        groups, result = (_groups(before, before_begin), _groups(after, after_begin)), Result()
-        wanted = chosen.ctypes, len(chosen), vertices
-        functions.measure(self, *groups, *wanted, self._threads, result.out)
-        found, areas = result.array(0, np.float32), result.array(4, np.float32)
-        return found, result.array(1), result.array(2), result.array(3), areas
+        vertices = Carried(
+            vertices=sample_vertices, begin=sample_begin, areas=areas, count=len(sample_vertices)
+        )
+        groups, result = (
+            (_groups(old_triangles, old_begin), _groups(new_triangles, new_begin)),
+            Result(),
+        )
+        selection = measured_groups.ctypes, len(measured_groups), vertices
+        functions.measure(self, *groups, *selection, self._threads, result.out)
+        distances, areas = result.array(0, np.float32), result.array(4, np.float32)
+        return distances, result.array(1), result.array(2), result.array(3), areas
 
 
 def surface_distances(
     points: Floats, positions: Floats, triangles: UInt32s, enough: float = 0.0, threads: int = 0
 ) -> tuple[Floats, UInt32s]:
-    """Returns float32[N]: the distance of each point (float32[N, 3]) to the nearest triangle, or to
-    any that is no farther than `enough`, and uint32[N]: that triangle. Raises ValueError."""
+    """Measure the distance of points to triangles.
+
+    Args:
+        points: float32[N, 3].
+        positions: float32[V, 3]: of the triangles' vertices.
+        triangles: uint32[T, 3].
+        enough: any triangle that is no farther than this will do instead of the nearest.
+        threads: number of threads, 0 for all processors.
+
+    Returns:
+        float32[N]: the distance of each point; uint32[N]: the triangle.
+
+    Raises:
+        ValueError: arrays do not fit each other.
+    """
     points, positions = _array(points, np.float32, -1, 3), _array(positions, np.float32, -1, 3)
     surface = _groups(triangles, np.array([0, len(triangles)], np.uint32))
-    there = positions.ctypes, len(positions), enough, threads
-    found, nearest = np.empty(len(points), np.float32), np.empty(len(points), np.uint32)
+    surface_points = positions.ctypes, len(positions), enough, threads
+    distances, nearest = np.empty(len(points), np.float32), np.empty(len(points), np.uint32)
     functions.get_distances(
-        points.ctypes, len(points), surface, *there, found.ctypes, nearest.ctypes
+        points.ctypes, len(points), surface, *surface_points, distances.ctypes, nearest.ctypes
     )
-    return found, nearest
+    return distances, nearest
 
 
 def hilbert_order(points: Floats) -> UInt32s:
-    """Returns uint32[N]: the numbers of points (finite float32[N, 3]) along a Hilbert curve."""
+    """Return uint32[N]: the numbers of points (finite float32[N, 3]) along a Hilbert curve."""
     points = _array(points, np.float32, -1, 3)
     order = np.empty(len(points), np.uint32)
     functions.sort_points(points.ctypes, len(points), order.ctypes)

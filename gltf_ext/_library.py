@@ -33,7 +33,7 @@ def _fields(types: str, names: str) -> list[tuple[str, Any]]:
 
 
 def address(value: Any) -> Any:
-    """The address of an array; other values as they are."""
+    """Return the address of an array; other values as they are."""
     if isinstance(value, np.ndarray):
         return value.__array_interface__["data"][0]
     return ctypes.addressof(value) if isinstance(value, ctypes.Array) else value
@@ -43,7 +43,7 @@ class Struct(ctypes.Structure):
     """A struct that begins with its size, and keeps the arrays that it points to."""
 
     def __init__(self, **values: Any) -> None:
-        self.kept = values
+        self._values = values
         addresses = {name: address(value) for name, value in values.items()}
         super().__init__(size=ctypes.sizeof(self), **addresses)
 
@@ -100,7 +100,7 @@ _ERRORS = {3: IndexError, 6: MemoryError, 7: Cancelled, 8: RuntimeError}  # by s
 
 
 def check(status: int, *_: Any) -> None:
-    """Raises the exception of a status."""
+    """Raise the exception of a status."""
     if status:
         raise _ERRORS.get(status, ValueError)(library.gltf_meshlet_error().decode())
 
@@ -110,10 +110,10 @@ def _load() -> ctypes.CDLL:
     name = names.get(sys.platform, "libgltf_meshlet.so")
     # An editable install has two folders, one of which holds what was compiled.
     paths = [Path(folder, name) for folder in sys.modules["gltf_ext"].__path__]
-    found = next((path for path in paths if path.exists()), None)
-    if found is None:
+    path_used = next((path for path in paths if path.exists()), None)
+    if path_used is None:
         raise ImportError(f"{name} is not in {paths[0].parent}; install gltf-meshlet again")
-    library = ctypes.CDLL(str(found))
+    library = ctypes.CDLL(str(path_used))
     library.gltf_meshlet_error.restype = ctypes.c_char_p
     return library
 
@@ -145,12 +145,12 @@ class Handle:
 
 class Result(Handle):
     def array(self, number: int, dtype: type[np.generic] = np.uint32) -> NDArray[Any]:
-        """A copy of an array."""
+        """Return a copy of an array."""
         items, size = c_void_p(), c_size_t()
         functions.get_array(self, number, byref(items), byref(size))
-        found = np.empty(size.value // np.dtype(dtype).itemsize, dtype)
-        ctypes.memmove(address(found), items, size.value)
-        return found
+        result = np.empty(size.value // np.dtype(dtype).itemsize, dtype)
+        ctypes.memmove(address(result), items, size.value)
+        return result
 
 
 def pointers(arrays: Sequence[NDArray[Any]]) -> ctypes.Array[c_void_p]:

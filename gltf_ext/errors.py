@@ -34,7 +34,7 @@ class MeshletError(ValueError):
 
 
 def printable(text: str) -> str:
-    """The text with names out of a file made harmless."""
+    """Return the text with names out of a file made harmless."""
     return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
 
 
@@ -45,7 +45,7 @@ def _on_one_line(text: str) -> str:
 
 @contextmanager
 def blaming(path: str | os.PathLike[str]) -> Iterator[None]:
-    """Sets the path of any MeshletError raised inside that does not name a file yet."""
+    """Set the path of any MeshletError raised inside that does not name a file yet."""
     try:
         yield
     except MeshletError as error:

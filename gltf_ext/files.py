@@ -17,7 +17,7 @@ BLOCK_BYTES = 1 << 24
 
 
 def check_output(path: Path, input: str | os.PathLike[str]) -> None:
-    """Checks an output path before any work. Raises MeshletError.
+    """Check an output path before any work. Raises MeshletError.
 
     The output must be a .glb or .gltf in an existing folder, and not the input.
     """
@@ -31,26 +31,28 @@ def check_output(path: Path, input: str | os.PathLike[str]) -> None:
 
 
 def identity(path: str | os.PathLike[str]) -> tuple[int, int] | str | None:
-    """Equal for two paths of the same file: through links, "..", letter case where it does not
-    count, and hard links unless the file system has no numbers of files, as some of networks on
-    Windows. None if there is no such file."""
+    """Return a value that is equal for two paths of the same file; None if there is no file.
+
+    Knows links, "..", letter case where the system ignores it, and hard links unless the file
+    system does not number files, as some network drives of Windows.
+    """
     try:
-        found = os.stat(path)
+        status = os.stat(path)
     except (OSError, ValueError):
         return None
-    if not found.st_ino:
+    if not status.st_ino:
         return os.path.normcase(real_path(path))
-    return found.st_dev, found.st_ino
+    return status.st_dev, status.st_ino
 
 
 def refuse_overwriting(
-    read: Iterable[str | os.PathLike[str]], outputs: Iterable[str | os.PathLike[str]]
+    sources: Iterable[str | os.PathLike[str]], outputs: Iterable[str | os.PathLike[str]]
 ) -> None:
-    """Raises MeshletError for an output that is one of the files that were read.
+    """Raise MeshletError for an output that is one of the files that were read.
 
     Whoever writes files of users calls this, mostly through `write_files`.
     """
-    inputs = {identity(path) for path in read} - {None}
+    inputs = {identity(path) for path in sources} - {None}
     for output in outputs:
         if identity(output) in inputs:
             raise MeshletError("is the input too", "name another output", str(output))
@@ -58,16 +60,25 @@ def refuse_overwriting(
 
 def write_model(
     input: str | os.PathLike[str],
-    read: Sequence[Path],
+    sources: Sequence[Path],
     files: Mapping[Path, Sequence[bytes | memoryview]],
 ) -> dict[str, Any]:
-    """Writes the files of a model, as `model_files` gives them, and begins a command's report.
+    """Write the files of a model, and begin a command's report.
 
-    read: further files that were read. Returns input, output, input_bytes and output_bytes. Raises
-    MeshletError, OSError.
+    Args:
+        input: path of the model that was read.
+        sources: further files that were read.
+        files: path -> pieces of its contents, as `model_files` returns them; the model is last.
+
+    Returns:
+        input, output, input_bytes and output_bytes.
+
+    Raises:
+        MeshletError: an output is one of the files that were read.
+        OSError: a file cannot be written.
     """
     input_bytes = os.path.getsize(input)
-    write_files(files, [input, *read])
+    write_files(files, [input, *sources])
     *_, model = files
     return {
         "input": str(input),
@@ -79,14 +90,21 @@ def write_model(
 
 def write_files(
     contents: Mapping[Path, Sequence[bytes | memoryview]],
-    read: Iterable[str | os.PathLike[str]],
+    sources: Iterable[str | os.PathLike[str]],
 ) -> None:
-    """Writes the pieces of each file beside its path, then renames all files: all or none.
+    """Write each file beside its path, then rename all: all or none.
 
-    read: the files that the contents were made from. Raises MeshletError for a path that is one of
-    them, OSError with the final path as its filename. Files that existed are then as before.
+    Files that existed are as before if it fails.
+
+    Args:
+        contents: path -> pieces of the file.
+        sources: the files that the contents were made from.
+
+    Raises:
+        MeshletError: a path is one of the sources.
+        OSError: a file cannot be written; its filename is the final path.
     """
-    refuse_overwriting(read, contents)
+    refuse_overwriting(sources, contents)
     # Short names: that of the path may already be as long as the file system allows.
     partials = {path: path.with_name(f".{os.urandom(16).hex()}.part") for path in contents}
     try:
@@ -101,63 +119,71 @@ def write_files(
 
 
 def _write(file: BinaryIO, piece: bytes | memoryview) -> None:
-    """Writes a piece; if it is of a mapped file, without keeping it in memory."""
+    """Write a piece; if it is of a mapped file, without keeping it in memory."""
     for first in range(0, len(piece), BLOCK_BYTES):
         file.write(memoryview(piece)[first : first + BLOCK_BYTES])
         release(piece)
 
 
 def rename_all(partials: Mapping[Path, Path]) -> None:
-    """Renames finished files to their paths, path -> file: all or none, also if Ctrl-C interrupts
-    it. Raises OSError.
+    """Rename complete files to their paths, all or none, even if Ctrl-C interrupts it.
 
     Call `refuse_overwriting` before, as `write_files` does.
+
+    Args:
+        partials: path -> complete file.
+
+    Raises:
+        OSError: with the path as its filename.
     """
     *paths, last = partials
-    formers: dict[Path, Path | None] = {}  # replaced path -> its file from before, if there was one
+    backups: dict[Path, Path | None] = {}  # replaced path -> its file from before, if there was one
     try:
         for path in paths:
             with _errors_name(path):
                 if path.is_dir():
                     raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
-                former = partials[path].with_suffix(".former") if path.exists() else None
-                formers[path] = former
-                if former is not None:
-                    _set_aside(path, former)
+                backup = partials[path].with_suffix(".former") if path.exists() else None
+                backups[path] = backup
+                if backup is not None:
+                    _set_aside(path, backup)
                 replace(partials[path], path)
         with _errors_name(last):
             replace(partials[last], last)
     except BaseException:
         if partials[last].exists():  # else all are renamed
-            _bring_back(formers)
-        _remove_all(formers.values())
+            _bring_back(backups)
+        _remove_all(backups.values())
         raise
-    _remove_all(formers.values())
+    _remove_all(backups.values())
 
 
-def _bring_back(formers: Mapping[Path, Path | None]) -> None:
-    for path, former in formers.items():
-        if former is None:
+def _bring_back(backups: Mapping[Path, Path | None]) -> None:
+    for path, backup in backups.items():
+        if backup is None:
             remove(path)
-        elif former.exists():
-            replace(former, path)
+        elif backup.exists():
+            replace(backup, path)
 
 
-def _remove_all(formers: Iterable[Path | None]) -> None:
-    """Removes former files: also those that are back, since replace keeps two names of one file."""
-    for former in filter(None, formers):
-        remove(former)
+def _remove_all(backups: Iterable[Path | None]) -> None:
+    """Remove former files: also those that are back, since replace keeps two names of one file."""
+    for backup in filter(None, backups):
+        remove(backup)
 
 
-def _set_aside(path: Path, former: Path) -> None:
-    """Gives a file a second name: the first is there all the time, even if the process is killed,
-    unless it is a link or the file system has no hard links."""
+def _set_aside(path: Path, backup: Path) -> None:
+    """Give a file a second name, from which it can be restored.
+
+    The first name exists all the time, even if the process is killed, unless it is a link or the
+    file system has no hard links.
+    """
     check_not_in_use(path)
     with suppress(OSError):
         if not path.is_symlink():
-            os.link(path, former)
+            os.link(path, backup)
             return
-    replace(path, former)
+    replace(path, backup)
 
 
 @contextmanager

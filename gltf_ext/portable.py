@@ -13,7 +13,7 @@ IS_WINDOWS = os.name == "nt"
 # or to delete it.
 PATIENCE, PAUSE = 2.0, 0.05  # seconds
 # Of a path, unless long paths are enabled in Windows: 259, and unfinished files have longer names.
-MOST_CHARACTERS = 239
+MAX_CHARACTERS = 239
 
 
 def replace(source: str | os.PathLike[str], target: str | os.PathLike[str]) -> None:
@@ -22,20 +22,24 @@ def replace(source: str | os.PathLike[str], target: str | os.PathLike[str]) -> N
 
 
 def remove(path: Path) -> None:
-    """Deletes a file if it is there, likewise. Raises OSError."""
+    """Delete a file if it is there, likewise. Raises OSError."""
     _patiently(lambda: path.unlink(missing_ok=True))
 
 
 def check_not_in_use(path: Path) -> None:
-    """Raises OSError for a file that replace would not replace, as another program holds it open:
-    Windows also makes hard links of such a file, but removes neither name."""
+    """Raise OSError for a file that `replace` cannot replace since another program has it open.
+
+    Windows makes hard links of such a file, but removes neither name.
+    """
     if IS_WINDOWS:
         replace(path, path)
 
 
 def real_path(path: str | os.PathLike[str]) -> str:
-    """A path without links and "..". As os.path.realpath, which Wine refuses for some long paths
-    of files that are not there."""
+    """Return a path without links and "..".
+
+    As os.path.realpath, which Wine refuses for some long paths of files that do not exist.
+    """
     try:
         return os.path.realpath(path)
     except OSError:
@@ -43,27 +47,30 @@ def real_path(path: str | os.PathLike[str]) -> str:
 
 
 def file_name(name: bytes) -> str:
-    """A file's name out of a model. As os.fsdecode, which refuses some bytes on Windows only."""
+    """Decode the name of a file in a model. os.fsdecode refuses some bytes on Windows only."""
     return name.decode(sys.getfilesystemencoding(), "surrogateescape")
 
 
 def is_relative(name: str, kind: type[PurePath] = PurePath) -> bool:
-    """Whether a path stays with the folder that it is put after.
+    """Return whether a path stays in the folder that it is appended to.
 
-    On Windows, C:name and \\\\host\\x do not; the second one would tell the host who the user is.
+    On Windows, "C:name" and a path with the name of a host do not; the latter would tell the host
+    who the user is.
     """
     return not kind(name).anchor
 
 
 def path_beside(folder: Path, name: str) -> Path | None:
-    """The file that a model in the folder names. None, before the system is asked anything, if the
-    name is no relative path."""
+    """Return the path of a file that a model in the folder names; None unless it is relative.
+
+    The system is not asked about the file.
+    """
     return folder / name if is_relative(name) else None
 
 
 def is_too_long(path: str) -> bool:
-    """Whether Windows may refuse a path, in words that do not say why, because of its length."""
-    return IS_WINDOWS and len(os.path.abspath(path)) > MOST_CHARACTERS
+    """Return whether Windows may refuse a path because of its length, without saying so."""
+    return IS_WINDOWS and len(os.path.abspath(path)) > MAX_CHARACTERS
 
 
 def _patiently(action: Callable[[], None]) -> None:

@@ -17,7 +17,7 @@ Advance = Callable[[float], None]  # takes the share of the work done so far, 0 
 
 @contextmanager
 def progress_bar(title: str, enabled: bool) -> Iterator[Advance | None]:
-    """Yields the function that moves the bar, or None when there is no bar."""
+    """Yield the function that moves the bar, or None when there is no bar."""
     if not enabled or not sys.stderr.isatty():
         yield None
         return
@@ -38,15 +38,18 @@ def progress_bar(title: str, enabled: bool) -> Iterator[Advance | None]:
 
 
 def shared_progress(advance: Advance | None, shares: list[float]) -> list[Advance | None]:
-    """A function for each of several jobs that run at once. shares: of the whole, summing to 1."""
+    """Return a progress function for each of several jobs that run at once.
+
+    shares: the part of the whole progress that each job has, with sum 1.
+    """
     if advance is None:
         return [None] * len(shares)
-    whole, lock = advance, threading.Lock()
-    done = [0.0] * len(shares)
+    advance_all, lock = advance, threading.Lock()
+    fractions = [0.0] * len(shares)
 
     def move(i: int, fraction: float) -> None:
         with lock:
-            done[i] = fraction
-            whole(sum(d * share for d, share in zip(done, shares)))
+            fractions[i] = fraction
+            advance_all(sum(d * share for d, share in zip(fractions, shares)))
 
     return [partial(move, i) for i in range(len(shares))]

@@ -25,7 +25,7 @@ RUN_AGAIN = "run again"
 
 
 def require_dask() -> None:
-    """Raises MeshletError unless Dask is installed."""
+    """Raise MeshletError unless Dask is installed."""
     try:
         import distributed  # noqa: F401  whether it is there
     except ImportError:
@@ -33,14 +33,14 @@ def require_dask() -> None:
 
 
 def silence() -> None:
-    """Keeps Dask's own messages off the terminal: errors of this module say what failed."""
+    """Keep Dask's own messages off the terminal: errors of this module say what failed."""
     for logger in ("distributed", "distributed.client"):
         logging.getLogger(logger).setLevel(logging.CRITICAL)
 
 
 @contextlib.contextmanager
 def connected(address: str) -> Iterator[Client]:
-    """A client of a running scheduler. Raises MeshletError."""
+    """Return a client of a running scheduler. Raises MeshletError."""
     require_dask()
     silence()
     import asyncio  # slow to load
@@ -62,7 +62,7 @@ def connected(address: str) -> Iterator[Client]:
 
 
 def _security(address: str) -> Security:
-    """What a client takes by default: of Dask's configuration."""
+    """Return the security settings of Dask's configuration, which clients use by default."""
     import dask
     from distributed.security import Security
     from distributed.utils import import_term
@@ -73,8 +73,10 @@ def _security(address: str) -> Security:
 
 
 def _check_answer(address: str, security: Security) -> None:
-    """Raises OSError, ValueError or TimeoutError unless a program of Dask answers: a client would
-    wait for ever for a web server, or a scheduler that is stopped, to say something."""
+    """Raise OSError, ValueError or TimeoutError unless a program of Dask answers.
+
+    A client would wait for ever for a web server, or for a scheduler that is stopped.
+    """
     import asyncio
     from concurrent.futures import ThreadPoolExecutor
 
@@ -116,7 +118,7 @@ class LocalThreads:
     """Runs functions on threads of this process."""
 
     def __init__(self, threads: int) -> None:
-        """Shares so many threads among tasks."""
+        """Share so many threads among tasks."""
         self._threads = threads
 
     def map(
@@ -137,23 +139,23 @@ class Workers:
     """Runs functions on the workers of a scheduler.
 
     Attributes:
-        again: what errors say to do when scheduler or workers are lost.
+        retry_advice: what errors say to do when scheduler or workers are lost.
     """
 
-    def __init__(self, client: Client, threads: int = 1, again: str = RUN_AGAIN) -> None:
-        self._threads, self.again = threads, again
+    def __init__(self, client: Client, threads: int = 1, retry_advice: str = RUN_AGAIN) -> None:
+        self._threads, self.retry_advice = threads, retry_advice
         self._client = client
         self._last_seen = time.monotonic()
 
     def free(self) -> tuple[int, int]:
-        """(threads of all workers, bytes of memory that they declare, 0 for none)."""
+        """Return (threads of all workers, bytes of memory that they declare, 0 for none)."""
         workers = self._workers()
         return sum(w["nthreads"] for w in workers), sum(_memory_of(w) for w in workers)
 
     def _workers(self) -> list[dict[str, Any]]:
         info = self._client.scheduler_info(n_workers=-1)
         if "workers" not in info:  # the connection has ended
-            raise MeshletError(GONE, self.again)
+            raise MeshletError(GONE, self.retry_advice)
         workers = list(info["workers"].values())
         if workers:
             self._last_seen = time.monotonic()
@@ -162,18 +164,26 @@ class Workers:
     def submit(
         self, function: Callable[..., Any], *arguments: Any, memory: int, retries: int = 0
     ) -> Future:
-        """Starts a task. memory: bytes that it takes; it waits for a worker that declares as many,
-        or all that any has."""
+        """Start a task.
+
+        It waits for a worker that declares enough memory, or the most that any worker declares.
+
+        Args:
+            function: called with `arguments`.
+            arguments: of the function.
+            memory: bytes that the task takes.
+            retries: how often it runs again after an error.
+        """
         import dask
 
-        most = max(map(_memory_of, self._workers()), default=0)
+        largest = max(map(_memory_of, self._workers()), default=0)
         with dask.config.set({"distributed.admin.large-graph-warning-threshold": "1 TiB"}):
             return self._client.submit(
                 function,
                 *arguments,
                 pure=False,
                 retries=retries,
-                resources={MEMORY: min(memory, most)} if most else None,
+                resources={MEMORY: min(memory, largest)} if largest else None,
             )
 
     def wait(self, tasks: Iterable[Future]) -> list[Future]:
@@ -188,10 +198,10 @@ class Workers:
             self._check_workers()
             return []
         except CancelledError:
-            raise MeshletError(GONE, self.again) from None
+            raise MeshletError(GONE, self.retry_advice) from None
 
     def outcome(self, task: Future) -> tuple[Any, BaseException | None]:
-        """(result, error) of a task, which is forgotten. Raises MeshletError."""
+        """Return (result, error) of a task, which is forgotten. Raises MeshletError."""
         from concurrent.futures import CancelledError
 
         from distributed import TimeoutError
@@ -205,13 +215,13 @@ class Workers:
             except TimeoutError:  # its worker died, and it runs again
                 self._check_workers()
             except (OSError, CancelledError):  # not of the task: it could not be fetched
-                raise MeshletError(GONE, self.again) from None
+                raise MeshletError(GONE, self.retry_advice) from None
 
     def _check_workers(self) -> None:
         self._workers()
         if time.monotonic() - self._last_seen > NO_WORKERS:
             problem = f"the scheduler has had no workers for {NO_WORKERS} seconds"
-            raise MeshletError(problem, self.again)
+            raise MeshletError(problem, self.retry_advice)
 
     def map(
         self,
@@ -220,11 +230,18 @@ class Workers:
         at_once: int,
         memory: int,
     ) -> Iterator[Any]:
-        """Results of function(threads, *task) in the order of the tasks, which are taken while
-        workers are free. A task whose worker dies runs on another. Raises MeshletError, also for
-        what a task raises.
+        """Yield the results of function(threads, *task) in the order of the tasks.
 
-        at_once: of no matter here. memory: bytes that a task takes.
+        Tasks are taken while workers are free. A task whose worker dies runs on another one.
+
+        Args:
+            function: called on a worker.
+            tasks: further arguments of each call.
+            at_once: unused here; see LocalThreads.map.
+            memory: bytes that a task takes.
+
+        Raises:
+            MeshletError: a task fails.
         """
         flight: deque[Future] = deque()
         for task in tasks:
@@ -241,7 +258,9 @@ class Workers:
         if isinstance(error, KilledWorker):
             raise MeshletError("a task killed its workers", "give them more memory")
         if error is not None and not isinstance(error, MeshletError):
-            raise MeshletError(f"a worker failed: {type(error).__name__}: {error}", self.again)
+            raise MeshletError(
+                f"a worker failed: {type(error).__name__}: {error}", self.retry_advice
+            )
         if error is not None:
             raise error
         return result
@@ -252,7 +271,7 @@ Runner = LocalThreads | Workers
 
 @contextlib.contextmanager
 def runner(address: str | None, threads: int) -> Iterator[Runner]:
-    """Runs functions on the workers of a scheduler, in this process without an address.
+    """Run functions on the workers of a scheduler, in this process without an address.
 
     threads: that each may use; 0 for all processors here, one there. Raises MeshletError.
     """

@@ -17,12 +17,12 @@ import trimesh
 from trimesh.exchange.gltf.extensions import register_handler
 
 from gltf_ext import _codec
+from gltf_ext.attributes.streams import streams_of, to_accessor
 from gltf_ext.commands.decompress import decompress
-from gltf_ext.compression.extension import EXTENSION
-from gltf_ext.compression.streams import streams_of, to_accessor
+from gltf_ext.document.document import DAMAGED
+from gltf_ext.document.transport import is_packed, unpack
 from gltf_ext.errors import MeshletError
-from gltf_ext.gltf.document import DAMAGED
-from gltf_ext.gltf.transport import is_packed, unpack
+from gltf_ext.sources.primitives import EXTENSION
 
 
 class _Undecoded:
@@ -42,13 +42,13 @@ class _Undecoded:
 
 
 def decode_into_accessors(context: dict[str, Any]) -> None:
-    """Replaces the zeros in the primitive's accessors by the decoded arrays.
+    """Replace the zeros in the primitive's accessors by the decoded arrays.
 
     context: trimesh's PrimitivePreprocessContext. If the primitive cannot be decoded, loading it
     raises MeshletError. trimesh swallows what a handler raises and would go on with the zeros.
     """
     try:
-        decoded = _decode(context)
+        arrays = _decode(context)
     except Exception as error:
         problem = str(error) if isinstance(error, ValueError) else repr(error)
         refusal = _Undecoded(
@@ -56,20 +56,20 @@ def decode_into_accessors(context: dict[str, Any]) -> None:
         )
         primitive = context["primitive"]
         numbers = [primitive.get("indices"), *primitive["attributes"].values()]
-        decoded = dict.fromkeys((n for n in numbers if n is not None), refusal)
-    for number, array in decoded.items():
+        arrays = dict.fromkeys((n for n in numbers if n is not None), refusal)
+    for number, array in arrays.items():
         context["accessors"][number] = array
 
 
 def _decode(context: dict[str, Any]) -> dict[int, Any]:
-    """Number of an accessor -> its decoded array, for all accessors of the primitive."""
+    """Return number of an accessor -> its decoded array, for all accessors of the primitive."""
     extension, primitive, accessors = context["data"], context["primitive"], context["accessors"]
     view = bytes(context["views"][extension["bufferView"]])
     blob = unpack(view) if is_packed(view) else view
     streams = _codec.Decoder(blob).streams
     triangles, values = _codec.decode_values(blob)
     indices = primitive["indices"]
-    decoded = {indices: triangles.reshape(accessors[indices].shape)}
+    arrays = {indices: triangles.reshape(accessors[indices].shape)}
     sets = [
         (extension["attributes"], primitive["attributes"]),
         *zip(extension.get("targets", []), primitive.get("targets", []), strict=True),
@@ -78,10 +78,10 @@ def _decode(context: dict[str, Any]) -> dict[int, Any]:
         for name, number in names.items():
             placeholder = accessors[number]
             components = math.prod(placeholder.shape[1:])
-            used = [values[s] for s in streams_of(first_streams[name], components, streams)]
-            array = to_accessor(used, placeholder.dtype)
-            decoded[number] = array.reshape(placeholder.shape)
-    return decoded
+            columns = [values[s] for s in streams_of(first_streams[name], components, streams)]
+            array = to_accessor(columns, placeholder.dtype)
+            arrays[number] = array.reshape(placeholder.shape)
+    return arrays
 
 
 def load(

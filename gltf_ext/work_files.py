@@ -12,9 +12,9 @@ from contextlib import contextmanager
 
 import numpy as np
 
-MOST_SPOOLED = 1 << 24  # bytes
+MAX_SPOOLED = 1 << 24  # bytes
 BUCKET_BYTES = 1 << 24  # of the rows of a part: while it is worked on, it takes ten times as much
-MOST_BUCKETS = 256  # files that are open at a time
+MAX_BUCKETS = 256  # files that are open at a time
 
 Data = bytes | memoryview | np.ndarray
 
@@ -35,64 +35,64 @@ class WorkFile:
             self._file = tempfile.TemporaryFile(dir=folder, buffering=0)  # noqa: SIM115  kept open
 
     def append(self, data: Data) -> None:
-        """Writes bytes, or an array as it lies in memory. Raises OSError."""
+        """Write bytes, or an array as it lies in memory. Raises OSError."""
         with self._turn:
             self.write(data, self.size)
 
-    def write(self, data: Data, place: int) -> None:
-        """The same, from byte `place` on."""
+    def write(self, data: Data, offset: int) -> None:
+        """Return the same, from byte `offset` on."""
         if isinstance(data, np.ndarray):
             data = np.ascontiguousarray(data).reshape(-1).view(np.uint8).data
-        left = memoryview(data)
+        remainder = memoryview(data)
         with self._turn, _naming(self._folder):
-            self._file.seek(place)
-            while len(left):
-                left = left[self._file.write(left) :]
+            self._file.seek(offset)
+            while len(remainder):
+                remainder = remainder[self._file.write(remainder) :]
             self.size = max(self.size, self._file.tell())
 
-    def cut(self, size: int) -> None:
-        """Gives back the space of all bytes from `size` on."""
+    def truncate(self, size: int) -> None:
+        """Give back the space of all bytes from `size` on."""
         with self._turn, _naming(self._folder):
             self._file.truncate(size)
             self.size = size
 
     def rows(self, dtype: np.dtype, first: int, count: int) -> np.ndarray:
-        """dtype[count], from row `first` on. Raises OSError."""
+        """Return dtype[count], from row `first` on. Raises OSError."""
         result = np.empty(count, dtype)
-        left = result.view(np.uint8).data
+        remainder = result.view(np.uint8).data
         with self._turn, _naming(self._folder):
             self._file.seek(first * dtype.itemsize)
-            while len(left):
-                read = self._file.readinto(left)
-                if not read:
+            while len(remainder):
+                count_read = self._file.readinto(remainder)
+                if not count_read:
                     raise OSError(0, "a work file was cut off")
-                left = left[read:]
+                remainder = remainder[count_read:]
         return result
 
     def mapped(self) -> memoryview:
-        """The contents, mapped into memory."""
+        """Return the contents, mapped into memory."""
         if not self.size:
             return memoryview(b"")
         return memoryview(mmap.mmap(self._file.fileno(), self.size, access=mmap.ACCESS_READ))
 
     def close(self) -> None:
-        """Gives the space on the disk back."""
+        """Give the space on the disk back."""
         self._file.close()
 
 
 class Spool:
     """Bytes that wait to be written: in memory while they are few, then in a work file."""
 
-    def __init__(self, folder: str | None, most: int = MOST_SPOOLED) -> None:
-        """folder: as for WorkFile; None to keep all in memory. most: bytes in memory."""
-        self._folder, self._most = folder, most
+    def __init__(self, folder: str | None, max_memory: int = MAX_SPOOLED) -> None:
+        """folder: as for WorkFile; None to keep all in memory. max_memory: bytes in memory."""
+        self._folder, self._max_memory = folder, max_memory
         self._parts, self._size = list[bytes](), 0
         self._file: WorkFile | None = None
 
     def append(self, data: Data) -> None:
-        """Adds bytes, or an array as it lies in memory. Raises OSError."""
+        """Add bytes, or an array as it lies in memory. Raises OSError."""
         size = len(data) if isinstance(data, bytes) else data.nbytes
-        if self._folder is not None and self._size + size > self._most:
+        if self._folder is not None and self._size + size > self._max_memory:
             self._file = self._file or WorkFile(self._folder)
             self._file.append(b"".join(self._parts))
             self._file.append(data)
@@ -102,15 +102,15 @@ class Spool:
             self._size += size
 
     def contents(self) -> memoryview:
-        """All bytes; those of a work file are mapped into memory."""
-        rest = b"".join(self._parts)
+        """Return all bytes; those of a work file are mapped into memory."""
+        tail = b"".join(self._parts)
         if self._file is None:
-            return memoryview(rest)
-        self._file.append(rest)
+            return memoryview(tail)
+        self._file.append(tail)
         return self._file.mapped()
 
     def close(self) -> None:
-        """Gives memory and disk back."""
+        """Give memory and disk back."""
         self._parts = []
         if self._file is not None:
             self._file.close()
@@ -124,7 +124,7 @@ class Buckets:
 
     def __init__(self, dtype: np.dtype, total_bytes: int, folder: str = "") -> None:
         """total_bytes: about the bytes of all rows; folder: as for WorkFile."""
-        self.dtype, self.count = dtype, 1 + min(total_bytes // BUCKET_BYTES, MOST_BUCKETS)
+        self.dtype, self.count = dtype, 1 + min(total_bytes // BUCKET_BYTES, MAX_BUCKETS)
         self._rows: list[np.ndarray] = []
         self._files = [WorkFile(folder) for _ in range(self.count if self.count > 1 else 0)]
 
@@ -136,11 +136,11 @@ class Buckets:
         part = (keys % np.uint64(self.count)).astype(np.int64)
         order = np.argsort(part, kind="stable")
         ends = np.cumsum(np.bincount(part, minlength=self.count))
-        for file, chosen in zip(self._files, np.split(order, ends[:-1])):
-            file.append(rows[chosen])
+        for file, selection in zip(self._files, np.split(order, ends[:-1])):
+            file.append(rows[selection])
 
     def parts(self) -> Iterator[np.ndarray]:
-        """The rows of each part; their file is given back. Raises OSError."""
+        """Return the rows of each part; their file is given back. Raises OSError."""
         if self.count == 1:
             yield np.concatenate(self._rows) if self._rows else np.empty(0, self.dtype)
         for file in self._files:
@@ -149,7 +149,7 @@ class Buckets:
 
 
 def hashes(rows: np.ndarray) -> np.ndarray:
-    """uint64[n]: of the rows of an array of integers, [n, columns]. Rarely equal for two."""
+    """Return uint64[n]: of the rows of an array of integers, [n, columns]. Rarely equal for two."""
     result = np.zeros(len(rows), np.uint64)
     for column in rows.T:
         result = (result + column.astype(np.uint64)) * np.uint64(0x9E3779B97F4A7C15)
@@ -158,7 +158,7 @@ def hashes(rows: np.ndarray) -> np.ndarray:
 
 
 def release(view: memoryview | bytes) -> None:
-    """Gives back the memory of a mapped file, which is read again when it is used again."""
+    """Give back the memory of a mapped file, which is read again when it is used again."""
     source = view.obj if isinstance(view, memoryview) else None
     if isinstance(source, mmap.mmap) and sys.platform != "win32":
         source.madvise(mmap.MADV_DONTNEED)
@@ -174,7 +174,7 @@ def _naming(folder: str) -> Iterator[None]:
 
 
 def give_back_memory() -> None:
-    """Returns freed memory to the system, which glibc keeps for each thread.
+    """Return freed memory to the system, which glibc keeps for each thread.
 
     With 16 threads and 14 M triangles that was 55 MB more than with 2.
     """

@@ -11,7 +11,7 @@ from gltf_ext.errors import printable
 from gltf_meshlet import compress_options, report_text
 
 DONE, FAILED = 0, 2  # exit statuses
-SHOWN = 20  # files in the table, failed ones apart
+MAX_FILES = 20  # files in the table, failed ones apart
 
 
 def add_arguments(command: argparse.ArgumentParser) -> None:
@@ -48,7 +48,7 @@ def run(options: argparse.Namespace) -> int:
         options.destination,
         workers=options.workers,
         progress=True,
-        **compress_options.given(options),
+        **compress_options.values_of(options),
     )
     print(json.dumps(report, indent=2) if options.json else table(report))
     totals = report["totals"]
@@ -59,19 +59,19 @@ def table(report: dict[str, Any]) -> str:
     """A line for each file that failed or was left out and for the largest others, then the
     totals."""
     totals = report["totals"]
-    failed = [file for file in report["files"] if file["status"] == "failed"]
+    failures = [file for file in report["files"] if file["status"] == "failed"]
     good = [file for file in report["files"] if file["status"] != "failed"]
-    shown = sorted(good, key=lambda file: -file["input_bytes"])[:SHOWN]
-    lines = [f"{printable(file['name'])}: failed: {file['error']}" for file in failed]
+    largest = sorted(good, key=lambda file: -file["input_bytes"])[:MAX_FILES]
+    lines = [f"{printable(file['name'])}: failed: {file['error']}" for file in failures]
     lines += [f"{printable(i['path'])}: left out: it {i['reason']}" for i in report["left_out"]]
-    lines += [_line(file) for file in shown]
-    if len(shown) < len(good):
-        lines.append(f"the {len(shown)} largest of {len(good):,}; batch.html shows all")
+    lines += [_line(file) for file in largest]
+    if len(largest) < len(good):
+        lines.append(f"the {len(largest)} largest of {len(good):,}; batch.html shows all")
     if report["skipped"]:
-        count = report_text.counted(len(report["skipped"]), "model")
+        count = report_text.plural(len(report["skipped"]), "model")
         lines.append(f"skipped {count} in the destination that batches wrote there")
     if report["leftover"]:
-        count = report_text.counted(len(report["leftover"]), "file")
+        count = report_text.plural(len(report["leftover"]), "file")
         lines.append(f"{count} in the destination are of models that this run does not have")
     sizes = (
         f"{report_text.size(totals['input_bytes'])} -> {report_text.size(totals['output_bytes'])}"
@@ -81,7 +81,7 @@ def table(report: dict[str, Any]) -> str:
     )
     if totals["left_out"]:
         counts += f", {totals['left_out']:,} left out"
-    triangles = report_text.counted(totals["triangles"], "triangle")
+    triangles = report_text.plural(totals["triangles"], "triangle")
     return "\n".join([*lines, f"{counts}: {sizes}, {triangles}, {report['seconds']:.1f} s"])
 
 

@@ -112,7 +112,7 @@ def _discard_output() -> None:
 
 def _with_flags(error: MeshletError) -> str:
     """The message with the command line's names of options."""
-    from gltf_ext.compression.options import FLAGS
+    from gltf_ext.options import FLAGS
 
     message = error.message
     for name in error.options:
@@ -155,8 +155,8 @@ def report_cut_files() -> None:
 def _compress(options: argparse.Namespace) -> int:
     from gltf_meshlet import compress_options
 
-    given = compress_options.given(options)
-    report = gltf_ext.compress(options.input, options.output, progress=True, **given)
+    values_of = compress_options.values_of(options)
+    report = gltf_ext.compress(options.input, options.output, progress=True, **values_of)
     _warn(options.input, report_text.compress_warnings(report))
     print(report_text.compress_summary(report))
     return 0
@@ -167,7 +167,7 @@ def _decompress(options: argparse.Namespace) -> int:
         options.input, options.output, level=options.level, error=options.error, progress=True
     )
     _warn(options.input, report["warnings"])
-    triangles = report_text.counted(report["triangles"], "triangle")
+    triangles = report_text.plural(report["triangles"], "triangle")
     print(f"{report_text.sizes(report)}: {triangles}")
     return 0
 
@@ -204,7 +204,7 @@ def _validate(options: argparse.Namespace) -> int:
     if problems:
         return FAILED
     count = sum(decoder.meshlet_count for decoder in gltf_ext.decoders(options.input))
-    meshlets = report_text.counted(count, "meshlet")
+    meshlets = report_text.plural(count, "meshlet")
     print(f"{printable(options.input)}: well formed: {meshlets} decoded")
     return 0
 
@@ -302,7 +302,7 @@ def _add_transcode(command: argparse.ArgumentParser) -> None:
 def _add_inspect(command: argparse.ArgumentParser) -> None:
     command.add_argument("input", metavar="IN", help=COMPRESSED_HELP)
     command.add_argument("--json", action="store_true", help=JSON_HELP)
-    shown = report_text.SHOWN_PRIMITIVES
+    shown = report_text.MAX_PRIMITIVES
     command.add_argument(
         "--all", action="store_true", help=f"all primitives, not the {shown} largest"
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from gltf_ext.compression.options import OPTIONS, REMOVED_OPTIONS, Option
+from gltf_ext.options import OPTIONS, REMOVED_OPTIONS, Option
 
 
 def add(command: argparse.ArgumentParser, but: tuple[str, ...] = ()) -> None:
@@ -17,7 +17,7 @@ def add(command: argparse.ArgumentParser, but: tuple[str, ...] = ()) -> None:
         command.add_argument(f"--{name}", help=argparse.SUPPRESS)
 
 
-def given(options: argparse.Namespace) -> dict[str, Any]:
+def values_of(options: argparse.Namespace) -> dict[str, Any]:
     """The options of compress that the command line names, for Python."""
     names = [*(option.name for option in OPTIONS if option.flag), *REMOVED_OPTIONS]
     values = {name: getattr(options, name) for name in names}

@@ -17,9 +17,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from gltf_ext.compression.options import bytes_of
 from gltf_ext.errors import MeshletError, blaming, printable
 from gltf_ext.files import refuse_overwriting
+from gltf_ext.options import bytes_of
 
 BACKENDS = {"mitsuba": "mitsuba_plugin.command", "vulkan": "vk_backend.command"}
 PATHS = ("visibility", "stream", "mesh", "mesh-paper", "geometry", "vertex", "rt")
@@ -44,57 +44,57 @@ def _cache(text: str) -> int | float:
     if not text.endswith("%"):
         return _bytes(text)
     try:
-        share = float(text[:-1]) / 100
+        fraction = float(text[:-1]) / 100
     except ValueError:
-        share = -1.0
-    if not 0 <= share <= 1:
+        fraction = -1.0
+    if not 0 <= fraction <= 1:
         raise argparse.ArgumentTypeError(f"{text!r} is no share from 0% to 100%")
-    return share
+    return fraction
 
 
-class Own(NamedTuple):
+class BackendOption(NamedTuple):
     """An option of a single back end. {} in its help is the default; a bool is a switch."""
 
     help: str
     default: Any = None
-    least: int | None = None
+    minimum: int | None = None
     type: Callable[[str], Any] = int
     metavar: str = "N"
 
 
-OWN_OPTIONS = {
+BACKEND_OPTIONS = {
     "mitsuba": {
-        "variant": Own(
+        "variant": BackendOption(
             "of Mitsuba: scalar_* or llvm_*, which needs LLVM (default {})",
             "scalar_rgb",
             type=str,
             metavar="NAME",
         ),
-        "spp": Own("samples per pixel (default {})", 64, least=1),
+        "spp": BackendOption("samples per pixel (default {})", 64, minimum=1),
     },
     "vulkan": {
-        "path": Own(
+        "path": BackendOption(
             f"how to decode and draw: {', '.join(PATHS)}; rt traces rays "
             "(default: the best for the device)",
             type=str,
             metavar="PATH",
         ),
-        "device": Own(
+        "device": BackendOption(
             "number, or a part of the name (default: the first GPU)", type=str, metavar="DEVICE"
         ),
-        "pages": Own(
+        "pages": BackendOption(
             "with --lod-error: device memory for compressed pages; what does not fit is shown "
             "coarser; K, M or G may follow (default 256M)",
             type=_bytes,
             metavar="BYTES",
         ),
-        "bounces": Own("diffuse bounces of path rt (default {})", 0, least=0),
-        "frames": Own(
+        "bounces": BackendOption("diffuse bounces of path rt (default {})", 0, minimum=0),
+        "frames": BackendOption(
             "frames of a turn around the scene: numbered pictures, or one .gif (default {})",
             1,
-            least=1,
+            minimum=1,
         ),
-        "validate": Own("with the Vulkan validation layer", False, type=bool),
+        "validate": BackendOption("with the Vulkan validation layer", False, type=bool),
     },
 }
 # The Vulkan paths that have an option. None: the device chooses the path, never rt.
@@ -114,14 +114,14 @@ def add_arguments(command: argparse.ArgumentParser) -> None:
     """Adds the arguments of `render`."""
     command.add_argument("input", metavar="SCENE", help="file that compress wrote, or any model")
     _add_shared(command)
-    for backend, own in OWN_OPTIONS.items():
+    for backend, options in BACKEND_OPTIONS.items():
         group = command.add_argument_group(f"with --backend {backend}")
-        for name, option in own.items():
-            how: dict[str, Any] = {"type": option.type, "metavar": option.metavar}
+        for name, option in options.items():
+            settings: dict[str, Any] = {"type": option.type, "metavar": option.metavar}
             if option.type is bool:
-                how = {"action": "store_true", "default": None}
+                settings = {"action": "store_true", "default": None}
             flag = "--" + name.replace("_", "-")
-            group.add_argument(flag, help=option.help.format(option.default), **how)
+            group.add_argument(flag, help=option.help.format(option.default), **settings)
 
 
 def _add_shared(command: argparse.ArgumentParser) -> None:
@@ -174,13 +174,13 @@ def run(options: argparse.Namespace) -> int:
     """Renders; returns the exit status. Raises MeshletError, OSError."""
     _check(options)
     backend = _backend(options.backend)
-    is_compressed, read = _look_into(options.input)
-    refuse_overwriting(read, [options.output])  # before any work; write_files checks it again
-    with _compressed(options.input, is_compressed) as path:
-        more = {"input": path, "source": options.input, "read": read}
-        passed_on = argparse.Namespace(**{**vars(options), **more})
+    is_compressed, sources = _look_into(options.input)
+    refuse_overwriting(sources, [options.output])  # before any work; write_files checks it again
+    with _compressed_copy(options.input, is_compressed) as path:
+        updates = {"input": path, "source": options.input, "read": sources}
+        backend_arguments = argparse.Namespace(**{**vars(options), **updates})
         try:
-            status: int = backend.main(passed_on)
+            status: int = backend.main(backend_arguments)
             return status
         except MeshletError as error:
             error.path = options.input if error.path == path else error.path
@@ -205,7 +205,7 @@ def _check(options: argparse.Namespace) -> None:
             "leave it out or add --lod-error",
             options=("pages",),
         )
-    _fill_own_options(options)
+    _fill_backend_options(options)
     if not Path(options.output).absolute().parent.is_dir():
         raise MeshletError("its folder does not exist", "create it first", options.output)
 
@@ -233,10 +233,10 @@ def _check_path(options: argparse.Namespace) -> None:
             )
 
 
-def _fill_own_options(options: argparse.Namespace) -> None:
+def _fill_backend_options(options: argparse.Namespace) -> None:
     """Sets the defaults. Raises MeshletError for small values, and options of another back end."""
-    for backend, own in OWN_OPTIONS.items():
-        for name, option in own.items():
+    for backend, backend_options in BACKEND_OPTIONS.items():
+        for name, option in backend_options.items():
             value = getattr(options, name)
             if value is None:
                 setattr(options, name, option.default)
@@ -246,8 +246,8 @@ def _fill_own_options(options: argparse.Namespace) -> None:
                     "leave it out or change --backend",
                     options=(name,),
                 )
-            elif option.least is not None and not value >= option.least:  # also not a number
-                raise _out_of_range(options, name, f"{option.least} or more")
+            elif option.minimum is not None and not value >= option.minimum:  # also not a number
+                raise _out_of_range(options, name, f"{option.minimum} or more")
 
 
 def _backend(name: str) -> Any:
@@ -264,7 +264,7 @@ def _backend(name: str) -> Any:
 
 
 @contextmanager
-def _compressed(path: str, is_compressed: bool) -> Iterator[str]:
+def _compressed_copy(path: str, is_compressed: bool) -> Iterator[str]:
     """The file itself if it is compressed, else a temporary compressed copy."""
     import tempfile
 
@@ -286,8 +286,8 @@ def _compressed(path: str, is_compressed: bool) -> Iterator[str]:
 
 def _look_into(path: str) -> tuple[bool, list[str | Path]]:
     """(whether a file is compressed, the file and all others that it reads)."""
-    from gltf_ext.compression.extension import has_compressed
-    from gltf_ext.gltf.importers import open_model
+    from gltf_ext.attributes.extension import has_compressed
+    from gltf_ext.sources.importers import open_model
 
     with blaming(path):
         document = open_model(path)

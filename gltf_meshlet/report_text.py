@@ -8,7 +8,7 @@ from typing import Any
 
 from gltf_ext.errors import printable
 
-SHOWN_PRIMITIVES = 10
+MAX_PRIMITIVES = 10
 LABEL_WIDTH, NAME_WIDTH = 26, 20  # characters
 
 Report = dict[str, Any]
@@ -22,21 +22,21 @@ def size(count: int) -> str:
     return f"{count} B"
 
 
-def counted(count: int, noun: str) -> str:
+def plural(count: int, noun: str) -> str:
     """1 triangle, 2 triangles"""
     return f"{count:,} {noun}{'' if count == 1 else 's'}"
 
 
 def sizes(report: Report) -> str:
     """in.obj (1 MB) -> out.glb (9 kB), of a report of compress or decompress."""
-    before, after = (
-        f"{printable(os.path.basename(report[which]))} ({size(report[which + '_bytes'])})"
-        for which in ("input", "output")
+    source, result = (
+        f"{printable(os.path.basename(report[side]))} ({size(report[side + '_bytes'])})"
+        for side in ("input", "output")
     )
     fallback = (
         f"{printable(name)} ({size(n)})" for name, n in report.get("fallback_files", {}).items()
     )
-    return f"{before} -> {' + '.join([after, *fallback])}"
+    return f"{source} -> {' + '.join([result, *fallback])}"
 
 
 # --- compress ---
@@ -46,18 +46,18 @@ def compress_summary(report: Report) -> str:
     """One line on the result of compress."""
     totals = report["totals"]
     mean = f"{totals['mean_triangles_per_meshlet']:.1f} on average"
-    places = f"{counted(totals['meshlets'], 'meshlet')} ({mean})"
+    parts = f"{plural(totals['meshlets'], 'meshlet')} ({mean})"
     distinct = [p for p in report["primitives"] if "shares_buffer_view_of" not in p]
     if totals["blobs"] > len(distinct):
-        places += f" and {counted(totals['blobs'], 'page')}"
+        parts += f" and {plural(totals['blobs'], 'page')}"
     if "lod" in report:
         levels = max(len(primitive["triangles"]) for primitive in report["lod"])
-        places += f", {counted(levels, 'level')} of detail"
+        parts += f", {plural(levels, 'level')} of detail"
     return (
         f"{sizes(report)}, {report['input_bytes'] / report['output_bytes']:.2f} times smaller; "
         f"geometry {totals['ratio']:.2f} times smaller than raw floats, "
         f"{totals['bits_per_triangle']['total']:.2f} bits per triangle, "
-        f"{counted(totals['triangles'], 'triangle')} in {places}"
+        f"{plural(totals['triangles'], 'triangle')} in {parts}"
     )
 
 
@@ -67,14 +67,14 @@ def compress_warnings(report: Report) -> list[str]:
         ("degenerate_triangles", "degenerate triangles are dropped"),
         ("incomplete_triangles", "primitives end in an incomplete triangle, which is dropped"),
     )
-    dropped = report["dropped"]
+    counts = report["dropped"]
     return [
         *report["warnings"],
         *_lod_warnings(report.get("lod", [])),
-        *(f"{dropped[name]:,} {text}" for name, text in kinds if dropped[name]),
+        *(f"{counts[name]:,} {text}" for name, text in kinds if counts[name]),
         *(
-            f"mesh {kept['mesh']} primitive {kept['primitive']} is left as it is: {kept['reason']}"
-            for kept in report["kept"]
+            f"mesh {p['mesh']} primitive {p['primitive']} is left as it is: {p['reason']}"
+            for p in report["kept"]
         ),
     ]
 
@@ -85,7 +85,7 @@ def _lod_warnings(primitives: list[Report]) -> list[str]:
         return []
     triangles = sum(p["triangles"][0] for p in single)
     return [
-        f"{counted(len(single), 'primitive')} with {counted(triangles, 'triangle')} cannot be "
+        f"{plural(len(single), 'primitive')} with {plural(triangles, 'triangle')} cannot be "
         "simplified and have one level"
     ]
 
@@ -96,16 +96,16 @@ def _lod_warnings(primitives: list[Report]) -> list[str]:
 def inspect_table(report: Report, all_primitives: bool) -> str:
     """Totals in rows, then a line for each primitive, or for the largest."""
     primitives = report["primitives"]
-    shown = primitives if all_primitives else _largest(primitives)
+    listing = primitives if all_primitives else _largest(primitives)
     lines = [
         f"{printable(report['file'])} ({size(report['file_bytes'])})",
         *(f"{label:{LABEL_WIDTH}}{value}" for label, value in _inspect_rows(report)),
-        *map(_primitive_line, shown),
-        *(line for lod in report["lod"][:SHOWN_PRIMITIVES] for line in _lod_lines(lod)),
+        *map(_primitive_line, listing),
+        *(line for lod in report["lod"][:MAX_PRIMITIVES] for line in _lod_lines(lod)),
     ]
-    if len(shown) < len(primitives):
+    if len(listing) < len(primitives):
         lines.append(
-            f"the {len(shown)} largest of {len(primitives):,} primitives; --all shows every one"
+            f"the {len(listing)} largest of {len(primitives):,} primitives; --all shows every one"
         )
     return "\n".join(lines)
 
@@ -113,7 +113,7 @@ def inspect_table(report: Report, all_primitives: bool) -> str:
 def _inspect_rows(report: Report) -> list[tuple[str, str]]:
     totals = report["totals"]
     bits = totals["bits_per_triangle"]
-    symbols = (f"{symbol} {100 * share:.1f} %" for symbol, share in totals["symbols"].items())
+    symbols = (f"{symbol} {100 * fraction:.1f} %" for symbol, fraction in totals["symbols"].items())
     fallback = report["fallback_files"].items()
     mean = f"{totals['mean_triangles_per_meshlet']:.2f} triangles on average"
     distinct = f"{totals['source_vertices']:,} distinct in the source"
@@ -139,15 +139,15 @@ def _lod_lines(lod: Report) -> list[str]:
     per_triangle = total / finest["stored_triangles"]
     return [
         f"levels of mesh {lod['mesh']} primitive {lod['primitive']}: "
-        f"{counted(lod['pages'], 'page')} of at most {lod['largest_page']:,} bytes, "
+        f"{plural(lod['pages'], 'page')} of at most {lod['largest_page']:,} bytes, "
         f"{lod['root_pages']} always loaded; {lod['page_bytes']:,} bytes and "
         f"{lod['table_bytes']:,} of tables, {per_triangle:.2f} per triangle",
         *(
-            f"  level {number}: {counted(level['triangles'], 'triangle')}, "
-            f"{counted(level['clusters'], 'meshlet')} in {counted(level['groups'], 'group')}, "
+            f"  level {number}: {plural(level['triangles'], 'triangle')}, "
+            f"{plural(level['clusters'], 'meshlet')} in {plural(level['groups'], 'group')}, "
             f"{level['bytes']:,} bytes, error {level['error']:.3g}"
             + (
-                f", {counted(level['stuck_triangles'], 'triangle')} not simplified"
+                f", {plural(level['stuck_triangles'], 'triangle')} not simplified"
                 if level["stuck_triangles"]
                 else ""
             )
@@ -172,24 +172,24 @@ def _largest(primitives: list[Report]) -> list[Report]:
     by_size = sorted(
         range(len(primitives)), key=lambda index: -primitives[index].get("triangles", 0)
     )
-    return [primitives[index] for index in sorted(by_size[:SHOWN_PRIMITIVES])]
+    return [primitives[index] for index in sorted(by_size[:MAX_PRIMITIVES])]
 
 
 def _primitive_line(primitive: Report) -> str:
-    place = f"mesh {primitive['mesh']} primitive {primitive['primitive']}"
+    title = f"mesh {primitive['mesh']} primitive {primitive['primitive']}"
     if primitive["name"]:
-        place += f" ({primitive['name']})"
+        title += f" ({primitive['name']})"
     if "shares_buffer_view_of" in primitive:
         mesh, index = primitive["shares_buffer_view_of"]
-        return f"{place}: the same data as mesh {mesh} primitive {index}"
+        return f"{title}: the same data as mesh {mesh} primitive {index}"
     attributes = ", ".join(
         f"{name} {'+'.join(map(str, attribute['bits_per_component']))}"
         for name, attribute in primitive["attributes"].items()
     )
-    pages = f"{counted(primitive['blobs'], 'page')}, " if primitive["blobs"] > 1 else ""
+    pages = f"{plural(primitive['blobs'], 'page')}, " if primitive["blobs"] > 1 else ""
     return (
-        f"{place}: {counted(primitive['triangles'], 'triangle')}, "
-        f"{counted(primitive['meshlets'], 'meshlet')}, {pages}ratio {primitive['ratio']:.2f}, "
+        f"{title}: {plural(primitive['triangles'], 'triangle')}, "
+        f"{plural(primitive['meshlets'], 'meshlet')}, {pages}ratio {primitive['ratio']:.2f}, "
         f"{primitive['bits_per_triangle']['total']:.2f} bits per triangle; bits: {attributes}; "
         f"position step {primitive['attributes']['POSITION']['step'][0]:.3g}"
     )
@@ -201,29 +201,29 @@ def _primitive_line(primitive: Report) -> str:
 def verify_text(report: Report) -> str:
     """The verdict, a line for each attribute, and the problems."""
     counts = (
-        f"{_verdict(report)}: {counted(report['triangles'], 'triangle')}, "
+        f"{_verdict(report)}: {plural(report['triangles'], 'triangle')}, "
         f"{report['missing_triangles']:,} missing, {report['extra_triangles']:,} extra"
     )
     if report["collapsed_triangles"]:
         counts += f", {report['collapsed_triangles']:,} collapsed by the grid"
     attributes = [f"{name:{NAME_WIDTH}} {_error(report, name)}" for name in report["max_error"]]
     levels = map(_level_line, report["levels"])
-    left = [
-        f"mesh {place['mesh']} primitive {place['primitive']}: levels are not measured"
-        for place in report["not_measured"]
+    unmeasured = [
+        f"mesh {primitive['mesh']} primitive {primitive['primitive']}: levels are not measured"
+        for primitive in report["not_measured"]
     ]
-    return "\n".join([counts, *attributes, *levels, *left, *report["problems"]])
+    return "\n".join([counts, *attributes, *levels, *unmeasured, *report["problems"]])
 
 
 def _level_line(level: Report) -> str:
     shading = "".join(
-        f", {name} off by {found['median']:.2g} (95 %: {found['p95']:.2g})"
+        f", {name} off by {difference['median']:.2g} (95 %: {difference['p95']:.2g})"
         + (" degrees" if name == "NORMAL" else "")
-        for name, found in level["shading"].items()
+        for name, difference in level["shading"].items()
     )
     return (
         f"mesh {level['mesh']} primitive {level['primitive']} level {level['level']}: "
-        f"{counted(level['triangles'], 'triangle')}, error {level['stated_error']:.3g} stated, "
+        f"{plural(level['triangles'], 'triangle')}, error {level['stated_error']:.3g} stated, "
         f"{level['measured_error']:.3g} measured{shading}"
     )
 

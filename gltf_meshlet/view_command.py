@@ -100,7 +100,7 @@ def _check_folder(folder: Path) -> None:
 
 def export(model: Model, folder: Path) -> None:
     """Writes the page and the model into a new folder: all of it or nothing. Raises OSError."""
-    described = {"server": False, "models": [model.described(MODEL_FOLDER)]}
+    described = {"server": False, "models": [model.description(MODEL_FOLDER)]}
     unfinished = Path(tempfile.mkdtemp(prefix=f".{folder.name}.", dir=folder.absolute().parent))
     try:
         (unfinished / MODEL_FOLDER).mkdir()

@@ -14,19 +14,20 @@ from pathlib import Path
 from typing import Any
 
 import gltf_ext
-from gltf_ext.compression.extension import has_compressed
+from gltf_ext.attributes.extension import has_compressed
+from gltf_ext.document.container import model_files
+from gltf_ext.document.document import Document
+from gltf_ext.document.images import embed_images
 from gltf_ext.errors import MeshletError, blaming
 from gltf_ext.files import write_files
-from gltf_ext.gltf.container import model_files
-from gltf_ext.gltf.document import Document
-from gltf_ext.gltf.images import embed_images
-from gltf_ext.gltf.importers import open_model
 from gltf_ext.lod.simplifier import has_simplifier
+from gltf_ext.sources.importers import open_model
+from gltf_ext.sources.primitives import all_primitives
 from gltf_meshlet.report_text import compress_warnings
 
 MATERIAL_LIBRARY = re.compile(b"mtllib", re.IGNORECASE)
 # Below, a view of the whole model at one pixel takes more bytes with levels: docs/lod.md.
-LEAST_TRIANGLES = 300_000
+MIN_TRIANGLES = 300_000
 
 
 @dataclass(frozen=True)
@@ -58,7 +59,7 @@ class Model:
     seconds: float | None
     warnings: tuple[str, ...]
 
-    def described(self, folder: str) -> dict[str, Any]:
+    def description(self, folder: str) -> dict[str, Any]:
         """For models.json. folder: of the model's files, as `files` names them; ends with "/"."""
         original = self.original and self.original.source_bytes
         return {
@@ -74,8 +75,8 @@ class Model:
 
     def files(self) -> dict[str, Path]:
         """Name on the page -> file."""
-        known = {"compressed.glb": self.compressed, "original.glb": self.original}
-        return {name: file.path for name, file in known.items() if file is not None}
+        candidates = {"compressed.glb": self.compressed, "original.glb": self.original}
+        return {name: file.path for name, file in candidates.items() if file is not None}
 
 
 def prepare(path: Path, original: Path | None, folder: Path) -> Model:
@@ -93,12 +94,12 @@ def prepare(path: Path, original: Path | None, folder: Path) -> Model:
                     "is not compressed, so it is the original", "leave out --original"
                 )
             return _compress(path, document, path.name, folder)
-        compressed = _self_contained(path, document, folder / "compressed.glb")
-    beside = None
+        file = _as_glb(path, document, folder / "compressed.glb")
+    original_file = None
     if original is not None:
         with blaming(original):
-            beside = _self_contained(original, open_model(original), folder / "original.glb")
-    return Model(path.name, compressed, beside, None, ())
+            original_file = _as_glb(original, open_model(original), folder / "original.glb")
+    return Model(path.name, file, original_file, None, ())
 
 
 def prepare_upload(path: Path, name: str, folder: Path) -> Model:
@@ -122,29 +123,28 @@ def _compress(path: Path, document: Document, name: str, folder: Path) -> Model:
     start = time.perf_counter()
     report = gltf_ext.compress(path, output, progress=True, lod=_gains_from_levels(document))
     seconds = time.perf_counter() - start
-    compressed = File(output, report["output_bytes"])
-    original = _self_contained(path, document, folder / "original.glb")
-    return Model(name, compressed, original, seconds, tuple(compress_warnings(report)))
+    file = File(output, report["output_bytes"])
+    original = _as_glb(path, document, folder / "original.glb")
+    return Model(name, file, original, seconds, tuple(compress_warnings(report)))
 
 
 def _gains_from_levels(document: Document) -> bool:
     """Whether the model is large enough, and levels of detail can be built."""
     corners = (
-        document.accessors[p.indices].count or 0
-        for mesh in document.meshes or []
-        for p in mesh.primitives
-        if p.indices in range(len(document.accessors))
+        document.accessors[p["indices"]].get("count", 0)
+        for _, _, p in all_primitives(document)
+        if p.get("indices") in range(len(document.accessors))
     )
-    is_large = sum(corners) >= 3 * LEAST_TRIANGLES
+    is_large = sum(corners) >= 3 * MIN_TRIANGLES
     return is_large and has_simplifier()
 
 
-def _self_contained(path: Path, document: Document, output: Path) -> File:
+def _as_glb(path: Path, document: Document, output: Path) -> File:
     """The file itself if it is a .glb that refers to no other, else one that is written."""
-    others = document.files()
-    source_bytes = sum(map(os.path.getsize, filter(os.path.isfile, {path, *others})))
-    if path.suffix.lower() == ".glb" and not others:
+    references = document.files()
+    source_bytes = sum(map(os.path.getsize, filter(os.path.isfile, {path, *references})))
+    if path.suffix.lower() == ".glb" and not references:
         return File(path, source_bytes)
     embed_images(document)
-    write_files(model_files(document, output), {path, *others})
+    write_files(model_files(document, output), {path, *references})
     return File(output, source_bytes)

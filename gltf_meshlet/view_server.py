@@ -25,8 +25,8 @@ from typing import Any, BinaryIO
 from urllib.parse import parse_qs, urlsplit
 
 from gltf_ext.errors import MeshletError, printable
-from gltf_ext.gltf.importers import GLTF_SUFFIXES, MESH_SUFFIXES
 from gltf_ext.portable import IS_WINDOWS
+from gltf_ext.sources.importers import GLTF_SUFFIXES, MESH_SUFFIXES
 from gltf_meshlet.view_models import Model, prepare_upload
 
 ADDRESS = "127.0.0.1"
@@ -64,7 +64,7 @@ def page_files() -> dict[str, Path]:
     return {path.name: path for path in sorted(PAGE.iterdir()) if path.suffix in TYPES}
 
 
-class _Refused(Exception):
+class _Refusal(Exception):
     """A request that is answered with a status and one line."""
 
     def __init__(self, status: HTTPStatus, problem: str) -> None:
@@ -93,10 +93,10 @@ class ViewServer(ThreadingHTTPServer):
         self._lock = threading.Lock()  # one upload at a time
         self._uploads = 0
         self._page = {"": PAGE / "index.html", **page_files()}
-        self._first = _routes("first/", model)
-        self._uploaded: dict[str, Path] = {}
-        described = {"server": True, "models": [model.described("first/")]}
-        self.models = json.dumps(described).encode()
+        self._first_files = _routes("first/", model)
+        self._upload_files: dict[str, Path] = {}
+        listing = {"server": True, "models": [model.description("first/")]}
+        self.models = json.dumps(listing).encode()
 
     def server_bind(self) -> None:
         """Takes the port for this process alone."""
@@ -106,7 +106,7 @@ class ViewServer(ThreadingHTTPServer):
 
     def file(self, name: str) -> Path | None:
         """The file behind a name, if there is one."""
-        return {**self._page, **self._first, **self._uploaded}.get(name)
+        return {**self._page, **self._first_files, **self._upload_files}.get(name)
 
     def compress(self, name: str, suffix: str, stream: Any, length: int) -> dict[str, Any]:
         """Compresses an uploaded file; returns the model for the page.
@@ -114,7 +114,7 @@ class ViewServer(ThreadingHTTPServer):
         The files of the upload before are deleted: the page holds what it shows. Raises _Refused.
         """
         if not self._lock.acquire(blocking=False):
-            raise _Refused(
+            raise _Refusal(
                 HTTPStatus.SERVICE_UNAVAILABLE, "another file is being compressed; try again then"
             )
         try:
@@ -122,14 +122,14 @@ class ViewServer(ThreadingHTTPServer):
             folder = Path(tempfile.mkdtemp(dir=self._folder))
             route = f"upload-{self._uploads}/"
             try:
-                model = _compressed(name, suffix, stream, length, folder)
+                model = _compress_upload(name, suffix, stream, length, folder)
             except BaseException:
                 shutil.rmtree(folder, ignore_errors=True)
                 raise
-            before, self._uploaded = self._uploaded, _routes(route, model)
-            for used in {path.parent for path in before.values()}:
-                shutil.rmtree(used, ignore_errors=True)
-            return model.described(route)
+            old_files, self._upload_files = self._upload_files, _routes(route, model)
+            for old_folder in {path.parent for path in old_files.values()}:
+                shutil.rmtree(old_folder, ignore_errors=True)
+            return model.description(route)
         finally:
             self._lock.release()
 
@@ -145,28 +145,28 @@ def _routes(folder: str, model: Model) -> dict[str, Path]:
     return {folder + name: path for name, path in model.files().items()}
 
 
-def _compressed(name: str, suffix: str, stream: Any, length: int, folder: Path) -> Model:
+def _compress_upload(name: str, suffix: str, stream: Any, length: int, folder: Path) -> Model:
     path = folder / f"upload{suffix}"
     try:
         with open(path, "wb") as file:
-            left = length
-            while left:
-                piece = stream.read(min(PIECE, left))
+            remaining = length
+            while remaining:
+                piece = stream.read(min(PIECE, remaining))
                 if not piece:
                     raise ConnectionAbortedError
                 file.write(piece)
-                left -= len(piece)
+                remaining -= len(piece)
         return prepare_upload(path, name, folder)
     except MeshletError as error:
-        raise _Refused(HTTPStatus.UNPROCESSABLE_ENTITY, error.message) from None
+        raise _Refusal(HTTPStatus.UNPROCESSABLE_ENTITY, error.message) from None
     except MemoryError:
         problem = "there is not enough memory; split the model"
-        raise _Refused(HTTPStatus.INSUFFICIENT_STORAGE, problem) from None
+        raise _Refusal(HTTPStatus.INSUFFICIENT_STORAGE, problem) from None
     except ConnectionError:
         raise
     except OSError as error:
         problem = f"{error.strerror}; free some space in {folder.parent}"
-        raise _Refused(HTTPStatus.INSUFFICIENT_STORAGE, problem) from None
+        raise _Refusal(HTTPStatus.INSUFFICIENT_STORAGE, problem) from None
 
 
 class _Handler(BaseHTTPRequestHandler):
@@ -191,22 +191,22 @@ class _Handler(BaseHTTPRequestHandler):
         try:
             self._check_host()
             method(self._name())
-        except _Refused as refused:
-            self._send_json({"error": str(refused)}, refused.status)
+        except _Refusal as refusal:
+            self._send_json({"error": str(refusal)}, refusal.status)
 
     def _check_host(self) -> None:
         """A page from elsewhere has its own host in Host or in Origin."""
         host = self.headers.get("Host", "")
         if host.rpartition(":")[0] not in HOSTS and host not in HOSTS:
-            raise _Refused(HTTPStatus.FORBIDDEN, f"open http://{ADDRESS}:{self.server.server_port}")
+            raise _Refusal(HTTPStatus.FORBIDDEN, f"open http://{ADDRESS}:{self.server.server_port}")
         if self.headers.get("Origin", f"http://{host}") != f"http://{host}":
-            raise _Refused(HTTPStatus.FORBIDDEN, "the request comes from another page")
+            raise _Refusal(HTTPStatus.FORBIDDEN, "the request comes from another page")
 
     def _name(self) -> str:
         """What is asked for: the path after the token."""
         token, slash, name = urlsplit(self.path).path.removeprefix("/").partition("/")
         if not slash or not hmac.compare_digest(token.encode(), self.server.token.encode()):
-            raise _Refused(
+            raise _Refusal(
                 HTTPStatus.FORBIDDEN, "open the address that gltf-meshlet view has printed"
             )
         return name
@@ -217,26 +217,26 @@ class _Handler(BaseHTTPRequestHandler):
             return
         path = self.server.file(name)
         if path is None:
-            raise _Refused(HTTPStatus.NOT_FOUND, "there is no such file")
+            raise _Refusal(HTTPStatus.NOT_FOUND, "there is no such file")
         try:
             with open(path, "rb") as file:
                 self._send_file(file, TYPES[path.suffix.lower()])
         except (FileNotFoundError, PermissionError) as error:  # the user's file, since the start
             problem = f"{path.name} cannot be read: {error.strerror}"
-            raise _Refused(HTTPStatus.NOT_FOUND, problem) from None
+            raise _Refusal(HTTPStatus.NOT_FOUND, problem) from None
 
     def _send_file(self, file: BinaryIO, kind: str) -> None:
         """The whole file, or the one range of bytes that is asked for."""
         state = os.fstat(file.fileno())
         size = state.st_size
         headers = {"Accept-Ranges": "bytes", "ETag": f'"{state.st_mtime_ns:x}-{size:x}"'}
-        asked = RANGE.fullmatch(self.headers.get("Range", ""))
-        if asked is None:
+        range_match = RANGE.fullmatch(self.headers.get("Range", ""))
+        if range_match is None:
             self._send_headers(HTTPStatus.OK, kind, size, headers)
             shutil.copyfileobj(file, self.wfile, PIECE)
             return
-        begin = int(asked[1])
-        end = min(int(asked[2]) + 1, size) if asked[2] else size
+        begin = int(range_match[1])
+        end = min(int(range_match[2]) + 1, size) if range_match[2] else size
         if begin >= end:
             headers["Content-Range"] = f"bytes */{size}"
             self._send_headers(HTTPStatus.REQUESTED_RANGE_NOT_SATISFIABLE, kind, 0, headers)
@@ -250,18 +250,18 @@ class _Handler(BaseHTTPRequestHandler):
 
     def _post(self, name: str) -> None:
         if name != UPLOAD:
-            raise _Refused(HTTPStatus.NOT_FOUND, "there is nothing to write to")
+            raise _Refusal(HTTPStatus.NOT_FOUND, "there is nothing to write to")
         file_name = parse_qs(urlsplit(self.path).query).get("name", [""])[0][:MAX_NAME]
         suffix = Path(file_name).suffix.lower()
         if suffix not in GLTF_SUFFIXES + MESH_SUFFIXES:
             problem = f"use one of {' '.join(GLTF_SUFFIXES + MESH_SUFFIXES)}"
-            raise _Refused(HTTPStatus.UNSUPPORTED_MEDIA_TYPE, problem)
+            raise _Refusal(HTTPStatus.UNSUPPORTED_MEDIA_TYPE, problem)
         length = self.headers.get("Content-Length", "")
         if not (length.isascii() and length.isdigit()):
-            raise _Refused(HTTPStatus.LENGTH_REQUIRED, "Content-Length is missing")
+            raise _Refusal(HTTPStatus.LENGTH_REQUIRED, "Content-Length is missing")
         if int(length[:MAX_NAME]) > self.server.max_upload:
             problem = f"has more than {self.server.max_upload:,} bytes; use gltf-meshlet compress"
-            raise _Refused(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, problem)
+            raise _Refusal(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, problem)
         model = self.server.compress(file_name, suffix, self.rfile, int(length))
         self._send_json(model, HTTPStatus.OK)
 
@@ -273,10 +273,10 @@ class _Handler(BaseHTTPRequestHandler):
         self.wfile.write(body)
 
     def _send_headers(
-        self, status: HTTPStatus, kind: str, length: int, more: dict[str, str] | None = None
+        self, status: HTTPStatus, kind: str, length: int, extra: dict[str, str] | None = None
     ) -> None:
         self.send_response(status)
-        headers = {**HEADERS, "Content-Type": kind, "Content-Length": str(length), **(more or {})}
+        headers = {**HEADERS, "Content-Type": kind, "Content-Length": str(length), **(extra or {})}
         for name, value in headers.items():
             self.send_header(name, value)
         self.end_headers()

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from typing import Any, TypeVar
 
 import numpy as np
-import pygltflib
 
+from gltf_ext.document import gltf
+from gltf_ext.document.json_values import NOT_VALID
 from gltf_ext.errors import MeshletError
-from gltf_ext.gltf.json_objects import NOT_VALID
 
 DEFAULT_VIEW = (0.45, 0.35, 1.0)  # direction from the scene towards the camera
 DEFAULT_FIELD_OF_VIEW = 40.0  # degrees, of the smaller side
@@ -148,25 +148,27 @@ def _fitted_place(local: np.ndarray, slopes: np.ndarray) -> tuple[float, np.ndar
     return float(distance), center
 
 
-def read_camera(camera: pygltflib.Camera, matrix: np.ndarray) -> Camera:
+def read_camera(camera: gltf.Camera, matrix: np.ndarray) -> Camera:
     """A node's camera. matrix: float64[4, 4], the node's; its scale does not count, as glTF says.
 
     Raises MeshletError.
     """
     to_world = matrix.copy()
     to_world[:3, :3] /= np.maximum(np.linalg.norm(matrix[:3, :3], axis=0), 1e-30)
-    orthographic = camera.type == "orthographic"
-    lens = camera.orthographic if orthographic else camera.perspective
-    if lens is None:
-        raise MeshletError("a camera has neither perspective nor orthographic", NOT_VALID)
-    near, far = lens.znear or 0.0, lens.zfar
-    if orthographic:
-        far = near + 1.0 if far is None else far
-        result = Camera(to_world, xmag=lens.xmag or 0.0, near=near, far=far)
-    else:
+    orthographic = camera.get("type") == "orthographic"
+    if orthographic and "orthographic" in camera:
+        flat = camera["orthographic"]
+        near = flat.get("znear", 0.0)
+        far = flat.get("zfar", near + 1.0)
+        result = Camera(to_world, xmag=flat.get("xmag", 0.0), near=near, far=far)
+    elif not orthographic and "perspective" in camera:
+        lens = camera["perspective"]
+        near, far = lens.get("znear", 0.0), lens.get("zfar", 0.0)
         near = near if near >= 1.0 / LARGEST or near < 0.0 else NEAREST * (far or 10.0)
         far = far if far and far <= LARGEST else np.inf
-        result = Camera(to_world, yfov=lens.yfov or 0.0, near=near, far=far)
+        result = Camera(to_world, yfov=lens.get("yfov", 0.0), near=near, far=far)
+    else:
+        raise MeshletError("a camera has neither perspective nor orthographic", NOT_VALID)
     if not _is_usable(result, orthographic):
         raise MeshletError("a camera's numbers make no picture", NOT_VALID)
     return result

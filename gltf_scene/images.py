@@ -7,9 +7,9 @@ import warnings
 
 import numpy as np
 
+from gltf_ext.document.document import Document, item
+from gltf_ext.document.images import FORMATS, check_size
 from gltf_ext.errors import MeshletError
-from gltf_ext.gltf.document import Document, item
-from gltf_ext.gltf.images import FORMATS, check_size
 
 
 def read_image(document: Document, index: int) -> np.ndarray:
@@ -20,10 +20,10 @@ def read_image(document: Document, index: int) -> np.ndarray:
     from PIL import Image
 
     image = item(document.images, index, "image")
-    if image.uri is not None:
-        data = document.read_uri(image.uri)
+    if "uri" in image:
+        data = document.read_uri(image["uri"])
     else:
-        data = bytes(document.bytes_of_view(image.bufferView))
+        data = bytes(document.bytes_of_view(image.get("bufferView")))
     check_size(data)
     try:
         with warnings.catch_warnings():

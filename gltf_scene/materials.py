@@ -6,12 +6,11 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-import pygltflib
 
+from gltf_ext.document import gltf
+from gltf_ext.document.document import Document, item
+from gltf_ext.document.json_values import NOT_VALID, member, number, numbers
 from gltf_ext.errors import MeshletError
-from gltf_ext.gltf.document import Document, item
-from gltf_ext.gltf.json_objects import NOT_VALID
-from gltf_ext.gltf.json_values import member, number, numbers
 
 DEFAULT_CUTOFF = 0.5
 UNLIT = "KHR_materials_unlit"
@@ -31,7 +30,7 @@ class TextureUse:
     texcoord: int = 0
     matrix: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 1.0)
     offset: tuple[float, ...] = (0.0, 0.0)
-    wrap: tuple[int, int] = (pygltflib.REPEAT, pygltflib.REPEAT)
+    wrap: tuple[int, int] = (gltf.REPEAT, gltf.REPEAT)
     nearest: bool = False
 
 
@@ -47,7 +46,7 @@ class Material:
     metallic: float = 1.0
     roughness: float = 1.0
     emissive: tuple[float, ...] = (0.0, 0.0, 0.0)
-    alpha_mode: str = pygltflib.OPAQUE
+    alpha_mode: str = gltf.OPAQUE
     alpha_cutoff: float = DEFAULT_CUTOFF
     double_sided: bool = False
     unlit: bool = False
@@ -78,41 +77,42 @@ def read_material(document: Document, index: int | None) -> Material:
     if index is None:
         return Material()
     source = item(document.materials, index, "material")
-    pbr = source.pbrMetallicRoughness or pygltflib.PbrMetallicRoughness()
-    extensions = source.extensions or {}
+    pbr = source.get("pbrMetallicRoughness", {})
+    extensions = source.get("extensions", {})
     strength = member(extensions, "KHR_materials_emissive_strength").get("emissiveStrength")
-    emissive = numbers(source.emissiveFactor, (0.0,) * 3)
-    normal = source.normalTexture
+    emissive = numbers(source.get("emissiveFactor"), (0.0,) * 3)
+    normal = source.get("normalTexture")
     return Material(
-        base_color=numbers(pbr.baseColorFactor, (1.0,) * 4),
-        metallic=number(pbr.metallicFactor, 1.0),
-        roughness=number(pbr.roughnessFactor, 1.0),
+        base_color=numbers(pbr.get("baseColorFactor"), (1.0,) * 4),
+        metallic=number(pbr.get("metallicFactor"), 1.0),
+        roughness=number(pbr.get("roughnessFactor"), 1.0),
         emissive=tuple(v * number(strength, 1.0) for v in emissive),
-        alpha_mode=source.alphaMode or pygltflib.OPAQUE,
-        alpha_cutoff=number(source.alphaCutoff, DEFAULT_CUTOFF),
-        double_sided=bool(source.doubleSided),
+        alpha_mode=source.get("alphaMode", gltf.OPAQUE),
+        alpha_cutoff=number(source.get("alphaCutoff"), DEFAULT_CUTOFF),
+        double_sided=source.get("doubleSided", False),
         unlit=UNLIT in extensions,
-        normal_scale=1.0 if normal is None else number(normal.scale, 1.0),
-        base_texture=_texture_use(document, pbr.baseColorTexture),
-        emissive_texture=_texture_use(document, source.emissiveTexture),
-        metallic_roughness_texture=_texture_use(document, pbr.metallicRoughnessTexture),
+        normal_scale=1.0 if normal is None else number(normal.get("scale"), 1.0),
+        base_texture=_texture_use(document, pbr.get("baseColorTexture")),
+        emissive_texture=_texture_use(document, source.get("emissiveTexture")),
+        metallic_roughness_texture=_texture_use(document, pbr.get("metallicRoughnessTexture")),
         normal_texture=_texture_use(document, normal),
         extensions=extensions,
     )
 
 
-def _texture_use(document: Document, info: Any) -> TextureUse | None:
+def _texture_use(document: Document, info: gltf.TextureInfo | None) -> TextureUse | None:
     if info is None:
         return None
-    texture = item(document.textures, info.index, "texture")
-    transform = member(info.extensions, "KHR_texture_transform")
-    texcoord = transform.get("texCoord", info.texCoord or 0)
+    index = info.get("index", -1)
+    texture = item(document.textures, index, "texture")
+    transform = member(info.get("extensions"), "KHR_texture_transform")
+    texcoord = transform.get("texCoord", info.get("texCoord", 0))
     if not isinstance(texcoord, int):
         raise MeshletError("a texture's texCoord is not a number", NOT_VALID)
-    wrap, nearest = _sampler(document, texture.sampler)
+    wrap, nearest = _sampler(document, texture.get("sampler"))
     return TextureUse(
-        info.index,
-        texture.source,
+        index,
+        texture.get("source"),
         texcoord,
         _transform_matrix(transform),
         numbers(transform.get("offset"), (0.0, 0.0)),
@@ -134,5 +134,5 @@ def _sampler(document: Document, index: int | None) -> tuple[tuple[int, int], bo
     if index is None:
         return TextureUse.wrap, False
     sampler = item(document.samplers, index, "sampler")
-    wrap = sampler.wrapS or pygltflib.REPEAT, sampler.wrapT or pygltflib.REPEAT
-    return wrap, sampler.magFilter == pygltflib.NEAREST
+    wrap = sampler.get("wrapS", gltf.REPEAT), sampler.get("wrapT", gltf.REPEAT)
+    return wrap, sampler.get("magFilter") == gltf.NEAREST

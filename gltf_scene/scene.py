@@ -10,13 +10,13 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-import pygltflib
 
+from gltf_ext.document import gltf
+from gltf_ext.document.accessors import accessor_format, stated_bounds
+from gltf_ext.document.document import Document, item
+from gltf_ext.document.json_values import member, number, numbers
+from gltf_ext.document.nodes import placed
 from gltf_ext.errors import MeshletError
-from gltf_ext.gltf.accessors import accessor_format, stated_bounds
-from gltf_ext.gltf.document import TRIANGLE_MODES, Document, item
-from gltf_ext.gltf.json_values import member, number, numbers
-from gltf_ext.gltf.nodes import placed
 from gltf_scene.camera import Camera, read_camera
 
 LIGHTS = "KHR_lights_punctual"
@@ -67,27 +67,27 @@ class ValueFormat:
         return values
 
 
-def value_format(document: Document, primitive: pygltflib.Primitive, name: str) -> ValueFormat:
+def value_format(document: Document, primitive: gltf.Primitive, name: str) -> ValueFormat:
     """The format of one of the primitive's attributes. Raises MeshletError.
 
     Integer texture coordinates are plain integers only if the file declares
     KHR_mesh_quantization; glTF itself allows only normalised ones.
     """
-    index = primitive.attributes[name]
+    index = primitive["attributes"][name]
     accessor = item(document.accessors, index, f"the accessor of {name},")
     dtype, components = accessor_format(accessor, name)
     forgotten = name.startswith(ALWAYS_NORMALIZED) or (
-        name.startswith("TEXCOORD_") and QUANTIZATION not in (document.extensionsUsed or [])
+        name.startswith("TEXCOORD_") and QUANTIZATION not in document.extensionsUsed
     )
-    normalized = dtype.kind != "f" and (bool(accessor.normalized) or forgotten)
+    normalized = dtype.kind != "f" and (accessor.get("normalized", False) or forgotten)
     return ValueFormat(dtype, components, normalized)
 
 
 def position_box(
-    document: Document, primitive: pygltflib.Primitive
+    document: Document, primitive: gltf.Primitive
 ) -> tuple[np.ndarray, np.ndarray] | None:
     """(low, high), float64[3], from the accessor's min and max; None if these are not valid."""
-    index = primitive.attributes.get("POSITION")
+    index = primitive["attributes"].get("POSITION")
     accessor = item(document.accessors, index, "the accessor of POSITION,")
     stated = stated_bounds(accessor)
     if not all(bound is not None and len(bound) == 3 for bound in stated):
@@ -169,15 +169,15 @@ def read_scene(document: Document) -> Scene:
     """The document's default scene; all root nodes if it has no scenes. Raises MeshletError."""
     scene = Scene()
     for place, (node, matrix) in enumerate(placed(document)):
-        if node.camera is not None:
-            camera = item(document.cameras, node.camera, "camera")
+        if "camera" in node:
+            camera = item(document.cameras, node["camera"], "camera")
             scene.cameras.append(read_camera(camera, matrix))
-        light = member(node.extensions, LIGHTS).get("light")
+        light = member(node.get("extensions"), LIGHTS).get("light")
         if light is not None:
             scene.lights.append(_read_light(document, light, place, matrix))
-        if node.mesh is not None:
+        if "mesh" in node:
             scene.warnings += _ignored(node)
-            _add_primitives(scene, document, node.mesh, place, matrix)
+            _add_primitives(scene, document, node["mesh"], place, matrix)
     scene.warnings = list(dict.fromkeys(scene.warnings))
     return scene
 
@@ -186,12 +186,12 @@ def is_mirrored(matrix: np.ndarray) -> bool:
     return bool(np.linalg.det(matrix[:3, :3]) < 0)
 
 
-def _ignored(node: pygltflib.Node) -> list[str]:
+def _ignored(node: gltf.Node) -> list[str]:
     """Warnings about features of a node that no back end has."""
     found = []
-    if node.skin is not None:
+    if "skin" in node:
         found.append("a skin is not applied: the mesh is shown in its bind pose")
-    if "EXT_mesh_gpu_instancing" in (node.extensions or {}):
+    if gltf.has_extension(node, "EXT_mesh_gpu_instancing"):
         found.append("EXT_mesh_gpu_instancing is not applied: the mesh is shown once")
     return found
 
@@ -199,15 +199,17 @@ def _ignored(node: pygltflib.Node) -> list[str]:
 def _add_primitives(
     scene: Scene, document: Document, mesh: int, node: int, matrix: np.ndarray
 ) -> None:
-    for index, primitive in enumerate(item(document.meshes, mesh, "mesh").primitives):
-        if primitive.mode not in TRIANGLE_MODES:
+    for index, primitive in enumerate(item(document.meshes, mesh, "mesh")["primitives"]):
+        if gltf.mode(primitive) not in gltf.TRIANGLE_MODES:
             scene.warnings.append(f"mesh {mesh} primitive {index} has no triangles: left out")
             continue
-        scene.primitives.append(PlacedPrimitive(node, mesh, index, primitive.material, matrix))
+        scene.primitives.append(
+            PlacedPrimitive(node, mesh, index, primitive.get("material"), matrix)
+        )
 
 
 def _read_light(document: Document, index: Any, node: int, matrix: np.ndarray) -> Light:
-    lights = member(document.extensions, LIGHTS).get("lights", [])
+    lights = member(document.json.get("extensions"), LIGHTS).get("lights", [])
     light = item(lights if isinstance(lights, list) else [], index, "light")
     light = light if isinstance(light, dict) else {}
     intensity = number(light.get("intensity"), 1.0)

@@ -11,16 +11,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from gltf_ext import _codec
-from gltf_ext.compression.extension import (
-    Compressed,
-    is_compressed,
-    malformed_from,
-    read_compressed,
-)
-from gltf_ext.compression.sources import read_primitive
+from gltf_ext.attributes.extension import Compressed, malformed_from, read_compressed
+from gltf_ext.document.document import Document
+from gltf_ext.document.nodes import MAX_SIZE
 from gltf_ext.errors import MeshletError
-from gltf_ext.gltf.document import Document
-from gltf_ext.gltf.nodes import MAX_SIZE
+from gltf_ext.sources.primitives import is_compressed
+from gltf_ext.sources.source import read_primitive
 from gltf_scene.scene import PlacedPrimitive, value_format
 
 # Decoded for a scene, in 0.05 to 0.3 s; larger scenes give an evenly spread sample.
@@ -37,7 +33,7 @@ def view_points(document: Document, placed: Sequence[PlacedPrimitive]) -> np.nda
     compressed = {
         (mesh, primitive): read_compressed(document, mesh, primitive)
         for mesh, primitive in places
-        if is_compressed(document.meshes[mesh].primitives[primitive])
+        if is_compressed(document.primitive(mesh, primitive))
     }
     decoders = {place: _codec.Decoder(found.blob) for place, found in compressed.items()}
     meshlets = sum(decoder.meshlet_count for decoder in decoders.values())
@@ -74,7 +70,7 @@ def _in_world(
 
 def _plain_positions(document: Document, mesh: int, primitive: int) -> np.ndarray:
     """float64[n, 3]: the vertices of an uncompressed primitive, in its coordinates."""
-    source = document.meshes[mesh].primitives[primitive]
+    source = document.primitive(mesh, primitive)
     stored = read_primitive(document, mesh, primitive)[0].attributes["POSITION"]
     return value_format(document, source, "POSITION").to_floats(stored).astype(np.float64)
 
@@ -88,6 +84,6 @@ def _meshlet_positions(
     with malformed_from(compressed.where):
         integers = np.concatenate([decoder.decode_meshlet(i)[1][0] for i in chosen])
     values = np.array(stream.offset) + integers.astype(np.float64) * stream.step
-    source = document.meshes[compressed.mesh].primitives[compressed.primitive]
+    source = document.primitive(compressed.mesh, compressed.primitive)
     form = value_format(document, source, "POSITION")
     return form.to_floats(np.rint(values) if form.is_integer else values).astype(np.float64)

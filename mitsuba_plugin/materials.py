@@ -6,18 +6,18 @@ from typing import Any
 
 import mitsuba as mi
 import numpy as np
-import pygltflib
 
+from gltf_ext.document import gltf
+from gltf_ext.document.document import Document
+from gltf_ext.document.json_values import member, number, numbers
 from gltf_ext.errors import MeshletError
-from gltf_ext.gltf.document import Document
-from gltf_ext.gltf.json_values import member, number, numbers
 from gltf_scene.images import read_image
 from gltf_scene.materials import Material, TextureUse, read_material
 
 WRAP = {
-    pygltflib.REPEAT: "repeat",
-    pygltflib.CLAMP_TO_EDGE: "clamp",
-    pygltflib.MIRRORED_REPEAT: "mirror",
+    gltf.REPEAT: "repeat",
+    gltf.CLAMP_TO_EDGE: "clamp",
+    gltf.MIRRORED_REPEAT: "mirror",
 }
 LEAST_ROUGHNESS = 0.03  # principled has no perfect mirror
 DEFAULT_IOR = 1.5
@@ -122,7 +122,7 @@ class Materials:
         }
 
     def _with_alpha(self, material: Material, bsdf: dict[str, Any]) -> dict[str, Any]:
-        if material.alpha_mode == pygltflib.OPAQUE:
+        if material.alpha_mode == gltf.OPAQUE:
             return bsdf
         alpha: np.ndarray = np.array(material.base_color[3], np.float32)
         parameters: dict[str, Any] = {}
@@ -130,7 +130,7 @@ class Materials:
         if found is not None and (found[0][..., 3] != 255).any():
             image, parameters = found
             alpha = image[..., 3].astype(np.float32) / 255 * alpha
-        if material.alpha_mode == pygltflib.MASK:
+        if material.alpha_mode == gltf.MASK:
             alpha = (alpha >= material.alpha_cutoff).astype(np.float32)
         if np.all(alpha == 1):
             return bsdf

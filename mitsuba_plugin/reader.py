@@ -10,16 +10,12 @@ from functools import cached_property
 
 import numpy as np
 
-from gltf_ext.compression.extension import (
-    EXTENSION,
-    is_compressed,
-    read_compressed,
-    require_compressed,
-)
+from gltf_ext.attributes.extension import read_compressed, require_compressed
+from gltf_ext.document.document import Document
 from gltf_ext.errors import MeshletError
-from gltf_ext.gltf.document import Document
-from gltf_ext.gltf.importers import open_model
 from gltf_ext.lod.reading import LodPrimitive, read_lod
+from gltf_ext.sources.importers import open_model
+from gltf_ext.sources.primitives import EXTENSION, is_compressed
 from gltf_scene.materials import read_material
 from gltf_scene.scene import ValueFormat, read_scene, value_format
 
@@ -108,7 +104,7 @@ def _sources(path: str, mesh: int | None, primitive: int | None) -> list[tuple[S
         return _sources_of_scene(document)
     if not 0 <= mesh < len(document.meshes):
         raise MeshletError(f"mesh {mesh} does not exist", f"there are {len(document.meshes)}")
-    primitives = document.meshes[mesh].primitives
+    primitives = document.meshes[mesh]["primitives"]
     if primitive is not None and not 0 <= primitive < len(primitives):
         raise MeshletError(
             f"mesh {mesh} primitive {primitive} does not exist", f"there are {len(primitives)}"
@@ -131,7 +127,7 @@ def _sources_of_scene(document: Document) -> list[tuple[Source, np.ndarray]]:
     sources = []
     for placed in read_scene(document).primitives:
         place = placed.mesh, placed.primitive
-        if is_compressed(document.meshes[placed.mesh].primitives[placed.primitive]):
+        if is_compressed(document.primitive(placed.mesh, placed.primitive)):
             if place not in known:
                 known[place] = Source(document, *place)
             sources.append((known[place], placed.matrix))
@@ -155,8 +151,8 @@ class Source:
         self._compressed = read_compressed(document, mesh, primitive)
         self._document = document
         self._pages: dict[int, bytes] = {}
-        source = document.meshes[mesh].primitives[primitive]
-        texcoord = f"TEXCOORD_{read_material(document, source.material).texcoord}"
+        source = document.primitive(mesh, primitive)
+        texcoord = f"TEXCOORD_{read_material(document, source.get('material')).texcoord}"
         own: dict[str, Attribute] = {}
         others: dict[str, Attribute] = {}
         for name, (stream, _) in self._compressed.attributes.items():

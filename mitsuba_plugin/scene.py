@@ -13,12 +13,13 @@ from typing import Any
 import mitsuba as mi
 import numpy as np
 
-from gltf_ext.compression.extension import is_compressed, read_triangles
+from gltf_ext.attributes.extension import read_triangles
+from gltf_ext.document.document import Document
 from gltf_ext.errors import MeshletError
-from gltf_ext.gltf.document import Document
-from gltf_ext.gltf.importers import open_model
 from gltf_ext.lod.detail import missing_levels
 from gltf_ext.lod.reading import LodPrimitive
+from gltf_ext.sources.importers import open_model
+from gltf_ext.sources.primitives import is_compressed
 from gltf_scene.camera import Camera, unit
 from gltf_scene.default_light import KEY, sky_radiance
 from gltf_scene.materials import read_material
@@ -169,7 +170,7 @@ class _Builder:
 
     def _levels(self, placed: PlacedPrimitive) -> LodPrimitive | None:
         place = placed.mesh, placed.primitive
-        if not is_compressed(self._document.meshes[placed.mesh].primitives[placed.primitive]):
+        if not is_compressed(self._document.primitive(placed.mesh, placed.primitive)):
             return None
         if place not in self._sources:
             self._sources[place] = reader.Source(self._document, *place)
@@ -194,8 +195,8 @@ class _Builder:
         self, placed: PlacedPrimitive, matrix: np.ndarray, lod: LodView | None
     ) -> dict[str, Any] | mi.Mesh:
         """lod: the camera in the coordinates to which the matrix leads."""
-        primitive = self._document.meshes[placed.mesh].primitives[placed.primitive]
-        has_colors = "COLOR_0" in primitive.attributes
+        primitive = self._document.primitive(placed.mesh, placed.primitive)
+        has_colors = "COLOR_0" in primitive["attributes"]
         inside = {"bsdf": self._materials.bsdf(placed.material, has_colors)}
         emission = self._materials.emission(placed.material)
         if emission:
@@ -231,7 +232,7 @@ class _Builder:
             source = levels.mesh(lod.cut(levels, matrix))
         else:
             source, _ = read_triangles(self._document, placed.mesh, placed.primitive)
-        primitive = self._document.meshes[placed.mesh].primitives[placed.primitive]
+        primitive = self._document.primitive(placed.mesh, placed.primitive)
         attributes = {
             name: format_of(self._document, primitive, name).to_floats(values)
             for name, values in source.attributes.items()

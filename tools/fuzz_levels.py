@@ -12,11 +12,11 @@ from pathlib import Path
 
 import numpy as np
 
+from gltf_ext.attributes.extension import compressed_primitives
 from gltf_ext.checks.level_errors import measure_levels
 from gltf_ext.checks.levels import lod_problems
-from gltf_ext.compression.extension import compressed_primitives
+from gltf_ext.document.container import parse_glb
 from gltf_ext.errors import MeshletError
-from gltf_ext.gltf.container import parse_glb
 from gltf_ext.lod.cuts import View, cut_at_level, cut_for_view
 from gltf_ext.lod.reading import read_lod
 

@@ -1,6 +1,6 @@
 """Writes the options of `compress` into docs/cli.md and into its docstring.
 
-python -m tools.option_docs: after an edit in gltf_ext/compression/options.py. A test compares.
+python -m tools.option_docs: after an edit in gltf_ext/options.py. A test compares.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from gltf_ext.compression.options import OPTIONS, described
+from gltf_ext.options import OPTIONS, described
 
 ROOT = Path(__file__).resolve().parent.parent
 

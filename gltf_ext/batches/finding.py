@@ -26,7 +26,7 @@ from gltf_ext.batches.storage import (
 )
 from gltf_ext.errors import MeshletError
 from gltf_ext.files import identity
-from gltf_ext.gltf.importers import SUFFIXES
+from gltf_ext.sources.importers import SUFFIXES
 
 GLOB = re.compile(r"[*?\[]")
 NO_MODEL = f"is no model; use {' '.join(SUFFIXES)}"
@@ -52,7 +52,7 @@ class Model:
 
 
 @dataclass
-class Found:
+class Search:
     """All that a source names.
 
     Attributes:
@@ -66,43 +66,45 @@ class Found:
     skipped: list[str] = field(default_factory=list)
 
 
-def find_models(source: str | Sequence[str], goal: Folder, outputs: Outputs) -> Found:
-    """Finds the models of a batch. goal: its destination; outputs: what is in it.
+def find_models(source: str | Sequence[str], goal: Folder, outputs: Outputs) -> Search:
+    """Find the models of a batch. goal: its destination; outputs: what is in it.
 
     source: a folder, searched with all folders below it; a glob; a file; a .txt with a path or URL
     in each line; or a list of those. What is wrong with a single model is its problem. Raises
     MeshletError, OSError.
     """
-    found = Found()
+    search = Search()
     if isinstance(source, str) and source.lower().endswith(".txt"):
         source = _lines(source)
-        paths = _listed(source, found)
+        paths = _from_list(source, search)
     elif isinstance(source, str):
-        paths = _searched(source, found)
+        paths = _from_folder(source, search)
     else:
-        paths = _listed(source, found)
+        paths = _from_list(source, search)
     below = _Below(goal)
     in_destination = 0
-    named: dict[str, Model] = {}
+    model_by_name: dict[str, Model] = {}
     for path, model in sorted(paths.items()):
         name = below.name_of(model.url)
         if name is None:
-            first = named.setdefault(model.name, model)
-            if first is model:
-                found.models.append(model)
+            first_model = model_by_name.setdefault(model.name, model)
+            if first_model is model:
+                search.models.append(model)
             else:
-                found.left_out[path] = f"has the name {model.name}, as {first.url}; {BY_ITSELF}"
+                search.left_out[path] = (
+                    f"has the name {model.name}, as {first_model.url}; {BY_ITSELF}"
+                )
             continue
         in_destination += 1
         if name in outputs.names:
-            found.skipped.append(name)
+            search.skipped.append(name)
         else:
-            found.left_out[path] = "lies in the destination; name another one, or move the model"
-    if found.models:
-        return found
+            search.left_out[path] = "lies in the destination; name another one, or move the model"
+    if search.models:
+        return search
     if in_destination:
         raise MeshletError("holds the models too", "name another folder", goal.url)
-    for path, reason in found.left_out.items():
+    for path, reason in search.left_out.items():
         raise MeshletError("holds no models that can be read", f"{path} {reason}", str(source))
     raise MeshletError("holds no models", f"use {' '.join(SUFFIXES)}", str(source))
 
@@ -118,39 +120,42 @@ def _lines(path: str) -> list[str]:
 # --- a list ---
 
 
-def _listed(entries: Sequence[str], found: Found) -> dict[str, Model]:
-    """Path or URL -> model, of each entry. Names are from the last folder that holds all, and begin
-    with the protocol if there are several."""
+def _from_list(entries: Sequence[str], search: Search) -> dict[str, Model]:
+    """Return path or URL -> model, for each entry of a list.
+
+    Names start below the last folder that contains all models, with the protocol if there are
+    several.
+    """
     models: dict[str, Model] = {}
-    places: dict[str, tuple[str, ...]] = {}
+    parts_of: dict[str, tuple[str, ...]] = {}
     for entry in entries:
         path = posixpath.basename(entry.replace(os.sep, "/"))
         if not path.lower().endswith(SUFFIXES):
             is_folder = "://" not in entry and os.path.isdir(entry)
-            found.left_out[entry] = "is a folder; name it by itself" if is_folder else NO_MODEL
+            search.left_out[entry] = "is a folder; name it by itself" if is_folder else NO_MODEL
             continue
-        model, place = _entry(entry)
-        models[model.url], places[model.url] = model, place
-    above = [place[:-1] for place in places.values()]
-    shared = takewhile(lambda parts: len(set(parts)) == 1, zip(*above))
-    common = len(list(shared))
-    for url, place in places.items():
-        models[url].name = "/".join(place[common:])
+        model, parts = _entry(entry)
+        models[model.url], parts_of[model.url] = model, parts
+    folders = [parts[:-1] for parts in parts_of.values()]
+    equal_parts = takewhile(lambda column: len(set(column)) == 1, zip(*folders))
+    common_count = len(list(equal_parts))
+    for url, parts in parts_of.items():
+        models[url].name = "/".join(parts[common_count:])
     return models
 
 
 def _entry(entry: str) -> tuple[Model, tuple[str, ...]]:
-    """(a model of a list, its protocol and the parts of its path)."""
+    """Return (a model of a list, its protocol and the parts of its path)."""
     if "://" not in entry or entry.startswith(("file://", "local://")):
         path = Folder("/").fs._strip_protocol(entry)
         # With a zero byte, which _local reports, there are no links.
         with suppress(ValueError):
             path = posixpath.join(real_path(os.path.dirname(path)), os.path.basename(path))
-        drive, rest = os.path.splitdrive(path)  # C: of Windows is no name of a folder
-        place = f"{drive.replace(':', '')}{rest}".split("/")
-        return _local(path), ("file", *filter(None, place))
-    protocol, _, rest = entry.partition("://")
-    parts = (protocol, *filter(None, rest.split("/")))
+        drive, tail = os.path.splitdrive(path)  # C: of Windows is no name of a folder
+        steps = f"{drive.replace(':', '')}{tail}".split("/")
+        return _local(path), ("file", *filter(None, steps))
+    protocol, _, tail = entry.partition("://")
+    parts = (protocol, *filter(None, tail.split("/")))
     try:
         folder = Folder(entry)
         info = folder.fs.info(folder.path)
@@ -165,41 +170,43 @@ def _entry(entry: str) -> tuple[Model, tuple[str, ...]]:
 
 
 def _local(path: str, name: str = "") -> Model:
-    """A model on a disk, where it may be missing or something else."""
+    """Return a model on a disk, where it may be missing or something else."""
     try:
-        found = os.stat(path)
+        status = os.stat(path)
     except OSError as error:
         link = os.path.islink(path) and isinstance(error, FileNotFoundError)
         problem = "is a link to nothing" if link else f"cannot be read: {error.strerror}"
         return Model(path, name, problem=f"{problem}; check the path")
     except ValueError:  # a zero byte
         return Model(path, name, problem="is no path; check it")
-    if stat.S_ISDIR(found.st_mode):
+    if stat.S_ISDIR(status.st_mode):
         return Model(path, name, problem="is a folder; name a file")
-    if not stat.S_ISREG(found.st_mode):
+    if not stat.S_ISREG(status.st_mode):
         return Model(path, name, problem="is a pipe or a device; name a file")
-    return Model(path, name, found.st_size, stamp_of_file(path))
+    return Model(path, name, status.st_size, stamp_of_file(path))
 
 
 # --- a folder or a glob ---
 
 
-def _searched(source: str, found: Found) -> dict[str, Model]:
-    """Path or URL -> model, of all in a folder, of a glob or of a file; names are from the folder,
-    of a glob from the last folder without a pattern."""
+def _from_folder(source: str, search: Search) -> dict[str, Model]:
+    """Return path or URL -> model, for a folder, a glob or a file.
+
+    Names start below the folder; of a glob, below the last folder without a pattern.
+    """
     folder = Folder(source)
-    root, _, last = folder.path.rpartition("/")
+    root, _, last_part = folder.path.rpartition("/")
     if folder.is_local:
         if os.path.isdir(folder.url):
-            return _of_walk(folder.path, "", found)
+            return _from_walk(folder.path, "", search)
         if os.path.lexists(folder.path):
-            return _listed([source], found)
+            return _from_list([source], search)
         if GLOB.search(folder.path):
-            return _of_walk(*_split_pattern(folder.path), found)
+            return _from_walk(*_split_pattern(folder.path), search)
         raise MeshletError("is not there", "check the path", source)
     try:
-        if last.lower().endswith(SUFFIXES) and not GLOB.search(folder.path):
-            return _listed([source], found)
+        if last_part.lower().endswith(SUFFIXES) and not GLOB.search(folder.path):
+            return _from_list([source], search)
         if GLOB.search(folder.path) and not folder.fs.exists(folder.path):
             root, _ = _split_pattern(folder.path)
             infos = folder.fs.glob(folder.path, detail=True)
@@ -223,19 +230,19 @@ def _is_model(path: str) -> bool:
 
 
 def _split_pattern(path: str) -> tuple[str, str]:
-    """(the folder before the first pattern, the rest)."""
+    """Return (the folder before the first pattern, the rest)."""
     pattern = GLOB.search(path)
     assert pattern
     at = path.rfind("/", 0, pattern.start())
     return path[:at], path[at + 1 :]
 
 
-def _of_walk(root: str, pattern: str, found: Found) -> dict[str, Model]:
+def _from_walk(root: str, pattern: str, search: Search) -> dict[str, Model]:
     """Path -> model, of all in a folder on a disk that match. pattern: of fsspec; empty for all."""
     matches, may_hold = _matchers(pattern) if pattern else (bool, bool)
     root = real_path(as_folder(root)).rstrip("/")
     models = {}
-    for path, is_folder in _walk(root, may_hold, found):
+    for path, is_folder in _walk(root, may_hold, search):
         name = path[len(root) + 1 :]
         if _is_model(name) and matches(name) and not (is_folder and not pattern):
             models[path] = _local(path, name)
@@ -243,7 +250,7 @@ def _of_walk(root: str, pattern: str, found: Found) -> dict[str, Model]:
 
 
 def _matchers(pattern: str) -> tuple[Callable[[str], Any], Callable[[str], Any]]:
-    """(whether a name matches a pattern, whether one below a folder of this name may)."""
+    """Return (whether a name matches a pattern, whether one below a folder of this name may)."""
     from fsspec.utils import glob_translate
 
     parts = pattern.split("/")
@@ -253,30 +260,37 @@ def _matchers(pattern: str) -> tuple[Callable[[str], Any], Callable[[str], Any]]
         folders.pop()  # the last part is of the files
     above = [folders[: i + 1] for i in range(len(folders))]
     try:
-        whole, *of_level = [re.compile(glob_translate("/".join(p))) for p in (parts, *above)]
+        whole_name, *folder_levels = [
+            re.compile(glob_translate("/".join(p))) for p in (parts, *above)
+        ]
     except ValueError as error:
         raise MeshletError(str(error), "change the pattern", pattern) from None
 
     def may_hold(name: str) -> bool:
         level = name.count("/")
-        return bool(of_level[level].match(name)) if level < len(of_level) else any_depth
+        return bool(folder_levels[level].match(name)) if level < len(folder_levels) else any_depth
 
-    return whole.match, may_hold
+    return whole_name.match, may_hold
 
 
-def _walk(root: str, may_hold: Callable[[str], Any], found: Found) -> Iterator[tuple[str, bool]]:
-    """(path, whether it is a folder) of all in a folder and in those below it that may hold any, as
-    their names from the first one tell."""
-    left = [root]
-    while left:
-        folder = left.pop()
+def _walk(root: str, may_hold: Callable[[str], Any], search: Search) -> Iterator[tuple[str, bool]]:
+    """Yield (path, whether it is a folder) of everything in a folder and the folders below it.
+
+    Args:
+        root: path of the folder.
+        may_hold: whether a folder, by its name below the root, may contain models.
+        search: gets the folders that are left out.
+    """
+    queue = [root]
+    while queue:
+        folder = queue.pop()
         try:
             with os.scandir(as_folder(folder)) as entries:
-                inside = sorted(entries, key=lambda entry: entry.name)
+                children = sorted(entries, key=lambda entry: entry.name)
         except OSError as error:
-            found.left_out[folder] = f"cannot be read: {error.strerror}"
+            search.left_out[folder] = f"cannot be read: {error.strerror}"
             continue
-        for entry in inside:
+        for entry in children:
             path = f"{folder}/{entry.name}"
             if not _is_folder(entry):
                 yield path, False
@@ -285,9 +299,9 @@ def _walk(root: str, may_hold: Callable[[str], Any], found: Found) -> Iterator[t
             if entry.name == STATE or not may_hold(path[len(root) + 1 :]):
                 continue
             if entry.is_symlink() or _is_junction(entry):
-                found.left_out[path] = "is a link to a folder; name the folder by itself"
+                search.left_out[path] = "is a link to a folder; name the folder by itself"
             else:
-                left.append(path)
+                queue.append(path)
 
 
 def _is_folder(entry: os.DirEntry[str]) -> bool:
@@ -298,7 +312,7 @@ def _is_folder(entry: os.DirEntry[str]) -> bool:
 
 
 def _is_junction(entry: os.DirEntry[str]) -> bool:
-    """Whether it is Windows' other kind of link to a folder."""
+    """Return whether it is Windows' other kind of link to a folder."""
     try:
         tag = getattr(entry.stat(follow_symlinks=False), "st_reparse_tag", 0)
     except OSError:
@@ -315,7 +329,7 @@ class _Below:
         self._names: dict[str, str | None] = {}  # of folders
 
     def name_of(self, url: str) -> str | None:
-        """The name that a model has in the folder; None if it is not in it."""
+        """Return the name that a model has in the folder; None if it is not in it."""
         if not self._folder.is_local:
             start = f"{self._folder.url}/"
             return url[len(start) :] if url.startswith(start) else None
@@ -341,25 +355,29 @@ class _Below:
 
 
 def output_names(names: Sequence[str], ignore_case: bool = False) -> dict[str, str]:
-    """Name of a model -> of its output: with the suffix .glb, added where two would be the same, or
-    one a folder of the other. No two outputs are the same.
+    """Return the name of a model -> the name of its output, all different.
 
-    ignore_case: for a destination that takes "a" and "A" for the same name.
+    An output has the suffix .glb. It is added to the whole name if two outputs would be equal, or
+    one would be a folder of the other.
+
+    Args:
+        names: of the models.
+        ignore_case: for a destination that does not distinguish "a" and "A".
     """
-    added = dict.fromkeys(names, 0)
+    number_of = dict.fromkeys(names, 0)
     while True:
-        outputs = {name: _output_name(name, number) for name, number in added.items()}
+        outputs = {name: _output_name(name, number) for name, number in number_of.items()}
         keys = {name: o.lower() if ignore_case else o for name, o in outputs.items()}
         users: dict[str, list[str]] = defaultdict(list)
         for name, key in keys.items():
             users[key].append(name)
         folders = {above.as_posix() for key in users for above in Path(key).parents}
-        clashing = [n for key, n in users.items() if len(n) > 1 or key in folders]
-        if not clashing:
+        clashes = [n for key, n in users.items() if len(n) > 1 or key in folders]
+        if not clashes:
             return outputs
-        for group in clashing:
-            for place, name in enumerate(group, start=1):  # numbers differ, so that this ends
-                added[name] += place if added[name] else 1
+        for group in clashes:
+            for position, name in enumerate(group, start=1):  # numbers differ, so that this ends
+                number_of[name] += position if number_of[name] else 1
 
 
 def _output_name(name: str, number: int) -> str:
@@ -369,7 +387,7 @@ def _output_name(name: str, number: int) -> str:
 
 
 def is_safe(name: str) -> bool:
-    """Whether a name of a model, from a storage or a list, stays in the destination."""
+    """Return whether a name of a model, from a storage or a list, stays in the destination."""
     parts = name.split("/")
     reserved = "\\:" if os.sep == "\\" else ""
     return not ({"", ".", ".."} & {*parts} or STATE in parts or any(c in name for c in reserved))

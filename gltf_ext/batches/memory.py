@@ -8,9 +8,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from gltf_ext.batches.storage import folder_of
-from gltf_ext.compression.options import Options
-from gltf_ext.gltf import ply, stl
-from gltf_ext.gltf.container import CHUNK_HEADER, GLB_HEADER
+from gltf_ext.document.container import CHUNK_HEADER, GLB_HEADER
+from gltf_ext.options import Options
+from gltf_ext.sources import ply, stl
 
 # Measured for compress and verify: 201 to 238 bytes of a triangle of a single large primitive, 290
 # to 423 with levels of detail, both with the file; less for many small primitives.
@@ -22,7 +22,7 @@ PER_TEXT_TRIANGLE = 30
 
 
 def estimate(url: str, size: int, options: Mapping[str, Any]) -> int:
-    """Bytes that compressing and verifying a model takes.
+    """Return bytes that compressing and verifying a model takes.
 
     url: its path or URL; size: of the file in bytes; options: of compress.
     """
@@ -30,9 +30,9 @@ def estimate(url: str, size: int, options: Mapping[str, Any]) -> int:
         triangles = _triangles(url, size)
     except Exception:  # a file that is gone, hostile or of a network: compress says what is wrong
         triangles = size // PER_TEXT_TRIANGLE
-    whole = BASE + 2 * size + PER_TRIANGLE * triangles
+    full = BASE + 2 * size + PER_TRIANGLE * triangles
     limit = Options.of({"max_memory": options.get("max_memory")}).memory
-    return min(whole, BASE + limit) if limit else whole
+    return min(full, BASE + limit) if limit else full
 
 
 def _triangles(url: str, size: int) -> int:
@@ -58,5 +58,5 @@ def _of_gltf(text: bytes) -> int:
     root = json.loads(text)
     counts = [int(accessor["count"]) for accessor in root["accessors"]]
     primitives = [p for mesh in root["meshes"] for p in mesh["primitives"]]
-    used = {p.get("indices", p["attributes"]["POSITION"]) for p in primitives}
-    return sum(counts[i] // 3 for i in used)
+    corner_accessors = {p.get("indices", p["attributes"]["POSITION"]) for p in primitives}
+    return sum(counts[i] // 3 for i in corner_accessors)

@@ -26,16 +26,16 @@ class Plan:
         models: by name; jobs: one for each.
         records: by name, of jobs that need no work: unchanged ones, and those that cannot be done.
         outputs: what batches wrote into the destination before.
-        planned: names of all files that this run may write.
+        allowed_outputs: names of all files that this run may write.
         remarks: of the report, on what has no job.
     """
 
     def __init__(self, source: str | Sequence[str], goal: Folder, options: dict[str, Any]) -> None:
-        """Raises MeshletError, OSError. Writes into the destination what the run may write."""
+        """Raise MeshletError, OSError. Writes into the destination what the run may write."""
         self.outputs = Outputs(goal)
-        found = find_models(source, goal, self.outputs)
+        search = find_models(source, goal, self.outputs)
         self._goal = goal
-        self.models = {model.name: model for model in found.models}
+        self.models = {model.name: model for model in search.models}
         if not goal.exists(STATE):
             for name in (REPORT, PAGE):
                 if goal.exists(name):
@@ -49,32 +49,32 @@ class Plan:
             Job(self.models[name].url, name, goal.url, output, options, task.VERSION)
             for name, output in names.items()
         ]
-        self.records = self._refused()
-        allowed = [job for job in self.jobs if job.name not in self.records]
-        self.planned = {name for job in allowed for name in job.outputs}
-        self.outputs.save(self.planned)  # before any is written: the process may be killed
-        self.records |= self._finished(allowed)
+        self.records = self._refused_records()
+        possible_jobs = [job for job in self.jobs if job.name not in self.records]
+        self.allowed_outputs = {name for job in possible_jobs for name in job.outputs}
+        self.outputs.save(self.allowed_outputs)  # before any is written: the process may be killed
+        self.records |= self._unchanged_records(possible_jobs)
         self.remarks = {
-            "left_out": [{"path": p, "reason": r} for p, r in sorted(found.left_out.items())],
-            "skipped": sorted(found.skipped),
+            "left_out": [{"path": p, "reason": r} for p, r in sorted(search.left_out.items())],
+            "skipped": sorted(search.skipped),
             "leftover": sorted(self.outputs.names - {n for job in self.jobs for n in job.outputs}),
         }
 
-    def _refused(self) -> dict[str, Record]:
-        """Records of the jobs that cannot be done."""
-        models = {self._place(model.url): model for model in self.models.values()}
-        known = {self._key(name) for name in self.outputs.names}
-        problems = ((job, self._problem(job, models, known)) for job in self.jobs)
-        return {job.name: job.failed(problem) for job, problem in problems if problem}
+    def _refused_records(self) -> dict[str, Record]:
+        """Return the records of the jobs that cannot be done."""
+        models = {self._file_key(model.url): model for model in self.models.values()}
+        output_keys = {self._key(name) for name in self.outputs.names}
+        problems = ((job, self._problem(job, models, output_keys)) for job in self.jobs)
+        return {job.name: job.failure(problem) for job, problem in problems if problem}
 
-    def _place(self, url: str) -> Any:
+    def _file_key(self, url: str) -> Any:
         """Equal for two paths of a file, as far as the storage tells."""
         return (identity(url) if "://" not in url else None) or url
 
-    def _problem(self, job: Job, models: Mapping[Any, Model], known: set[str]) -> str:
-        """Why a job must not be done; empty if it can be.
+    def _problem(self, job: Job, models: Mapping[Any, Model], output_keys: set[str]) -> str:
+        """Return why a job must not be done; empty if it can be.
 
-        models: by their places; known: keys of outputs of former batches.
+        models: by their places; output_keys: keys of outputs of former batches.
         """
         if self.models[job.name].problem:
             return self.models[job.name].problem
@@ -83,42 +83,42 @@ class Plan:
         for name in job.outputs:
             path = self._goal.at(name)
             url = path if self._goal.is_local else self._goal.fs.unstrip_protocol(path)
-            if (model := models.get(self._place(url))) is not None:
+            if (model := models.get(self._file_key(url))) is not None:
                 return f"its output {name} is the model {model.name}; name another destination"
             if self._goal.is_local and os.path.isdir(path):
                 return f"its output {name} is a folder; move it, or name another destination"
-            if self._key(name) not in known and self.outputs.exists(name):
+            if self._key(name) not in output_keys and self.outputs.exists(name):
                 return f"its output {name} {NOT_OURS}"
         return ""
 
-    def _finished(self, jobs: list[Job]) -> dict[str, Record]:
-        """Records of the files that need no work: nothing that was read or written changed."""
+    def _unchanged_records(self, jobs: list[Job]) -> dict[str, Record]:
+        """Return the records of the jobs whose inputs and outputs have not changed."""
         goal = self._goal
         texts = goal.read_all([j.record_name for j in jobs if self.outputs.exists(j.record_name)])
         folders: dict[str, Folder] = {}
-        finished = {}
+        records = {}
         for job in jobs:
             # A damaged record, or what a storage raises: then its worker has a look, and only this
             # model fails.
             with contextlib.suppress(Exception):
                 record = json.loads(texts[job.record_name])
-                above, _, model = job.source.rpartition("/")
-                if above not in folders:
-                    folders[above] = folder_of(job.source)[0]
-                known = {model: self.models[job.name].stamp}
-                stamp = _Stamps(folders[above], known)
+                folder_url, _, model = job.source.rpartition("/")
+                if folder_url not in folders:
+                    folders[folder_url] = folder_of(job.source)[0]
+                known_stamps = {model: self.models[job.name].stamp}
+                stamp = _Stamps(folders[folder_url], known_stamps)
                 # Two files may have the same stamp. Of another one, the worker compares the bytes.
                 current = job.is_current(record) and record.get("source") == job.source
                 if current and job.is_unchanged(record, stamp, self.outputs.stamp):
-                    finished[job.name] = {**record, "status": UNCHANGED}
-        return finished
+                    records[job.name] = {**record, "status": UNCHANGED}
+        return records
 
 
 class _Stamps:
     """Stamps of files in a folder, some of which are known."""
 
-    def __init__(self, folder: Folder, known: Mapping[str, str | None]) -> None:
-        self._folder, self._known = folder, known
+    def __init__(self, folder: Folder, known_stamps: Mapping[str, str | None]) -> None:
+        self._folder, self._known_stamps = folder, known_stamps
 
     def __call__(self, name: str) -> str | None:
-        return self._known[name] if name in self._known else self._folder.stamp(name)
+        return self._known_stamps[name] if name in self._known_stamps else self._folder.stamp(name)

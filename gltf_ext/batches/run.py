@@ -18,8 +18,8 @@ from gltf_ext.batches.page import page
 from gltf_ext.batches.planning import PAGE, REPORT, Plan
 from gltf_ext.batches.storage import Folder
 from gltf_ext.batches.task import DONE, FAILED, UNCHANGED, Job, Record
-from gltf_ext.compression.options import Options
 from gltf_ext.errors import MeshletError
+from gltf_ext.options import Options
 from gltf_ext.progress import Advance, progress_bar
 from gltf_ext.scheduler import MEMORY, Workers, connected, require_dask, silence
 
@@ -89,16 +89,16 @@ def batch(
         paths = [os.fspath(entry) for entry in source]
     goal = Folder(os.fspath(destination))
     plan = Plan(paths, goal, options)
-    left = [job for job in plan.jobs if job.name not in plan.records]
-    left.sort(key=lambda job: -plan.models[job.name].size)
-    if left:
-        done, total = len(plan.records), len(plan.jobs)
+    open_jobs = [job for job in plan.jobs if job.name not in plan.records]
+    open_jobs.sort(key=lambda job: -plan.models[job.name].size)
+    if open_jobs:
+        finished_count, total = len(plan.records), len(plan.jobs)
         with progress_bar("batch", progress) as advance, _client(scheduler, workers) as client:
-            run = _Run(client, plan.models, advance, done, total)
-            run.all(left)
+            run = _Run(client, plan.models, advance, finished_count, total)
+            run.run_all(open_jobs)
             plan.records.update(run.records)
     files = [plan.records[job.name] for job in plan.jobs]
-    plan.outputs.settle(plan.planned)
+    plan.outputs.settle(plan.allowed_outputs)
     report = _report(str(paths), os.fspath(destination), options, files)
     report |= plan.remarks
     report["totals"]["left_out"] = len(report["left_out"])
@@ -109,7 +109,7 @@ def batch(
 
 
 def _check_cluster(scheduler: Any, workers: Any) -> None:
-    """Raises MeshletError for a value that these options of batch cannot have."""
+    """Raise MeshletError for a value that these options of batch cannot have."""
     if not (scheduler is None or isinstance(scheduler, str)):
         require_dask()
         from distributed import Client
@@ -193,26 +193,26 @@ class _Run:
         client: Client,
         models: Mapping[str, Model],
         advance: Advance | None,
-        finished: int,
+        finished_count: int,
         total: int,
     ) -> None:
-        self.workers, self.models = Workers(client, again=RUN_AGAIN), models
-        self.advance, self.finished, self.total = advance, finished, total
+        self.workers, self.models = Workers(client, retry_advice=RUN_AGAIN), models
+        self.advance, self.finished_count, self.total = advance, finished_count, total
         self.records: dict[str, Record] = {}
         self.flight: dict[Future, tuple[Job, int]] = {}
 
-    def all(self, jobs: list[Job]) -> None:
-        """Runs all jobs. Raises MeshletError when the scheduler or all workers are lost."""
-        suspects = self.some(deque(jobs))
+    def run_all(self, jobs: list[Job]) -> None:
+        """Run all jobs. Raises MeshletError when the scheduler or all workers are lost."""
+        suspects = self.run_some(deque(jobs))
         for job in suspects:
-            if self.some(deque([job])):
-                self.note(job.failed("it killed its worker, twice"))
+            if self.run_some(deque([job])):
+                self.note(job.failure("it killed its worker, twice"))
 
-    def some(self, queue: deque[Job]) -> list[Job]:
-        """Runs jobs; returns those whose worker died."""
+    def run_some(self, queue: deque[Job]) -> list[Job]:
+        """Run jobs; returns those whose worker died."""
         from distributed import KilledWorker
 
-        died = []
+        lost_jobs = []
         while queue or self.flight:
             self.submit(queue)
             for future in self.workers.wait(self.flight):
@@ -221,28 +221,28 @@ class _Run:
                 if record is not None:
                     self.note(record)
                 elif isinstance(error, KilledWorker):
-                    died.append(job)
+                    lost_jobs.append(job)
                 else:
-                    self.note(job.failed(_reason(error)))
-        return died
+                    self.note(job.failure(_reason(error)))
+        return lost_jobs
 
     def note(self, record: Record) -> None:
         self.records[record["name"]] = record
         if self.advance is not None:
-            self.advance((self.finished + len(self.records)) / self.total)
+            self.advance((self.finished_count + len(self.records)) / self.total)
 
     def submit(self, queue: deque[Job]) -> None:
-        """Submits jobs while workers are free and have the memory; one in any case."""
+        """Submit jobs while workers are free and have the memory; one in any case."""
         threads, memory = self.workers.free()
         while queue and len(self.flight) <= 2 * threads:
             job = queue[0]
-            need = estimate(job.source, self.models[job.name].size, job.options)
-            used = sum(taken for _, taken in self.flight.values())
-            if self.flight and memory and used + need > memory:
+            size_needed = estimate(job.source, self.models[job.name].size, job.options)
+            reserved = sum(size for _, size in self.flight.values())
+            if self.flight and memory and reserved + size_needed > memory:
                 return
             queue.popleft()
-            future = self.workers.submit(_work, job, memory=need, retries=RETRIES)
-            self.flight[future] = job, need
+            future = self.workers.submit(_work, job, memory=size_needed, retries=RETRIES)
+            self.flight[future] = job, size_needed
 
 
 def _reason(error: BaseException | None) -> str:

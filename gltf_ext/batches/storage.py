@@ -15,9 +15,9 @@ from pathlib import Path
 from typing import Any
 
 from gltf_ext import portable
+from gltf_ext.document.container import fallback_of
 from gltf_ext.errors import MeshletError
 from gltf_ext.files import identity, rename_all
-from gltf_ext.gltf.container import fallback_of
 from gltf_ext.portable import remove
 
 STATE = ".gltf-meshlet"  # folder in a destination: records, and what is being written
@@ -35,7 +35,7 @@ class Folder:
     """
 
     def __init__(self, url: str) -> None:
-        """Raises MeshletError for a protocol that no installed package handles."""
+        """Raise MeshletError for a protocol that no installed package handles."""
         try:
             from fsspec.core import url_to_fs
             from fsspec.implementations.local import LocalFileSystem
@@ -61,17 +61,17 @@ class Folder:
         return url
 
     def at(self, name: str) -> str:
-        """The path of a file in it."""
+        """Return the path of a file in it."""
         return f"{self.path}/{name}"
 
     def exists(self, name: str) -> bool:
-        """Whether there is anything of this name, a broken link included."""
+        """Return whether there is anything of this name, a broken link included."""
         if self.is_local:
             return os.path.lexists(self.at(name))
         return bool(self.fs.exists(self.at(name)))
 
     def stamp(self, name: str) -> str | None:
-        """Changes whenever the file does; None if there is no such file."""
+        """Change whenever the file does; None if there is no such file."""
         if self.is_local:
             return stamp_of_file(name if os.path.isabs(name) else self.at(name))
         self.fs.invalidate_cache()
@@ -81,31 +81,35 @@ class Folder:
             return None
 
     def stamps(self) -> dict[str, str]:
-        """Name -> stamp of all files in it, which may not exist yet. Not on a disk, where asking
-        for one file is as fast. Raises OSError."""
+        """Return name -> stamp of all files in the folder, which may not exist yet. Raises OSError.
+
+        Not for folders on a disk, where asking for single files is as fast.
+        """
         self.fs.invalidate_cache()
         try:
-            found = self.fs.find(self.path, detail=True)
+            infos = self.fs.find(self.path, detail=True)
         except FileNotFoundError:
             return {}
-        return {path[len(self.path) + 1 :]: stamp_of(info) for path, info in found.items()}
+        return {path[len(self.path) + 1 :]: stamp_of(info) for path, info in infos.items()}
 
     def read(self, name: str, start: int | None = None, end: int | None = None) -> bytes:
-        """Some or all bytes of a file. Raises OSError, and what its storage raises."""
+        """Return some or all bytes of a file. Raises OSError, and what its storage raises."""
         if self.is_local and self.stamp(name) is None:  # a pipe would wait for its writer
             raise FileNotFoundError(f"{self.at(name)} is no file")
         data: bytes = self.fs.cat_file(self.at(name), start=start, end=end)
         return data
 
     def read_all(self, names: list[str]) -> dict[str, bytes]:
-        """Name -> bytes of those that can be read."""
-        found: list[Any] = []
+        """Return name -> bytes of those that can be read."""
+        contents: list[Any] = []
         if names:  # cat would take brackets in names for patterns
-            found = self.fs.cat_ranges([self.at(n) for n in names], None, None, on_error="return")
-        return {n: data for n, data in zip(names, found) if isinstance(data, bytes)}
+            contents = self.fs.cat_ranges(
+                [self.at(n) for n in names], None, None, on_error="return"
+            )
+        return {n: data for n, data in zip(names, contents) if isinstance(data, bytes)}
 
     def write(self, name: str, data: bytes) -> None:
-        """Writes all of a file or nothing. Raises OSError, and what its storage raises."""
+        """Write all of a file or nothing. Raises OSError, and what its storage raises."""
         if not self.is_local:
             self.fs.pipe_file(self.at(name), data)  # one request: nobody sees a part
             return
@@ -114,8 +118,11 @@ class Folder:
                 partial.write_bytes(data)
 
     def write_files(self, files: Mapping[str, Path]) -> None:
-        """Writes copies of files, by their names here: on a disk all or none, elsewhere each of
-        them whole, the last one last. Raises OSError, and what its storage raises."""
+        """Write copies of files, by their names in this folder: on a disk all or none.
+
+        Elsewhere each file is written as a whole, the last one last. Raises OSError, and what the
+        storage raises.
+        """
         if not self.is_local:
             for name, file in files.items():
                 self.write(name, file.read_bytes())
@@ -139,19 +146,19 @@ class Folder:
                 remove(partial)
 
     def remove_partials(self) -> None:
-        """Removes what killed writers left behind, but not what another batch is writing."""
+        """Remove what killed writers left behind, but not what another batch is writing."""
         if not self.is_local:
             return
         for partial in Path(self.at(STATE)).iterdir():
             if partial.suffix in (".part", ".former"):
                 with suppress(FileNotFoundError):
                     # Of a file from before, only the second one is new. See rename_all.
-                    written = max(partial.stat().st_mtime, partial.stat().st_ctime)
-                    if time.time() - written > STALE:
+                    last_change = max(partial.stat().st_mtime, partial.stat().st_ctime)
+                    if time.time() - last_change > STALE:
                         remove(partial)
 
     def ignores_case(self) -> bool:
-        """Whether "a" and "A" are the same file. On a disk, its folder STATE must exist."""
+        """Return whether "a" and "A" are the same file. On a disk, its folder STATE must exist."""
         state = identity(self.at(STATE)) if self.is_local else None
         return state is not None and identity(self.at(STATE.upper())) == state
 
@@ -162,7 +169,7 @@ def fallback_name(output: str) -> str:
 
 
 def as_folder(path: str) -> str:
-    """A path without its last slash as systems take it: "/" and "C:/" need it."""
+    """Return a path without its last slash as systems take it: "/" and "C:/" need it."""
     return f"{path}/" if not path or path.endswith(":") else path
 
 
@@ -178,12 +185,12 @@ def stamp_of_file(path: str) -> str | None:
     which is of its creation on Windows, are the system's.
     """
     try:
-        found = os.stat(path)
+        status = os.stat(path)
     except (OSError, ValueError):
         return None
-    if not stat.S_ISREG(found.st_mode):
+    if not stat.S_ISREG(status.st_mode):
         return None
-    return f"{found.st_size} {found.st_mtime_ns} {found.st_ino} {found.st_ctime_ns}"
+    return f"{status.st_size} {status.st_mtime_ns} {status.st_ino} {status.st_ctime_ns}"
 
 
 def stamp_of(info: Mapping[str, Any]) -> str:
@@ -193,7 +200,7 @@ def stamp_of(info: Mapping[str, Any]) -> str:
 
 
 def folder_of(url: str) -> tuple[Folder, str]:
-    """(the folder of a file by its path or URL, the file's name in it)."""
+    """Return (the folder of a file by its path or URL, the file's name in it)."""
     above, _, name = url.rpartition("/")
     return Folder(above if "://" in above else f"{above}/"), name
 
@@ -207,27 +214,29 @@ class Outputs:
     """
 
     def __init__(self, folder: Folder) -> None:
-        """Raises OSError."""
+        """Raise OSError."""
         self._folder = folder
         self.stamps = {} if folder.is_local else folder.stamps()
-        known = {name.removesuffix(".json") for name in self._records()}
-        listed = self._listed()
+        names = {name.removesuffix(".json") for name in self._records()}
+        listed_names = self._read_list()
         # Without the list, records tell the rest. A file beside an output may be another's.
-        known |= {fallback_name(name) for name in known} if listed is None else listed
-        self.names = {name for name in known if self.exists(name)}
+        names |= {fallback_name(name) for name in names} if listed_names is None else listed_names
+        self.names = {name for name in names if self.exists(name)}
 
     def exists(self, name: str) -> bool:
+        """Return whether a file exists."""
         return self._folder.exists(name) if self._folder.is_local else name in self.stamps
 
     def stamp(self, name: str) -> str | None:
+        """Return the stamp of a file; None if it does not exist."""
         return self._folder.stamp(name) if self._folder.is_local else self.stamps.get(name)
 
     def save(self, names: set[str]) -> None:
-        """Adds files that are about to be written to the list. Raises OSError."""
+        """Add files that are about to be written to the list. Raises OSError."""
         self._folder.write(OUTPUTS, json.dumps(sorted(self.names | names), indent=0).encode())
 
     def settle(self, names: set[str]) -> None:
-        """Takes from the list what was planned and is not there. Raises OSError.
+        """Take from the list what was planned and is not there. Raises OSError.
 
         What is there was written, even by a job that failed: its record may be what it could not
         write.
@@ -239,8 +248,8 @@ class Outputs:
                 return
         self.save({name for name in names if self.exists(name)})
 
-    def _listed(self) -> set[str] | None:
-        """The list; None before the first batch, or if it is damaged."""
+    def _read_list(self) -> set[str] | None:
+        """Return the list; None before the first batch, or if it is damaged."""
         try:
             names = json.loads(self._folder.read(OUTPUTS))
         except (FileNotFoundError, ValueError, RecursionError):
@@ -249,7 +258,7 @@ class Outputs:
         return set(names) if is_list else None
 
     def _records(self) -> list[str]:
-        """Names of records, without the folder STATE."""
+        """Name of records, without the folder STATE."""
         if not self._folder.is_local:
             start = f"{STATE}/"
             return [name[len(start) :] for name in self.stamps if name.startswith(start)]

@@ -22,8 +22,8 @@ from gltf_ext.checks.verify import verify
 from gltf_ext.commands.compress import compress
 from gltf_ext.errors import MeshletError
 from gltf_ext.files import refuse_overwriting
-from gltf_ext.gltf.importers import referenced_files
 from gltf_ext.portable import is_relative
+from gltf_ext.sources.importers import referenced_files
 
 Record = dict[str, Any]
 VERSION = importlib.metadata.version("gltf-meshlet")
@@ -50,8 +50,14 @@ NO_NAME = (errno.ENAMETOOLONG, errno.ENOTDIR, errno.EEXIST)
 
 @dataclass(frozen=True)
 class Job:
-    """source: the model's path or URL; name: among all models; destination: URL of a folder;
-    output: in it; options: of compress."""
+    """A model to compress.
+
+    Attributes:
+        source: the model's path or URL; name: among all models.
+        destination: URL of the folder for outputs; output: name in it.
+        options: of compress.
+        version: of gltf-meshlet that made the job.
+    """
 
     source: str
     name: str
@@ -62,6 +68,7 @@ class Job:
 
     @property
     def record_name(self) -> str:
+        """Name of the job's record in the destination."""
         name = f"{STATE}/{self.output}.json"
         if len(os.fsencode(posixpath.basename(name))) <= LONGEST_RECORD:
             return name
@@ -73,8 +80,8 @@ class Job:
         return [self.output] + [fallback_name(self.output)] * bool(self.options.get("fallback"))
 
     def is_current(self, record: Any) -> bool:
-        """Whether a record was made from a file of this name with these options and version."""
-        wanted = {
+        """Return whether a record is of a file with this name, options and version."""
+        expected_values = {
             "name": self.name,
             "output": self.output,
             "options": self.options,
@@ -82,7 +89,7 @@ class Job:
         }
         return (
             isinstance(record, dict)
-            and all(record.get(key) == value for key, value in wanted.items())
+            and all(record.get(key) == value for key, value in expected_values.items())
             and all(
                 key in record and isinstance(record[key], kind) for key, kind in RECORDED.items()
             )
@@ -95,16 +102,22 @@ class Job:
         stamp: Callable[[str], str | None],
         output_stamp: Callable[[str], str | None],
     ) -> bool:
-        """Whether no file that was read or written has another stamp since. stamp: of a file that
-        the model names, by its path from the model's folder; output_stamp: of an output."""
+        """Return whether the stamps of all files that were read or written are as in a record.
+
+        Args:
+            record: of this job.
+            stamp: returns the stamp of a file that was read, by its path from the model's folder.
+            output_stamp: returns the stamp of an output.
+        """
         outputs = {name: output.get("stamp") for name, output in record["outputs"].items()}
         return all(
-            value == now(name) and not str(value).endswith(UNSURE)
-            for stamps, now in ((record["inputs"], stamp), (outputs, output_stamp))
+            value == stamp_of(name) and not str(value).endswith(UNSURE)
+            for stamps, stamp_of in ((record["inputs"], stamp), (outputs, output_stamp))
             for name, value in stamps.items()
         )
 
-    def failed(self, error: str, seconds: float = 0.0) -> Record:
+    def failure(self, error: str, seconds: float = 0.0) -> Record:
+        """Return the record of this job for an error."""
         return {
             "name": self.name,
             "output": self.output,
@@ -115,7 +128,7 @@ class Job:
 
 
 def run(job: Job, scratch: str | None = None) -> Record:
-    """Does a job unless its record says that it is done.
+    """Do a job unless its record says that it is done.
 
     scratch: a folder for temporary files. A file that cannot be compressed gives a record with the
     status "failed"; what may pass, such as an OSError of a network, is raised.
@@ -127,14 +140,17 @@ def run(job: Job, scratch: str | None = None) -> Record:
         with _temporary_folder(scratch) as folder:
             return _run(job, Path(folder), start)
     except MeshletError as error:
-        return job.failed(error.message, time.perf_counter() - start)
+        return job.failure(error.message, time.perf_counter() - start)
     except MemoryError:
-        return job.failed("there is not enough memory; split the model")
+        return job.failure("there is not enough memory; split the model")
 
 
 def _temporary_folder(scratch: str | None) -> tempfile.TemporaryDirectory[str]:
-    """Windows deletes no file that is mapped into memory or that a virus scanner reads: then it
-    goes with the worker's folder, and the model is done all the same."""
+    """Return a folder for temporary files that is deleted at the end.
+
+    Windows deletes no file that is mapped into memory or that a virus scanner reads: such a file is
+    deleted with the worker's folder, and does not fail the model.
+    """
     return tempfile.TemporaryDirectory(
         dir=scratch, prefix="gltf-meshlet-", ignore_cleanup_errors=True
     )
@@ -143,16 +159,16 @@ def _temporary_folder(scratch: str | None) -> tempfile.TemporaryDirectory[str]:
 def _run(job: Job, folder: Path, start: float) -> Record:
     destination = Folder(job.destination)
     inputs = _Inputs(job, folder)
-    former = read_record(destination, job)
-    unchanged = _unchanged(destination, job, inputs, former)
-    if unchanged is not None:
-        return unchanged
-    written = written_before(former)
-    _check_outputs(destination, job, written)
+    old_record = read_record(destination, job)
+    unchanged_record = _refresh_record(destination, job, inputs, old_record)
+    if unchanged_record is not None:
+        return unchanged_record
+    old_digests = digests_of_record(old_record)
+    _check_outputs(destination, job, old_digests)
     output = folder / posixpath.basename(job.output)
-    report, checked = _compressed(job, inputs, output, folder)
+    report, verification = _compress_and_verify(job, inputs, output, folder)
     picture = _picture(output)  # before anything is written: it may kill the worker
-    outputs = _write_outputs(destination, job, inputs, folder, written)
+    outputs = _write_outputs(destination, job, inputs, folder, old_digests)
     record = {
         "name": job.name,
         "source": job.source,
@@ -164,12 +180,12 @@ def _run(job: Job, folder: Path, start: float) -> Record:
         "inputs": inputs.stamps,
         "output_digest": outputs[job.output]["digest"],
         "outputs": outputs,
-        "former": {name: written[name] for name in written if name not in outputs},
+        "former": {name: old_digests[name] for name in old_digests if name not in outputs},
         "input_bytes": sum(path.stat().st_size for path in inputs.paths),
         "output_bytes": report["output_bytes"] + report["fallback_bytes"],
         "triangles": report["totals"]["triangles"],
         "ratio": report["totals"]["ratio"],
-        "max_error_percent": checked["max_error_percent"].get("POSITION"),
+        "max_error_percent": verification["max_error_percent"].get("POSITION"),
         "warnings": report["warnings"],
         "seconds": time.perf_counter() - start,
         "thumbnail": base64.b64encode(picture).decode(),
@@ -178,53 +194,55 @@ def _run(job: Job, folder: Path, start: float) -> Record:
     return record
 
 
-def _unchanged(
-    destination: Folder, job: Job, inputs: _Inputs, former: Record | None
+def _refresh_record(
+    destination: Folder, job: Job, inputs: _Inputs, old_record: Record | None
 ) -> Record | None:
-    """The record of a job whose outputs are there and were made from the same bytes, else None."""
-    if former and job.is_current(former) and former["input_digest"] == inputs.digest:
-        outputs = _found_outputs(destination, former)
+    """Return the record of a job whose outputs are made from the same bytes; None without one."""
+    if old_record and job.is_current(old_record) and old_record["input_digest"] == inputs.digest:
+        outputs = _current_outputs(destination, old_record)
         if outputs is not None:
-            now = {"source": job.source, "inputs": inputs.stamps, "outputs": outputs}
-            record = {**former, **now}
+            updates = {"source": job.source, "inputs": inputs.stamps, "outputs": outputs}
+            record = {**old_record, **updates}
             destination.write(job.record_name, json.dumps(record).encode())
             return {**record, "status": UNCHANGED}
     return None
 
 
-def _compressed(
+def _compress_and_verify(
     job: Job, inputs: _Inputs, output: Path, folder: Path
 ) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Writes and verifies the output on this machine; the reports. Raises MeshletError, OSError."""
+    """Write and verifies the output on this machine; the reports. Raises MeshletError, OSError."""
     report = compress(inputs.model, output, **{"threads": 1, **job.options})
     if report["output"] != str(output):
         raise MeshletError("the result does not fit a .glb", "compress it by itself")
     limits = {"work_dir": str(folder), **job.options}
     limits = {name: limits.get(name) for name in ("max_memory", "work_dir")}
-    checked = verify(inputs.model, output, **limits)
-    if inputs.now() != inputs.stamps:
+    verification = verify(inputs.model, output, **limits)
+    if inputs.current_stamps() != inputs.stamps:
         raise MeshletError("changed while it was read", "run again")
-    if not checked["ok"]:
-        raise MeshletError("; ".join(["is not the same after decoding", *checked["problems"]]))
-    return report, checked
+    if not verification["ok"]:
+        raise MeshletError("; ".join(["is not the same after decoding", *verification["problems"]]))
+    return report, verification
 
 
 def _write_outputs(
-    destination: Folder, job: Job, inputs: _Inputs, folder: Path, written: dict[str, Any]
+    destination: Folder, job: Job, inputs: _Inputs, folder: Path, old_digests: dict[str, Any]
 ) -> dict[str, Any]:
-    """Writes the outputs to the destination. Returns name -> stamp and digest of each.
+    """Write the outputs to the destination. Returns name -> stamp and digest of each.
 
-    written: digests of outputs that earlier runs wrote.
+    old_digests: digests of outputs that earlier runs wrote.
     """
     if destination.is_local:
         refuse_overwriting(inputs.paths, map(destination.at, job.outputs))
     files = {name: folder / posixpath.basename(name) for name in reversed(job.outputs)}
     files = {name: path for name, path in files.items() if path.exists()}  # the model is the last
     digests = {name: _digest([path]) for name, path in files.items()}
-    if written:  # the worker may be killed between the outputs and the record
-        both = {name: sorted({*written.get(name, ()), new}) for name, new in digests.items()}
-        begun = {"outputs": {}, "former": {**written, **both}}
-        destination.write(job.record_name, json.dumps(begun).encode())
+    if old_digests:  # the worker may be killed between the outputs and the record
+        all_digests = {
+            name: sorted({*old_digests.get(name, ()), digest}) for name, digest in digests.items()
+        }
+        interim_record = {"outputs": {}, "former": {**old_digests, **all_digests}}
+        destination.write(job.record_name, json.dumps(interim_record).encode())
     destination.write_files(files)
     return {
         name: {"stamp": destination.stamp(name), "digest": digest}
@@ -233,7 +251,7 @@ def _write_outputs(
 
 
 def _picture(output: Path) -> bytes:
-    """The thumbnail of an output; empty if there can be none: that is no reason to fail."""
+    """Return the thumbnail of an output; empty if there can be none: that is no reason to fail."""
     try:
         return thumbnail(output)
     except (MeshletError, MemoryError):
@@ -241,15 +259,15 @@ def _picture(output: Path) -> bytes:
 
 
 def read_record(destination: Folder, job: Job) -> Any:
-    """What is in the record of the output; None if it cannot be read."""
+    """Return the record of the output; None if it cannot be read."""
     try:
         return json.loads(destination.read(job.record_name))
     except (FileNotFoundError, ValueError, RecursionError):
         return None
 
 
-def written_before(record: Any) -> dict[str, list[str]]:
-    """Name -> SHA-256 of all that batches wrote there, or were about to, as a record says."""
+def digests_of_record(record: Any) -> dict[str, list[str]]:
+    """Return name -> SHA-256 of the outputs that batches wrote, or meant to write."""
     try:
         outputs = {name: [str(output["digest"])] for name, output in record["outputs"].items()}
         former = {name: [*map(str, all_)] for name, all_ in record.get("former", {}).items()}
@@ -258,19 +276,19 @@ def written_before(record: Any) -> dict[str, list[str]]:
     return {**former, **outputs}
 
 
-def _check_outputs(destination: Folder, job: Job, written: dict[str, list[str]]) -> None:
-    """Raises MeshletError for an output that is there and that no batch wrote."""
+def _check_outputs(destination: Folder, job: Job, old_digests: dict[str, list[str]]) -> None:
+    """Raise MeshletError for an output that is there and that no batch wrote."""
     for name in job.outputs:
-        if name in written and destination.stamp(name) is not None:
+        if name in old_digests and destination.stamp(name) is not None:
             with destination.fs.open(destination.at(name), "rb") as file:
-                if _digest_of(file) not in written[name]:
+                if _digest_of(file) not in old_digests[name]:
                     problem = f"its output {name} is not as a batch wrote it"
                     raise MeshletError(problem, "move it, or delete it to have it made again")
 
 
-def _found_outputs(destination: Folder, record: Record) -> dict[str, Any] | None:
-    """The outputs of a record with their stamps of now, if all still hold the same bytes."""
-    found = {}
+def _current_outputs(destination: Folder, record: Record) -> dict[str, Any] | None:
+    """Return the outputs of a record with their stamps of now, if all still hold the same bytes."""
+    current_outputs = {}
     for name, output in record["outputs"].items():
         stamp = destination.stamp(name)
         if stamp is None:
@@ -279,24 +297,25 @@ def _found_outputs(destination: Folder, record: Record) -> dict[str, Any] | None
             with destination.fs.open(destination.at(name), "rb") as file:
                 if _digest_of(file) != output.get("digest"):
                     return None
-        found[name] = {**output, "stamp": stamp}
-    return found
+        current_outputs[name] = {**output, "stamp": stamp}
+    return current_outputs
 
 
 class _Inputs:
-    """The model of a job and the files that it names, on this machine: copies, unless they lie on
-    a disk here.
+    """The model of a job and the files that it names, as files of this machine.
+
+    They are copied unless they lie on a disk of it.
 
     Attributes:
-        model; paths: of the model and all others that there are.
-        stamps: path from the model's folder -> stamp, None for a file that is not there.
-        digest: SHA-256 of the lengths and bytes of all.
+        model: path of the model; paths: of it and of all other files that exist.
+        stamps: path from the model's folder -> stamp, None for a file that does not exist.
+        digest: SHA-256 of the lengths and bytes of all files.
     """
 
     def __init__(self, job: Job, folder: Path) -> None:
         self._source, self._name = folder_of(job.source)
         self._names = {self._name: None}
-        self.stamps = self.now()
+        self.stamps = self.current_stamps()
         if self.stamps[self._name] is None:
             raise MeshletError("is not there, or no file", "check the path")
         self.model = Path(self._source.at(self._name))
@@ -307,27 +326,27 @@ class _Inputs:
             copies.mkdir()
             self.model = copies / self._name
             self._source.fs.get_file(self._source.at(self._name), str(self.model))
-            self.paths = [self.model, *self._copied(copies)]
+            self.paths = [self.model, *self._copy_references(copies)]
         self.digest = _digest(self.paths)
 
-    def now(self) -> dict[str, str | None]:
-        """The stamps of this moment."""
+    def current_stamps(self) -> dict[str, str | None]:
+        """Return the stamps of this moment."""
         return {name: self._source.stamp(name) for name in self._names}
 
     def _local(self) -> list[Path]:
-        others = dict.fromkeys(referenced_files(self.model))
-        self._add({_relative(path, self.model.parent): path for path in others})
-        return list(filter(os.path.isfile, others))
+        files = dict.fromkeys(referenced_files(self.model))
+        self._add({_relative(path, self.model.parent): path for path in files})
+        return list(filter(os.path.isfile, files))
 
     def _add(self, names: Iterable[str]) -> None:
-        """Notes files, and their stamps before they are read."""
+        """Note files, and their stamps before they are read."""
         for name in names:
             if name not in self._names:
                 self._names[name] = None
                 self.stamps[name] = self._source.stamp(name)
 
-    def _copied(self, copies: Path) -> list[Path]:
-        others: list[Path] = []
+    def _copy_references(self, copies: Path) -> list[Path]:
+        files: list[Path] = []
         for _ in range(2):  # an .obj names libraries, and these name images
             for path in referenced_files(self.model):
                 name = posixpath.normpath(_relative(path, copies))
@@ -338,11 +357,11 @@ class _Inputs:
                     raise MeshletError(problem, "put the file into the folder")
                 self._add([name])
                 if self._copy(name, copies / name):
-                    others.append(copies / name)
-        return others
+                    files.append(copies / name)
+        return files
 
     def _copy(self, name: str, path: Path) -> bool:
-        """Whether there is a file of this name, which is then copied."""
+        """Return whether there is a file of this name, which is then copied."""
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             self._source.fs.get_file(self._source.at(name), str(path))
@@ -356,9 +375,9 @@ class _Inputs:
 
 
 def _relative(path: Path, folder: Path) -> str:
-    """A path from a folder, with forward slashes; the path itself if a model names an absolute one.
+    """Return a path relative to a folder, with forward slashes; absolute paths stay as they are.
 
-    It may hold "..", which no text can resolve where there are links.
+    It may contain "..", which no text can resolve where there are links.
     """
     try:
         return path.relative_to(folder).as_posix()
@@ -367,7 +386,7 @@ def _relative(path: Path, folder: Path) -> str:
 
 
 def _leaves(name: str) -> bool:
-    """Whether a path without needless ".." leads out of the folder that it starts from."""
+    """Return whether a path without needless ".." leads out of the folder that it starts from."""
     return name.split("/")[0] == ".." or not is_relative(name)
 
 

@@ -8,14 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from gltf_ext._codec import Stream
-from gltf_ext.compression.streams import (
-    GRID,
-    OCT,
-    SIGN,
-    WEIGHT_SUM_TOLERANCE,
-    octahedral_bound,
-    semantic,
-)
+from gltf_ext.attributes.streams import GRID, OCT, SIGN, WEIGHT_SUM_TOLERANCE, octahedral_bound
+from gltf_ext.sources.attribute_names import semantic
 
 # Rounding of positions to float32, and of half a step in float64, relative to the value.
 FLOAT_ROUNDING = 2.0**-23
@@ -32,7 +26,7 @@ class Errors:
         degrees: largest angle; None unless it is a direction.
         box: float64[2, components]: the original's smallest and largest values; None if the
             attribute was not compared, because the primitives differ.
-        compared: whether there was a vertex to compare.
+        is_compared: whether there was a vertex to compare.
     """
 
     max: float = 0.0
@@ -41,19 +35,20 @@ class Errors:
     over_bound: float = 0.0
     degrees: float | None = None
     box: np.ndarray | None = None
-    compared: bool = False
+    is_compared: bool = False
 
     def join(self, other: Errors) -> None:
-        """Adds the errors of other vertices."""
+        """Add the errors of other vertices."""
         self.max, self.over_bound = max(self.max, other.max), max(self.over_bound, other.over_bound)
         self.squares, self.count = self.squares + other.squares, self.count + other.count
         if other.degrees is not None:
             self.degrees = max(self.degrees or 0.0, other.degrees)
         boxes = [box for box in (self.box, other.box) if box is not None]
         self.box = np.stack([np.min(boxes, axis=(0, 1)), np.max(boxes, axis=(0, 1))])
-        self.compared |= other.compared
+        self.is_compared |= other.is_compared
 
     def add(self, distances: np.ndarray, over_bound: float) -> None:
+        """Add distances of vertices, [n], and their largest error as a fraction of the bound."""
         if len(distances):
             self.max = max(self.max, float(distances.max()))
         self.squares += float(np.square(distances).sum())
@@ -61,11 +56,13 @@ class Errors:
         self.over_bound = max(self.over_bound, over_bound)
 
 
-def errors_of(name: str, values: np.ndarray, decoded: np.ndarray, streams: list[Stream]) -> Errors:
-    """Errors of one attribute of vertices, [n, components] before and after."""
-    source, result = values.astype(np.float64), decoded.astype(np.float64)
+def errors_of(
+    name: str, values: np.ndarray, decoded_values: np.ndarray, streams: list[Stream]
+) -> Errors:
+    """Return errors of one attribute of vertices, [n, components] before and after."""
+    source, result = values.astype(np.float64), decoded_values.astype(np.float64)
     box = np.array([values.min(axis=0), values.max(axis=0)], np.float64)
-    errors = Errors(box=box, compared=True)
+    errors = Errors(box=box, is_compared=True)
     start = 0
     for stream in streams:
         columns = slice(start, start + stream.width)
@@ -93,15 +90,15 @@ def _add_grid(
     magnitude = np.maximum(np.abs(source).max(axis=0), np.abs(stream.offset))
     if semantic(name) == "WEIGHTS":
         # Rounded up or down so that the sum stays, after the sum is scaled to one.
-        allowed = stream.step + WEIGHT_SUM_TOLERANCE
+        max_difference = stream.step + WEIGHT_SUM_TOLERANCE
     else:
-        allowed = 0.5 * stream.step * STEP_ROUNDING
-    over_bound = (difference / (allowed + FLOAT_ROUNDING * magnitude)).max()
+        max_difference = 0.5 * stream.step * STEP_ROUNDING
+    over_bound = (difference / (max_difference + FLOAT_ROUNDING * magnitude)).max()
     errors.add(np.sqrt((difference * difference).sum(axis=1)), float(over_bound))
 
 
 def _add_directions(errors: Errors, source: np.ndarray, result: np.ndarray, stream: Stream) -> None:
-    """Distances of unit vectors. Ignores source vectors of length zero: they have no direction."""
+    """Add distances of unit vectors, except from source vectors of length zero."""
     length = np.linalg.norm(source, axis=1)
     usable = length > 0.0
     if usable.any():

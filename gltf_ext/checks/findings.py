@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from gltf_ext.attributes.extension import Compressed
 from gltf_ext.checks.attribute_errors import Errors
-from gltf_ext.compression.extension import Compressed
 
 OfMeshes = list[tuple[float, list[Errors]]]  # factor from an error to percent, errors; of each mesh
 
@@ -32,12 +32,13 @@ class Findings:
     problems: list[str] = field(default_factory=list)
 
     def add_errors(self, mesh: int, name: str, errors: Errors) -> None:
+        """Add the errors of an attribute of a primitive."""
         self.errors.setdefault(name, {}).setdefault(mesh, []).append(errors)
 
     def add_value_errors(
         self, mesh: int, compressed: Compressed, name: str, errors: Errors
     ) -> None:
-        """Adds the errors of an attribute of a primitive."""
+        """Add the errors of an attribute of a primitive."""
         self.add_errors(mesh, name, errors)
         if errors.over_bound > 1.0:
             self.problems.append(
@@ -47,7 +48,7 @@ class Findings:
     def add_triangles(
         self, compressed: Compressed, missing: int, extra: int, collapsed: int
     ) -> None:
-        """Adds the counts of a primitive."""
+        """Add the counts of a primitive."""
         self.collapsed_triangles += collapsed
         self.missing_triangles += missing
         self.extra_triangles += extra
@@ -57,12 +58,12 @@ class Findings:
             )
 
     def differs(self, problem: str) -> None:
-        """Notes a primitive that cannot be compared."""
+        """Note a primitive that cannot be compared."""
         self.differing_primitives += 1
         self.problems.append(problem)
 
     def has_attributes(self, mesh: int, widths: dict[str, int], compressed: Compressed) -> bool:
-        """Whether a compressed primitive has attributes of these numbers of components.
+        """Return whether a compressed primitive has attributes of these numbers of components.
 
         Notes the differences otherwise.
         """
@@ -74,20 +75,22 @@ class Findings:
         return not differences
 
 
-def _attribute_differences(before: dict[str, int], compressed: Compressed) -> str:
-    """The attributes that one side lacks or has with other components; empty for none."""
-    after = {name: form[1] for name, _, form in compressed.named_streams}
-    changed = [name for name in before if after.get(name, before[name]) != before[name]]
+def _attribute_differences(old_widths: dict[str, int], compressed: Compressed) -> str:
+    """Return the attributes that one side lacks or has with other components; empty for none."""
+    new_widths = {name: format_[1] for name, _, format_ in compressed.named_streams}
+    changed_names = [
+        name for name in old_widths if new_widths.get(name, old_widths[name]) != old_widths[name]
+    ]
     kinds = (
-        ("only in the original", sorted(set(before) - set(after))),
-        ("only in the compressed file", sorted(set(after) - set(before))),
-        ("with other components", sorted(changed)),
+        ("only in the original", sorted(set(old_widths) - set(new_widths))),
+        ("only in the compressed file", sorted(set(new_widths) - set(old_widths))),
+        ("with other components", sorted(changed_names)),
     )
     return ", ".join(f"{' '.join(names)} {kind}" for kind, names in kinds if names)
 
 
 def report_of(findings: Findings) -> dict[str, Any]:
-    """What verify returns, without the levels of detail."""
+    """Return the report of verify, without levels of detail."""
     by_name = {
         name: [(_percent(errors), errors) for errors in meshes.values()]
         for name, meshes in findings.errors.items()
@@ -96,7 +99,7 @@ def report_of(findings: Findings) -> dict[str, Any]:
 
     def each(figure: Callable[[OfMeshes], float]) -> dict[str, float | None]:
         return {
-            name: figure(meshes) if any(e.compared for e in flat[name]) else None
+            name: figure(meshes) if any(e.is_compared for e in flat[name]) else None
             for name, meshes in by_name.items()
         }
 

@@ -8,11 +8,13 @@ from typing import Any
 import numpy as np
 
 from gltf_ext.checks.samples import shading_differences, surface_distances
-from gltf_ext.gltf.document import Document
+from gltf_ext.document.document import Document
 from gltf_ext.lod.cuts import cut_at_level, error_of
 from gltf_ext.lod.reading import LodPrimitive, levels_of
 
-SAMPLES = 50_000  # of a surface, for measured errors
+# Samples of a surface, for measured errors: by its triangles, within these bounds. Fewer than the
+# least say little about the WITHIN percent of them.
+SAMPLES_PER_TRIANGLE, LEAST_SAMPLES, MOST_SAMPLES = 8, 2_000, 50_000
 WITHIN = 99.9  # percent of the samples that a stated error must hold
 # Of measured distances, which are float32, relative to the largest coordinate: on planes, 2^-19.5
 # beyond the stated error was seen.
@@ -25,46 +27,57 @@ Report = dict[str, Any]
 
 
 def measure_levels(
-    document: Document, samples: int = SAMPLES, large: Container[tuple[int, int]] = ()
+    document: Document, most_samples: int = MOST_SAMPLES, large: Container[tuple[int, int]] = ()
 ) -> tuple[list[Report], list[Report]]:
-    """(stated errors, distances and differences in shading at surface samples, for each level but
-    0; mesh and primitive of those that are `large`, which are not measured).
+    """Measure distances and differences in shading between each level and the finest one.
 
     Raises MeshletError.
+
+    Args:
+        document: compressed.
+        most_samples: largest number of sample points on each surface.
+        large: (mesh, primitive) of primitives that are not measured.
+
+    Returns:
+        A report for each level but the finest; mesh and primitive of those that are not measured.
     """
-    levels, left = list[Report](), list[Report]()
+    levels, unmeasured = list[Report](), list[Report]()
     for primitive in levels_of(document):
-        place = (primitive.compressed.mesh, primitive.compressed.primitive)
-        if place in large:
-            left.append(dict(zip(("mesh", "primitive"), place)))
+        location = (primitive.compressed.mesh, primitive.compressed.primitive)
+        if location in large:
+            unmeasured.append(dict(zip(("mesh", "primitive"), location)))
         else:
-            levels += _measure(primitive, samples)
-    return levels, left
+            levels += _measure(primitive, most_samples)
+    return levels, unmeasured
 
 
-def _measure(primitive: LodPrimitive, samples: int) -> list[Report]:
+def _measure(primitive: LodPrimitive, most_samples: int) -> list[Report]:
     finest = primitive.compressed.decode()
     largest = float(np.abs(finest.attributes["POSITION"]).max(initial=0.0))
+    by_size = SAMPLES_PER_TRIANGLE * len(finest.indices)
+    samples = min(max(by_size, LEAST_SAMPLES), most_samples)
     result = []
     for level in range(1, primitive.tables.level_count):
         cut = cut_at_level(primitive.tables, level)
         mesh = primitive.mesh(cut)
         distances = surface_distances(finest, mesh, samples)
-        stated = error_of(primitive.tables, cut)
+        stated_error = error_of(primitive.tables, cut)
         result.append(
             {
                 "mesh": primitive.compressed.mesh,
                 "primitive": primitive.compressed.primitive,
                 "level": level,
                 "triangles": primitive.drawn_triangles(cut),
-                "stated_error": stated,
+                "stated_error": stated_error,
                 "measured_error": float(np.percentile(distances, WITHIN)),
                 "rounding": largest * DISTANCE_ROUNDING,
                 "largest_distance": float(distances.max()),
-                "share_within": float((distances <= stated).mean()),
+                "share_within": float((distances <= stated_error).mean()),
                 "shading": {
-                    name: dict(zip(("median", f"p{SHADING}"), np.percentile(found, [50, SHADING])))
-                    for name, found in shading_differences(mesh, finest, samples).items()
+                    name: dict(
+                        zip(("median", f"p{SHADING}"), np.percentile(differences, [50, SHADING]))
+                    )
+                    for name, differences in shading_differences(mesh, finest, samples).items()
                 },
             }
         )
@@ -72,7 +85,7 @@ def _measure(primitive: LodPrimitive, samples: int) -> list[Report]:
 
 
 def level_problems(levels: list[Report]) -> list[str]:
-    """A line for each level that is off by more than it states."""
+    """Return a line for each level that is off by more than it states."""
     return [
         f"mesh {level['mesh']} primitive {level['primitive']}: level {level['level']} is off by "
         f"{level['measured_error']:g}, more than the stated {level['stated_error']:g}"

@@ -8,19 +8,20 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from gltf_ext.attributes.extension import read_compressed, source_of
+from gltf_ext.attributes.records import RecordFormat
 from gltf_ext.checks.attribute_errors import Errors, errors_of
 from gltf_ext.checks.findings import Findings
 from gltf_ext.checks.triangles import Comparison, keys_of
-from gltf_ext.compression.extension import is_compressed, read_compressed, source_of
-from gltf_ext.compression.records import RecordFormat
-from gltf_ext.compression.sources import Rows, Source, blocks
+from gltf_ext.document.document import Document
 from gltf_ext.errors import blaming
-from gltf_ext.gltf.document import Document
 from gltf_ext.progress import Advance
+from gltf_ext.sources.primitives import is_compressed
+from gltf_ext.sources.source import Rows, Source, blocks
 
 
 def read_original(document: Document, mesh: int, index: int) -> Source:
-    """A primitive of a document, in memory, without its bounds. Raises MeshletError."""
+    """Return a primitive of a document, in memory, without its bounds. Raises MeshletError."""
     return source_of(document, mesh, index)[0]
 
 
@@ -32,7 +33,7 @@ def compare(
     folder: str,
     advance: Advance | None,
 ) -> None:
-    """Compares a primitive of the original with the one at the same place of the document.
+    """Compare a primitive of the original with the one at the same place of the document.
 
     Values that are quantised to equal integers decode to equal values, so that errors need the
     source and the compressed accessors' types only. Where triangles are missing, only vertices that
@@ -40,7 +41,7 @@ def compare(
     original: path of the source, for errors; folder: for work files.
     """
     mesh, index = source.mesh, source.primitive
-    if not is_compressed(document.meshes[mesh].primitives[index]):
+    if not is_compressed(document.primitive(mesh, index)):
         findings.triangles += source.triangle_count
         if not _is_same(source, source_of(document, mesh, index)[0]):
             findings.differs(f"{source.where} is not compressed and differs")
@@ -49,7 +50,7 @@ def compare(
     if not source.triangle_count:
         findings.differs(f"{source.where} has no triangle in the original")
         return
-    widths = {name: form[1] for name, form in source.formats.items()}
+    widths = {name: record_format[1] for name, record_format in source.formats.items()}
     if not findings.has_attributes(mesh, widths, compressed):
         findings.triangles += source.triangle_count
         return
@@ -57,43 +58,45 @@ def compare(
         with blaming(original):
             source.read_bounds()
     first = {name: streams.start for name, streams, _ in compressed.named_streams}
-    form = RecordFormat.with_streams(source, compressed.streams, first)
-    comparison = Comparison(source, form, compressed, folder)
+    record_format = RecordFormat.with_streams(source, compressed.streams, first)
+    comparison = Comparison(source, record_format, compressed, folder)
     comparison.run(advance)
     findings.triangles += comparison.triangles
     findings.add_triangles(compressed, comparison.missing, comparison.extra, comparison.collapsed)
     errors = {name: Errors() for name in first}
     formats = {name: types for name, _, types in compressed.named_streams}
-    decoding = dataclasses.replace(form, formats=formats)
+    decoding = dataclasses.replace(record_format, formats=formats)
     if not comparison.missing or source.is_in_memory:
-        known = np.concatenate(comparison.vertices) if comparison.missing else None
-        for part in _errors_of_parts(source, decoding, known):
-            for name, more in part.items():
-                errors[name].join(more)
+        known_keys = np.concatenate(comparison.vertices) if comparison.missing else None
+        for part in _errors_of_parts(source, decoding, known_keys):
+            for name, part_errors in part.items():
+                errors[name].join(part_errors)
     for name, of_values in errors.items():
         findings.add_value_errors(mesh, compressed, name, of_values)
 
 
 def _errors_of_parts(
-    source: Source, form: RecordFormat, known: np.ndarray | None
+    source: Source, record_format: RecordFormat, known_keys: np.ndarray | None
 ) -> Iterator[dict[str, Errors]]:
-    """The errors of all attributes of the source's used vertices, part after part.
+    """Yield the errors of all attributes of the source's used vertices, part after part.
 
-    form: with the types that the values decode to; known: keys of the vertices that count, None for
-    all.
+    Args:
+        source: the original.
+        record_format: with the types that the values decode to.
+        known_keys: uint64: keys of the vertices that count, None for all.
     """
 
     def of_vertices(vertices: dict[str, np.ndarray]) -> dict[str, Errors]:
-        integers = form.plan.quantise(vertices)
-        if known is not None:
-            is_known = np.isin(keys_of([integers[s] for s in sorted(integers)]), known)
+        integers = record_format.plan.quantise(vertices)
+        if known_keys is not None:
+            is_known = np.isin(keys_of([integers[s] for s in sorted(integers)]), known_keys)
             vertices = {name: values[is_known] for name, values in vertices.items()}
             integers = {number: values[is_known] for number, values in integers.items()}
             if not is_known.any():
                 return {}
-        decoded = form.decoded(integers, tuple(vertices))
+        decoded_values = record_format.dequantise(integers, tuple(vertices))
         return {
-            name: errors_of(name, values, decoded[name], form.plan.streams_of(name))
+            name: errors_of(name, values, decoded_values[name], record_format.plan.streams_of(name))
             for name, values in vertices.items()
         }
 
@@ -101,7 +104,7 @@ def _errors_of_parts(
 
 
 def _is_same(a: Source, b: Source) -> bool:
-    """Whether two sources have the same bytes."""
+    """Return whether two sources have the same bytes."""
     if a.attributes.keys() != b.attributes.keys():
         return False
     pairs = [(rows, b.attributes[name]) for name, rows in a.attributes.items()]
@@ -112,6 +115,6 @@ def _is_same(a: Source, b: Source) -> bool:
 def _are_equal(a: Rows | None, b: Rows | None) -> bool:
     if a is None or b is None:
         return a is b
-    return (a.count, a.form) == (b.count, b.form) and all(
+    return (a.count, a.format) == (b.count, b.format) and all(
         a.rows(*part).tobytes() == b.rows(*part).tobytes() for part in blocks(a.count)
     )

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from gltf_ext import _codec
-from gltf_ext.compression.primitives import Primitive
-from gltf_ext.compression.streams import semantic
+from gltf_ext.sources.attribute_names import semantic
+from gltf_ext.sources.primitives import Primitive
 
 
 @dataclass(frozen=True)
@@ -22,59 +22,72 @@ class Places:
     weights: np.ndarray
 
     def of(self, primitive: Primitive, attribute: str) -> np.ndarray:
-        """float64[N, C]: the attribute at the places."""
+        """Return float64[N, C]: the attribute at the places."""
         corners = primitive.indices[self.triangle]
-        values = primitive.attributes[attribute].astype(np.float64)[corners]
-        result: np.ndarray = (self.weights[:, :, None] * values).sum(axis=1)
+        values = primitive.attributes[attribute][corners].astype(np.float64)
+        result: np.ndarray = np.einsum("nk,nkc->nc", self.weights, values)
         return result
 
 
 def spread_by_area(primitive: Primitive, samples: int) -> Places:
-    """Places spread by area, the same ones each time. One on a surface without any."""
+    """Place spread by area, the same ones each time. One on a surface without any."""
     random = np.random.default_rng(0)
     a, b, c = _corners(primitive, np.arange(len(primitive.indices))).transpose(1, 0, 2)
     area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
     if not area.sum() > 0.0:
         return Places(np.zeros(1, np.int64), np.array([[1.0, 0.0, 0.0]]))
-    chosen = random.choice(len(area), samples, p=area / area.sum())
+    triangle = random.choice(len(area), samples, p=area / area.sum())
     u, v = random.random(samples), random.random(samples)
     beyond = u + v > 1.0
     u[beyond], v[beyond] = 1.0 - u[beyond], 1.0 - v[beyond]
-    return Places(chosen, np.stack([1.0 - u - v, u, v], axis=1))
+    return Places(triangle, np.stack([1.0 - u - v, u, v], axis=1))
 
 
 def sample_surface(primitive: Primitive, samples: int) -> np.ndarray:
-    """float32[samples, 3]: points spread by area, the same ones each time."""
+    """Return float32[samples, 3]: points spread by area, the same ones each time."""
     places = spread_by_area(primitive, samples)
     return places.of(primitive, "POSITION").astype(np.float32)
 
 
+def distances_to(points: np.ndarray, primitive: Primitive) -> np.ndarray:
+    """Return float32[N]: distances of points, float32[N, 3], to a surface."""
+    return _nearest_triangles(points, primitive)[0]
+
+
 def nearest_places(points: np.ndarray, primitive: Primitive) -> tuple[np.ndarray, Places]:
-    """(float32[N]: distances of points, float32[N, 3], to a surface; the nearest places)."""
-    positions = primitive.attributes["POSITION"].astype(np.float32)
-    distances, triangle = _codec.surface_distances(points, positions, primitive.indices)
+    """Return (float32[N]: distances of points, float32[N, 3], to a surface; the nearest places)."""
+    distances, triangle = _nearest_triangles(points, primitive)
     corners = _corners(primitive, triangle)
     return distances, Places(triangle, _nearest_weights(points.astype(np.float64), corners))
 
 
+def _nearest_triangles(points: np.ndarray, primitive: Primitive) -> tuple[np.ndarray, np.ndarray]:
+    positions = primitive.attributes["POSITION"].astype(np.float32)
+    return _codec.surface_distances(points, positions, primitive.indices)
+
+
 def surface_distances(first: Primitive, second: Primitive, samples: int) -> np.ndarray:
-    """float32[2 * samples]: distances of points on each surface to the other one."""
+    """Return float32[2 * samples]: distances of points on each surface to the other one."""
     pairs = ((first, second), (second, first))
     return np.concatenate(
-        [nearest_places(sample_surface(one, samples), other)[0] for one, other in pairs]
+        [distances_to(sample_surface(one, samples), other) for one, other in pairs]
     )
 
 
 def shading_differences(
     surface: Primitive, original: Primitive, samples: int
 ) -> dict[str, np.ndarray]:
-    """float64[samples] for each set of normals (degrees) and texture coordinates (units of uv): how
-    far the surface's value is from the original's at the nearest place."""
-    here = spread_by_area(surface, samples)
-    _, there = nearest_places(here.of(surface, "POSITION").astype(np.float32), original)
+    """Return differences in shading at the nearest points of the original.
+
+    Returns:
+        Name -> float64[samples] for each set of normals (degrees) and texture coordinates (units of
+        uv).
+    """
+    surface_places = spread_by_area(surface, samples)
+    _, nearest = nearest_places(surface_places.of(surface, "POSITION").astype(np.float32), original)
     differences = {}
     for name in original.attributes:
-        a, b = here.of(surface, name), there.of(original, name)
+        a, b = surface_places.of(surface, name), nearest.of(original, name)
         if semantic(name) == "TEXCOORD":
             differences[name] = np.linalg.norm(a - b, axis=1)
         elif name == "NORMAL":
@@ -84,39 +97,50 @@ def shading_differences(
 
 
 def _corners(primitive: Primitive, triangles: np.ndarray) -> np.ndarray:
-    """float64[N, 3, 3]: the positions of the triangles' corners."""
-    positions = primitive.attributes["POSITION"].astype(np.float64)
-    corners: np.ndarray = positions[primitive.indices[triangles]]
+    """Return float64[N, 3, 3]: the positions of the triangles' corners."""
+    positions = primitive.attributes["POSITION"]
+    corners: np.ndarray = positions[primitive.indices[triangles]].astype(np.float64)
     return corners
 
 
 def _nearest_weights(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    """float64[N, 3]: weights of the corners, [N, 3, 3], at the nearest point of each triangle."""
+    """Return float64[N, 3]: corner weights of the nearest point of each triangle, [N, 3, 3].
+
+    Tries the three edges and the projection into the triangle, so that degenerate ones need no
+    cases of their own.
+    """
     best = np.full(len(points), np.inf)
     weights = np.zeros((len(points), 3))
 
-    def offer(found: np.ndarray, allowed: np.ndarray) -> None:
-        distance = np.linalg.norm((found[:, :, None] * corners).sum(axis=1) - points, axis=1)
-        better = allowed & (distance < best)
-        best[better], weights[better] = distance[better], found[better]
+    def offer(candidate: np.ndarray, is_valid: np.ndarray) -> None:
+        apart = np.einsum("nk,nkc->nc", candidate, corners) - points
+        distance = _dot(apart, apart)
+        better = is_valid & (distance < best)
+        best[better], weights[better] = distance[better], candidate[better]
 
-    for k in range(3):  # on each edge
+    for k in range(3):
         a, b = corners[:, k], corners[:, (k + 1) % 3]
-        length = np.square(b - a).sum(axis=1)
-        along = ((points - a) * (b - a)).sum(axis=1) / np.where(length > 0.0, length, 1.0)
-        found = np.zeros((len(points), 3))
-        found[:, (k + 1) % 3] = along.clip(0.0, 1.0)
-        found[:, k] = 1.0 - found[:, (k + 1) % 3]
-        offer(found, np.ones(len(points), bool))
+        length = _dot(b - a, b - a)
+        along = _dot(points - a, b - a) / np.where(length > 0.0, length, 1.0)
+        candidate = np.zeros((len(points), 3))
+        candidate[:, (k + 1) % 3] = along.clip(0.0, 1.0)
+        candidate[:, k] = 1.0 - candidate[:, (k + 1) % 3]
+        offer(candidate, np.ones(len(points), bool))
     a, b, c = corners.transpose(1, 0, 2)
     normal = np.cross(b - a, c - a)
-    area = np.square(normal).sum(axis=1)
+    area = _dot(normal, normal)
     inside = np.stack(
         [
-            (np.cross(q - p, points - p) * normal).sum(axis=1) / np.where(area > 0.0, area, 1.0)
+            _dot(np.cross(q - p, points - p), normal) / np.where(area > 0.0, area, 1.0)
             for p, q in ((b, c), (c, a), (a, b))
         ],
         axis=1,
     )
     offer(inside, (area > 0.0) & (inside >= 0.0).all(axis=1))
     return weights
+
+
+def _dot(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Return float64[N]: the dot products of vectors, [N, 3]."""
+    result: np.ndarray = np.einsum("nc,nc->n", first, second)
+    return result

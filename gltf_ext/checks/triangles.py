@@ -7,18 +7,19 @@ from collections.abc import Iterator
 import numpy as np
 
 from gltf_ext import _codec
-from gltf_ext.compression.extension import Compressed, malformed_from, parts_of
-from gltf_ext.compression.records import HASH, RecordFormat, weld_rows
-from gltf_ext.compression.sources import Source, blocks
-from gltf_ext.out_of_core.encoding import gathered
+from gltf_ext.attributes.extension import Compressed, malformed_from, parts_of
+from gltf_ext.attributes.records import HASH, RecordFormat, weld_rows
+from gltf_ext.encode.primitive import gather_corners
 from gltf_ext.progress import Advance
+from gltf_ext.ranges import has_repeats
+from gltf_ext.sources.source import Source, blocks
 from gltf_ext.work_files import Buckets, WorkFile, hashes
 
 # Of a triangle, and where it is: in the source, in the source but a writer may leave it out because
 # two corners are equal, or in the compressed primitive.
-TRIANGLE = np.dtype([("key", "<u8"), ("place", "u1")])
-NEEDED, OPTIONAL, COMPRESSED = range(3)
-READ = 0.5  # of the progress
+TRIANGLE = np.dtype([("key", "<u8"), ("origin", "u1")])
+IN_SOURCE, OPTIONAL_IN_SOURCE, IN_COMPRESSED = range(3)
+READ_END = 0.5  # of the progress
 
 
 class Comparison:
@@ -33,40 +34,47 @@ class Comparison:
     """
 
     def __init__(
-        self, source: Source, form: RecordFormat, compressed: Compressed, folder: str
+        self, source: Source, record_format: RecordFormat, compressed: Compressed, folder: str
     ) -> None:
-        """form: of the source on the grids of the compressed one; folder: for work files."""
+        """Compare nothing yet: `run` does.
+
+        Args:
+            source: the original.
+            record_format: of the source, on the grids of the compressed primitive.
+            compressed: the primitive to compare.
+            folder: for work files.
+        """
         count = source.triangle_count + compressed.triangle_count
-        self._source, self._form = source, form
+        self._source, self._record_format = source, record_format
         self._compressed, self._folder = compressed, folder
         self._buckets = Buckets(TRIANGLE, TRIANGLE.itemsize * count, folder)
         self.triangles = self.missing = self.extra = self.collapsed = 0
         self.vertices: list[np.ndarray] = []
 
     def run(self, advance: Advance | None) -> None:
-        """Sets the counts. Raises MeshletError, OSError."""
-        progress = advance or (lambda share: None)
-        self._add_source(lambda share: progress(READ * share))
-        self._add_compressed(lambda share: progress(READ + (1 - READ) * share))
+        """Set the counts. Raises MeshletError, OSError."""
+        progress = advance or (lambda fraction: None)
+        self._add_source(lambda fraction: progress(READ_END * fraction))
+        self._add_compressed(lambda fraction: progress(READ_END + (1 - READ_END) * fraction))
         for rows in self._buckets.parts():
             missing, extra = difference(rows)
             self.missing += missing
             self.extra += extra
 
     def _add_source(self, progress: Advance) -> None:
-        for keys, cells, positions, share in self._source_corners():
-            progress(share)
-            is_same = _repeats(positions)
-            self.collapsed += int(np.count_nonzero(_repeats(cells) & ~is_same))
-            is_optional = is_same & _repeats(keys)
+        for keys, cells, positions, fraction in self._source_corners():
+            progress(fraction)
+            is_same = has_repeats(positions)
+            self.collapsed += int(np.count_nonzero(has_repeats(cells) & ~is_same))
+            is_optional = is_same & has_repeats(keys)
             self.triangles += len(keys) - int(np.count_nonzero(is_optional))
-            self._add(keys, np.where(is_optional, OPTIONAL, NEEDED))
+            self._add(keys, np.where(is_optional, OPTIONAL_IN_SOURCE, IN_SOURCE))
 
     def _source_corners(self) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray, float]]:
-        """(keys of vertices, of points of the grid, of positions: [T, 3] each, share of all)."""
-        source, form = self._source, self._form
+        """Yield keys of vertices, grid points and positions, [T, 3] each, and the progress."""
+        source, record_format = self._source, self._record_format
         if source.is_in_memory:
-            triangles = form.triangles_of(source)
+            triangles = record_format.triangles_of(source)
             columns = self._columns(triangles.records)
             for first, last in blocks(triangles.count):
                 rows = triangles.corners_between(first, last)
@@ -74,54 +82,54 @@ class Comparison:
                 yield keys, cells, positions, last / triangles.count
             return
         soup = WorkFile(self._folder)
-        for first, last, corners, share in gathered(source, form, soup):
-            if share < 1.0:
-                soup.write(corners, 3 * first * form.fine.itemsize)
+        for first, last, corners, fraction in gather_corners(source, record_format, soup):
+            if fraction < 1.0:
+                soup.write(corners, 3 * first * record_format.fine.itemsize)
             else:
                 yield *self._columns(corners), last / source.triangle_count
         soup.close()
 
     def _columns(self, records: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """The keys of _source_corners, of records [...]."""
-        streams = [records[str(s)] for s in range(len(self._form.plan.streams))]
+        """Return the keys of _source_corners, of records [...]."""
+        streams = [records[str(s)] for s in range(len(self._record_format.plan.streams))]
         return keys_of(streams), keys_of(streams[:1]), records[HASH]
 
     def _add_compressed(self, progress: Advance) -> None:
-        done = 0
+        byte_count = 0
         for part in parts_of(self._compressed.blob):
             with malformed_from(self._compressed.where):
                 triangles, values = _codec.decode(part)
             keys = keys_of(values)
-            self._add(keys[triangles], COMPRESSED)
+            self._add(keys[triangles], IN_COMPRESSED)
             if self._source.is_in_memory:
                 self.vertices.append(keys)
-            done += len(part)
-            progress(done / len(self._compressed.blob))
+            byte_count += len(part)
+            progress(byte_count / len(self._compressed.blob))
 
-    def _add(self, corners: np.ndarray, place: np.ndarray | int) -> None:
+    def _add(self, corners: np.ndarray, origin: np.ndarray | int) -> None:
         """corners: uint64[T, 3]."""
         rows = np.empty(len(corners), TRIANGLE)
-        rows["key"], rows["place"] = hashes(rotated(corners)), place
+        rows["key"], rows["origin"] = hashes(rotated(corners)), origin
         self._buckets.add(rows, rows["key"])
 
 
 def difference(rows: np.ndarray) -> tuple[int, int]:
-    """(number of triangles that only the source has, and only the compressed primitive).
+    """Return (number of triangles that only the source has, and only the compressed primitive).
 
     rows: TRIANGLE[N], those of equal keys all.
     """
     numbers, count = weld_rows(rows["key"].reshape(-1, 1))
-    needed, optional, compressed = (
-        np.bincount(numbers[rows["place"] == place], minlength=count)
-        for place in (NEEDED, OPTIONAL, COMPRESSED)
+    needed_counts, optional_counts, compressed_counts = (
+        np.bincount(numbers[rows["origin"] == origin], minlength=count)
+        for origin in (IN_SOURCE, OPTIONAL_IN_SOURCE, IN_COMPRESSED)
     )
-    missing = np.maximum(needed - compressed, 0)
-    extra = np.maximum(compressed - needed - optional, 0)
-    return int(missing.sum()), int(extra.sum())
+    missing_counts = np.maximum(needed_counts - compressed_counts, 0)
+    extra_counts = np.maximum(compressed_counts - needed_counts - optional_counts, 0)
+    return int(missing_counts.sum()), int(extra_counts.sum())
 
 
 def rotated(triangles: np.ndarray) -> np.ndarray:
-    """Each triangle, [T, 3], rotated to a canonical order: its smallest corner first."""
+    """Return each triangle, [T, 3], rotated to a canonical order: its smallest corner first."""
     a, b, c = triangles.T
     turn = np.where((b < a) & (b <= c), 1, np.where((c < a) & (c < b), 2, 0))
     # Two equal smallest corners: (x, x, y), never (x, y, x).
@@ -130,13 +138,6 @@ def rotated(triangles: np.ndarray) -> np.ndarray:
 
 
 def keys_of(streams: list[np.ndarray]) -> np.ndarray:
-    """uint64[...]: hashes of vertices, of integers [..., elements] of each stream."""
+    """Return uint64[...]: hashes of vertices, of integers [..., elements] of each stream."""
     rows = np.concatenate(streams, axis=-1)
     return hashes(rows.reshape(-1, rows.shape[-1])).reshape(rows.shape[:-1])
-
-
-def _repeats(corners: np.ndarray) -> np.ndarray:
-    """bool[T]: whether two of the three values of a triangle are equal."""
-    a, b, c = corners.T
-    result: np.ndarray = (a == b) | (b == c) | (c == a)
-    return result

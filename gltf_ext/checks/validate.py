@@ -7,27 +7,24 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pygltflib
 
 from gltf_ext import _codec
-from gltf_ext.checks.levels import lod_problems
-from gltf_ext.compression.extension import (
-    EXTENSION,
+from gltf_ext.attributes.extension import (
     Compressed,
     compressed_primitives,
     has_compressed,
-    is_compressed,
     read_compressed,
     require_unused_by_accessors,
 )
-from gltf_ext.compression.primitives import all_primitives
+from gltf_ext.checks.levels import lod_problems
+from gltf_ext.document import gltf, json_values
+from gltf_ext.document.accessors import accessor_format, bounds, read_accessor, stated_bounds
+from gltf_ext.document.buffer_layout import Renumber, map_accessors, map_views
+from gltf_ext.document.document import Document, item
 from gltf_ext.errors import MeshletError
-from gltf_ext.gltf import json_values
-from gltf_ext.gltf.accessors import accessor_format, bounds, read_accessor, stated_bounds
-from gltf_ext.gltf.buffer_layout import Renumber, map_accessors, map_views
-from gltf_ext.gltf.document import Document, item
-from gltf_ext.gltf.importers import open_model
 from gltf_ext.progress import Advance, progress_bar, shared_progress
+from gltf_ext.sources.importers import open_model
+from gltf_ext.sources.primitives import EXTENSION, all_primitives, is_compressed
 
 BLOBS_SHARE = 0.3  # of the progress; the rest is for levels of detail
 
@@ -76,7 +73,7 @@ def _lost_fallback(document: Document) -> list[str]:
             _codec.validate(compressed.blob)
     except ValueError:
         return []
-    used = {document.bufferViews[compressed.view].buffer for compressed in users}
+    used = {document.bufferViews[compressed.view].get("buffer") for compressed in users}
     lost = []
     for index in set(range(len(document.buffers))) - used if used else ():
         try:
@@ -115,15 +112,17 @@ def _extension_lists(document: Document) -> list[str]:
     problems = []
     if users and EXTENSION not in document.extensionsUsed:
         problems.append(f"extensionsUsed lacks {EXTENSION}")
-    bare = {i for i, accessor in enumerate(document.accessors) if accessor.bufferView is None}
-    if any(p.indices in bare for p in users) and EXTENSION not in document.extensionsRequired:
+    bare = {i for i, accessor in enumerate(document.accessors) if "bufferView" not in accessor}
+    if (
+        any(p.get("indices") in bare for p in users)
+        and EXTENSION not in document.extensionsRequired
+    ):
         problems.append(f"extensionsRequired lacks {EXTENSION}, but there is no fallback")
     view_of: dict[int, Any] = {}  # accessor -> the view of the primitives that use it
     for user in users:
-        view = json_values.member(user.extensions, EXTENSION).get("bufferView")
-        groups = [user.attributes, *user.targets]
-        accessors = [user.indices, *(index for names in groups for index in names.values())]
-        if any(view_of.setdefault(index, view) != view for index in accessors if index is not None):
+        view = json_values.member(user.get("extensions"), EXTENSION).get("bufferView")
+        accessors = [index for names in _accessors_of(user) for index in names.values()]
+        if any(view_of.setdefault(index, view) != view for index in accessors):
             problems.append("primitives with different buffer views share an accessor")
     return problems
 
@@ -133,7 +132,7 @@ def _blob_problems(document: Document, mesh: int, index: int, advance: Advance |
     try:
         compressed = read_compressed(document, mesh, index)
         _codec.validate(compressed.blob)
-        primitive = document.meshes[mesh].primitives[index]
+        primitive = document.primitive(mesh, index)
         require_unused_by_accessors(document, [compressed.view])
         problems = [
             *_accessor_problems(document, primitive, compressed),
@@ -159,31 +158,32 @@ def _value_problems(compressed: Compressed, values: list[np.ndarray]) -> list[st
 
 
 def _accessor_problems(
-    document: Document, primitive: pygltflib.Primitive, compressed: Compressed
+    document: Document, primitive: gltf.Primitive, compressed: Compressed
 ) -> list[str]:
     """Problems of a primitive's accessors that readers may overlook."""
     problems = []
-    if "KHR_draco_mesh_compression" in primitive.extensions:
+    if gltf.has_extension(primitive, "KHR_draco_mesh_compression"):
         problems.append("it is compressed with KHR_draco_mesh_compression, too")
-    index_type, _ = accessor_format(document.accessors[primitive.indices], "indices")
+    index_type, _ = accessor_format(document.accessors[primitive["indices"]], "indices")
     if compressed.vertex_count > np.iinfo(index_type).max:
         problems.append("an index is the largest value of its component type, which is reserved")
     for names in _accessors_of(primitive):
         for name, index in names.items():
             accessor = document.accessors[index]
-            if accessor.bufferView is None and accessor.sparse is not None:
+            if "bufferView" not in accessor and "sparse" in accessor:
                 problems.append(f"its {name} accessor is sparse, but has no fallback")
     return problems
 
 
-def _accessors_of(primitive: pygltflib.Primitive) -> list[dict[str, int]]:
-    """The accessors of indices, attributes and each target by name."""
-    return [{"indices": primitive.indices}, primitive.attributes, *primitive.targets]
+def _accessors_of(primitive: gltf.Primitive) -> list[dict[str, int]]:
+    """Return the accessors of indices, attributes and each target, by name."""
+    indices = {"indices": primitive["indices"]} if "indices" in primitive else {}
+    return [indices, *gltf.attribute_sets(primitive)]
 
 
 def _decoded_problems(
     document: Document,
-    primitive: pygltflib.Primitive,
+    primitive: gltf.Primitive,
     compressed: Compressed,
     advance: Advance | None,
 ) -> list[str]:
@@ -192,7 +192,7 @@ def _decoded_problems(
         index: read_accessor(document, index, name)
         for names in _accessors_of(primitive)
         for name, index in names.items()
-        if document.accessors[index].bufferView is not None
+        if "bufferView" in document.accessors[index]
     }
     done = dict.fromkeys(fallback, 0)
     problems: list[str] = []
@@ -212,7 +212,7 @@ def _decoded_problems(
                 first, done[index] = done[index], done[index] + len(values_of)
                 if not np.array_equal(fallback[index][first : done[index]], values_of, True):
                     problems.append(f"the fallback of {name} is not the decoded data")
-    position = document.accessors[primitive.attributes["POSITION"]]
+    position = document.accessors[primitive["attributes"]["POSITION"]]
     for name, stated, expected in zip(("min", "max"), stated_bounds(position), extremes):
         if stated is None or not np.array_equal(stated, expected):
             problems.append(f"{name} of its POSITION accessor is not that of the decoded data")

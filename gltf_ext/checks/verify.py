@@ -11,17 +11,17 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
+from gltf_ext.attributes.extension import has_compressed
 from gltf_ext.checks.findings import Findings, report_of
 from gltf_ext.checks.level_errors import level_problems, measure_levels
 from gltf_ext.checks.primitives import compare, read_original
-from gltf_ext.compression.extension import has_compressed
-from gltf_ext.compression.options import Options
-from gltf_ext.compression.primitives import triangle_primitives
+from gltf_ext.document.document import Document
 from gltf_ext.errors import MeshletError, blaming
-from gltf_ext.gltf.document import Document
-from gltf_ext.gltf.importers import open_model
-from gltf_ext.out_of_core.opening import Larges, open_large
+from gltf_ext.options import Options
 from gltf_ext.progress import progress_bar
+from gltf_ext.sources.importers import open_model
+from gltf_ext.sources.large import Larges, open_large
+from gltf_ext.sources.primitives import triangle_primitives
 
 
 def verify(
@@ -75,32 +75,34 @@ def verify(
 def _compare_files(
     original: str | os.PathLike[str], compressed: str | os.PathLike[str], options: Options
 ) -> dict[str, Any]:
-    """What verify returns. options: max_memory, work_dir and progress."""
+    """Return the report of verify. options: max_memory, work_dir and progress."""
     large: Larges = {}
     with blaming(original):
         if options.memory:
-            before, large = open_large(Path(original), options)
+            original_document, large = open_large(Path(original), options)
         else:
-            before = open_model(original)
+            original_document = open_model(original)
     with blaming(compressed):
-        after = open_model(compressed)
-    if not has_compressed(after):
-        raise _misplaced(before, str(compressed))
+        compressed_document = open_model(compressed)
+    if not has_compressed(compressed_document):
+        raise _misplaced(original_document, str(compressed))
     findings = Findings()
     with progress_bar(Path(compressed).name, options.progress) as advance:
-        for mesh, index in _places_of_both(before, after, findings):
+        for mesh, index in _places_of_both(original_document, compressed_document, findings):
             with blaming(original):
-                source = large.get((mesh, index)) or read_original(before, mesh, index)
+                source = large.get((mesh, index)) or read_original(original_document, mesh, index)
             with blaming(compressed):
-                compare(after, source, original, findings, str(options.work_dir), advance)
+                compare(
+                    compressed_document, source, original, findings, str(options.work_dir), advance
+                )
     with blaming(compressed):
-        levels, not_measured = measure_levels(after, large=set(large))
+        levels, not_measured = measure_levels(compressed_document, large=set(large))
     findings.problems += level_problems(levels)
     return {**report_of(findings), "levels": levels, "not_measured": not_measured}
 
 
 def _misplaced(original: Document, path: str) -> MeshletError:
-    """The error for a second file that is not compressed."""
+    """Return the error for a second file that is not compressed."""
     swapped = ""
     if has_compressed(original):
         swapped = ", but the first file is: the arguments are swapped"
@@ -109,20 +111,25 @@ def _misplaced(original: Document, path: str) -> MeshletError:
     )
 
 
-def _places_of_both(before: Document, after: Document, findings: Findings) -> list[tuple[int, int]]:
-    """(mesh, primitive) of all triangle primitives; none, and a finding, if the files differ."""
-    places = [place[:2] for place in triangle_primitives(before)]
-    others = [place[:2] for place in triangle_primitives(after)]
-    if places == others:
+def _places_of_both(
+    original: Document, compressed: Document, findings: Findings
+) -> list[tuple[int, int]]:
+    """Return (mesh, primitive) of all triangle primitives; none, and a finding, if files differ."""
+    places = [row[:2] for row in triangle_primitives(original)]
+    compressed_places = [row[:2] for row in triangle_primitives(compressed)]
+    if places == compressed_places:
         return places
-    findings.differs(_differing_places(places, others))
+    findings.differs(_differing_places(places, compressed_places))
     return []
 
 
-def _differing_places(places: list[tuple[int, int]], others: list[tuple[int, int]]) -> str:
-    differing = sorted(set(places) ^ set(others))
+def _differing_places(
+    places: list[tuple[int, int]], compressed_places: list[tuple[int, int]]
+) -> str:
+    differing = sorted(set(places) ^ set(compressed_places))
     mesh, index = differing[0]
     return (
-        f"{len(places)} triangle primitives in the original, {len(others)} in the compressed file; "
+        f"{len(places)} triangle primitives in the original, {len(compressed_places)} in the "
+        "compressed file; "
         f"{len(differing)} are only in one, first mesh {mesh} primitive {index}"
     )

@@ -11,14 +11,31 @@ from pathlib import Path
 from typing import Any, Concatenate, ParamSpec
 
 import numpy as np
-import pygltflib
 
 from gltf_ext import _codec
+from gltf_ext.attributes.extension import read_compressed, source_of
+from gltf_ext.attributes.records import RecordFormat
+from gltf_ext.attributes.streams import Bits, Grid, dequantise, position_grid
 from gltf_ext.commands.inspect import inspect_document
 from gltf_ext.commands.transcode import pack_compressed
-from gltf_ext.compression.extension import EXTENSION, read_compressed, source_of
-from gltf_ext.compression.options import MIN_POSITION_BITS, Options
-from gltf_ext.compression.primitives import (
+from gltf_ext.document import gltf
+from gltf_ext.document.buffer_layout import unknown_index_holders
+from gltf_ext.document.container import fallback_of, model_files
+from gltf_ext.document.document import Document
+from gltf_ext.document.draco import DRACO
+from gltf_ext.document.images import embed_images
+from gltf_ext.encode.primitive import Compression, encode
+from gltf_ext.errors import MeshletError, blaming
+from gltf_ext.files import check_output, write_model
+from gltf_ext.lod.document import add_levels, arrange, forget_levels
+from gltf_ext.lod.tables import EXTENSION as LEVELS
+from gltf_ext.options import MIN_POSITION_BITS, Options
+from gltf_ext.progress import Advance, progress_bar, shared_progress
+from gltf_ext.scheduler import LocalThreads, Runner, runner
+from gltf_ext.sources.importers import open_model
+from gltf_ext.sources.large import Larges, open_large
+from gltf_ext.sources.primitives import (
+    EXTENSION,
     Dropped,
     all_primitives,
     describe,
@@ -26,23 +43,7 @@ from gltf_ext.compression.primitives import (
     store_primitive,
     triangle_primitives,
 )
-from gltf_ext.compression.records import RecordFormat
-from gltf_ext.compression.sources import Box, Source
-from gltf_ext.compression.streams import Bits, Grid, dequantise, position_grid
-from gltf_ext.errors import MeshletError, blaming
-from gltf_ext.files import check_output, write_model
-from gltf_ext.gltf.buffer_layout import unknown_index_holders
-from gltf_ext.gltf.container import fallback_of, model_files
-from gltf_ext.gltf.document import Document
-from gltf_ext.gltf.draco import DRACO
-from gltf_ext.gltf.images import embed_images
-from gltf_ext.gltf.importers import open_model
-from gltf_ext.lod.document import add_levels, arrange, forget_levels
-from gltf_ext.lod.tables import EXTENSION as LEVELS
-from gltf_ext.out_of_core.encoding import Compression, encode
-from gltf_ext.out_of_core.opening import Larges, open_large
-from gltf_ext.progress import Advance, progress_bar, shared_progress
-from gltf_ext.scheduler import LocalThreads, Runner, runner
+from gltf_ext.sources.source import Box, Source
 
 PIXELS = 1000  # of a primitive's longest side, to judge whether its levels pay
 DEGENERATE = "every triangle is degenerate"
@@ -74,7 +75,7 @@ class Job:
     """
 
     source: Source
-    users: list[pygltflib.Primitive]
+    users: list[gltf.Primitive]
     dropped: Dropped
     grid: Grid | None = None
     reason_kept: str = ""
@@ -210,7 +211,8 @@ def compress(input: File, output: File, settings: Options) -> Report:
 def _statistics_by_view(encoded: list[Job]) -> dict[int, dict[str, Any]]:
     """Buffer view -> statistics of its blobs. Call after `pack`, which renumbers the views."""
     return {
-        job.users[0].extensions[EXTENSION]["bufferView"]: job.result.statistics for job in encoded
+        gltf.extension(job.users[0], EXTENSION)["bufferView"]: job.result.statistics
+        for job in encoded
     }
 
 
@@ -320,11 +322,10 @@ def _jobs(document: Document, large: Larges, options: Options) -> list[Job]:
     return list(jobs.values())
 
 
-def _identity(primitive: pygltflib.Primitive) -> Identity:
-    compression = [repr((primitive.extensions or {}).get(name)) for name in (EXTENSION, DRACO)]
-    sets = [primitive.attributes, *primitive.targets]
-    names = (tuple(sorted(attributes.items())) for attributes in sets)
-    return (primitive.mode, primitive.indices, *compression, *names)
+def _identity(primitive: gltf.Primitive) -> Identity:
+    compression = [repr(gltf.extension(primitive, name)) for name in (EXTENSION, DRACO)]
+    names = (tuple(sorted(names.items())) for names in gltf.attribute_sets(primitive))
+    return (gltf.mode(primitive), primitive.get("indices"), *compression, *names)
 
 
 def _source(document: Document, mesh: int, index: int) -> tuple[Source, Dropped]:
@@ -430,7 +431,7 @@ def _replace(document: Document, job: Job, fallback: bool) -> None:
     vertex_count: int = result.statistics["vertices"]
     extension: dict[str, Any] = {"bufferView": document.add_view(result.view)}
     described, streams = [], []
-    for i, names in enumerate([first.attributes, *first.targets]):
+    for i, names in enumerate(gltf.attribute_sets(first)):
         before = f"targets[{i - 1}]." if i else ""
         streams.append({name: result.plan.attributes[before + name].start for name in names})
         box = _decoded_box(result, streams[i]["POSITION"]) if "POSITION" in names else None
@@ -442,9 +443,11 @@ def _replace(document: Document, job: Job, fallback: bool) -> None:
         extension["sourceVertices"] = result.source_vertices
     indices = describe_indices(document, result.statistics["triangles"], vertex_count)
     for user in job.users:
-        user.mode, user.indices = pygltflib.TRIANGLES, indices
-        user.attributes, *user.targets = map(dict, described)
-        user.extensions = {**(user.extensions or {}), EXTENSION: dict(extension)}
+        if gltf.mode(user) != gltf.TRIANGLES:
+            user["mode"] = gltf.TRIANGLES
+        user["indices"] = indices
+        gltf.set_attribute_sets(user, described)
+        gltf.set_extension(user, EXTENSION, dict(extension))
     if fallback:
         mesh, index = next((m, p) for m, p, user in all_primitives(document) if user is first)
         decoded = read_compressed(document, mesh, index).decode()
@@ -503,16 +506,16 @@ def _settle_extensions(document: Document, encoded: list[Job]) -> list[str]:
     """Corrects extensionsUsed and extensionsRequired; returns warnings."""
     users = [user for job in encoded for user in job.users]
     for user in users:
-        user.extensions.pop(DRACO, None)
+        gltf.pop_extension(user, DRACO)
     warnings = []
     for name in ORDER_DEPENDENT:
-        carriers = [user for user in users if user.extensions.pop(name, None) is not None]
+        carriers = [user for user in users if gltf.pop_extension(user, name) is not None]
         if carriers or name in document.extensionsUsed:
             warnings.append(
                 f"{name} describes the order of triangles, which changes; it is dropped"
             )
             document.forget_extension(name)
-    if not any(DRACO in (p.extensions or {}) for _, _, p in all_primitives(document)):
+    if not any(gltf.has_extension(p, DRACO) for _, _, p in all_primitives(document)):
         document.forget_extension(DRACO)
     unknown = unknown_index_holders(document)
     if unknown:

@@ -8,20 +8,20 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pygltflib
 
-from gltf_ext.compression.extension import EXTENSION, Compressed, require_compressed
-from gltf_ext.compression.primitives import describe, describe_indices
+from gltf_ext.attributes.extension import Compressed, require_compressed
+from gltf_ext.document import gltf
+from gltf_ext.document.accessors import store_rows, stored_rows, widen_bounds
+from gltf_ext.document.container import model_files
+from gltf_ext.document.document import Document
+from gltf_ext.document.images import embed_images
 from gltf_ext.errors import blaming
 from gltf_ext.files import check_output, write_model
-from gltf_ext.gltf.accessors import store_rows, stored_rows, widen_bounds
-from gltf_ext.gltf.container import model_files
-from gltf_ext.gltf.document import Document
-from gltf_ext.gltf.images import embed_images
-from gltf_ext.gltf.importers import open_model
 from gltf_ext.lod.detail import Detail, missing_levels
 from gltf_ext.lod.document import forget_levels
 from gltf_ext.progress import Advance, progress_bar, shared_progress
+from gltf_ext.sources.importers import open_model
+from gltf_ext.sources.primitives import EXTENSION, describe, describe_indices
 from gltf_ext.work_files import Spool
 
 
@@ -73,26 +73,26 @@ def _expand_all(
 
     folder: for work files. Returns the number of triangles of all primitives.
     """
-    expanded: dict[tuple[Any, ...], pygltflib.Primitive] = {}
+    expanded: dict[tuple[Any, ...], gltf.Primitive] = {}
     triangles = 0
     counts = [primitive.triangle_count for primitive in compressed]
     moves = shared_progress(advance, [count / max(sum(counts), 1) for count in counts])
     for primitive, move in zip(compressed, moves):
-        user = document.meshes[primitive.mesh].primitives[primitive.primitive]
+        user = document.primitive(primitive.mesh, primitive.primitive)
         key = (
             primitive.view,
-            user.indices,
-            *(tuple(g.items()) for g in [user.attributes, *user.targets]),
+            user["indices"],
+            *(tuple(g.items()) for g in gltf.attribute_sets(user)),
         )
         if key in expanded:
             first = expanded[key]
-            user.indices, user.attributes = first.indices, dict(first.attributes)
-            user.targets = list(map(dict, first.targets))
+            user["indices"] = first["indices"]
+            gltf.set_attribute_sets(user, gltf.attribute_sets(first))
         else:
             _expand(document, primitive, detail, folder, move)
             expanded[key] = user
-        triangles += document.accessors[user.indices].count // 3
-        del user.extensions[EXTENSION]
+        triangles += document.accessors[user["indices"]]["count"] // 3
+        gltf.pop_extension(user, EXTENSION)
         if move:
             move(1.0)
     return triangles
@@ -106,18 +106,20 @@ def _expand(
     advance: Advance | None,
 ) -> None:
     """Stores one primitive in new accessors: the old ones may have other users."""
-    primitive = document.meshes[compressed.mesh].primitives[compressed.primitive]
+    primitive = document.primitive(compressed.mesh, compressed.primitive)
     cut = detail.cut(document, compressed)
     whole = cut or compressed
-    primitive.indices = describe_indices(document, whole.triangle_count, whole.vertex_count)
-    primitive.attributes, *primitive.targets = (
+    indices = describe_indices(document, whole.triangle_count, whole.vertex_count)
+    sets = [
         describe(document, names, whole.vertex_count, None)
-        for names in [primitive.attributes, *primitive.targets]
-    )
+        for names in gltf.attribute_sets(primitive)
+    ]
+    primitive["indices"] = indices
+    gltf.set_attribute_sets(primitive, sets)
     accessors = document.accessors
-    targets = {primitive.indices: pygltflib.ELEMENT_ARRAY_BUFFER}
-    for names in [primitive.attributes, *primitive.targets]:
-        targets.update(dict.fromkeys(names.values(), pygltflib.ARRAY_BUFFER))
+    targets = {indices: gltf.ELEMENT_ARRAY_BUFFER}
+    for names in sets:
+        targets.update(dict.fromkeys(names.values(), gltf.ARRAY_BUFFER))
     spools = {index: Spool(folder) for index in targets}
 
     def add(index: int, values: np.ndarray) -> None:
@@ -128,8 +130,8 @@ def _expand(
         done += part.triangle_count
         if advance:
             advance(done / whole.triangle_count)
-        add(primitive.indices, part.indices.reshape(-1, 1))
-        for names, arrays in zip([primitive.attributes, *primitive.targets], part.sets):
+        add(indices, part.indices.reshape(-1, 1))
+        for names, arrays in zip(sets, part.sets):
             for name, index in names.items():
                 add(index, arrays[name])
                 if name == "POSITION":

@@ -9,12 +9,14 @@ from typing import Any
 from urllib.parse import unquote_to_bytes
 
 from gltf_ext import _codec
-from gltf_ext.compression.extension import Compressed, malformed_from, require_compressed
-from gltf_ext.compression.streams import OCT, semantic
+from gltf_ext.attributes.extension import Compressed, malformed_from, require_compressed
+from gltf_ext.attributes.streams import OCT
+from gltf_ext.document import gltf
+from gltf_ext.document.document import Document, item
 from gltf_ext.errors import blaming
-from gltf_ext.gltf.document import Document, item
-from gltf_ext.gltf.importers import open_model
 from gltf_ext.portable import file_name
+from gltf_ext.sources.attribute_names import semantic
+from gltf_ext.sources.importers import open_model
 
 INDEX_BYTES_PER_TRIANGLE = 12
 CATEGORY_OF = {"POSITION": "positions", "NORMAL": "normals", "TEXCOORD": "texcoords"}
@@ -115,18 +117,21 @@ def inspect_document(
 
 def _fallback_files(document: Document, all_compressed: list[Compressed]) -> dict[str, int]:
     """Name -> bytes of the files that hold plain buffers for readers without the extension."""
-    users = [document.meshes[c.mesh].primitives[c.primitive] for c in all_compressed]
+    users = [document.primitive(c.mesh, c.primitive) for c in all_compressed]
     accessors = {
-        index for u in users for names in (u.attributes, *u.targets) for index in names.values()
-    } | {user.indices for user in users}
-    views = [document.accessors[index].bufferView for index in accessors]
-    buffers = {
-        item(document.bufferViews, view, "bufferView").buffer for view in views if view is not None
+        index for u in users for names in gltf.attribute_sets(u) for index in names.values()
+    } | {user["indices"] for user in users}
+    views = [document.accessors[index].get("bufferView") for index in accessors]
+    used = {
+        item(document.bufferViews, view, "bufferView").get("buffer")
+        for view in views
+        if view is not None
     }
+    uris = {index: buffer.get("uri", "") for index, buffer in enumerate(document.buffers)}
     return {
-        file_name(unquote_to_bytes(buffer.uri)): buffer.byteLength
-        for index, buffer in enumerate(document.buffers)
-        if index in buffers and buffer.uri and not buffer.uri.startswith("data:")
+        file_name(unquote_to_bytes(uri)): document.buffers[index].get("byteLength", 0)
+        for index, uri in uris.items()
+        if index in used and uri and not uri.startswith("data:")
     }
 
 

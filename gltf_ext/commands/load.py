@@ -7,16 +7,16 @@ import os
 import numpy as np
 
 from gltf_ext import _codec
-from gltf_ext.compression.extension import (
+from gltf_ext.attributes.extension import (
     Compressed,
     malformed_from,
     read_triangles,
     require_compressed,
 )
-from gltf_ext.compression.primitives import Primitive, triangle_primitives
-from gltf_ext.compression.streams import dequantise, to_accessor
+from gltf_ext.attributes.streams import dequantise, to_accessor
 from gltf_ext.errors import blaming
-from gltf_ext.gltf.importers import open_model
+from gltf_ext.sources.importers import open_model
+from gltf_ext.sources.primitives import Primitive, triangle_primitives
 
 
 def load(path: str | os.PathLike[str]) -> list[Primitive]:

@@ -6,15 +6,16 @@ import os
 from pathlib import Path
 from typing import Any
 
-from gltf_ext.compression.extension import malformed_from, require_compressed
-from gltf_ext.compression.options import Options
+from gltf_ext.attributes.extension import malformed_from, require_compressed
+from gltf_ext.document import gltf
+from gltf_ext.document.container import model_files
+from gltf_ext.document.document import Document, item
+from gltf_ext.document.transport import pack_views
 from gltf_ext.errors import blaming
 from gltf_ext.files import check_output, write_model
-from gltf_ext.gltf.container import model_files
-from gltf_ext.gltf.document import Document, item
-from gltf_ext.gltf.importers import open_model
-from gltf_ext.gltf.transport import pack_views
 from gltf_ext.lod.tables import EXTENSION as LOD
+from gltf_ext.options import Options
+from gltf_ext.sources.importers import open_model
 
 
 def transcode(
@@ -46,8 +47,8 @@ def pack_compressed(document: Document, threads: int) -> None:
     views = set()
     for compressed in require_compressed(document):
         views.add(compressed.view)
-        primitive = document.meshes[compressed.mesh].primitives[compressed.primitive]
-        levels = (primitive.extensions or {}).get(LOD)
+        primitive = document.primitive(compressed.mesh, compressed.primitive)
+        levels = gltf.extension(primitive, LOD)
         if isinstance(levels, dict) and isinstance(levels.get("pages"), dict):
             view = levels["pages"].get("bufferView")
             item(document.bufferViews, view, "bufferView")  # readers of level 0 have not checked it

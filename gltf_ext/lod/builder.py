@@ -13,13 +13,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from gltf_ext import _codec
-from gltf_ext.compression.options import Options
 from gltf_ext.lod import simplifier
 from gltf_ext.lod.errors import ErrorMeter
-from gltf_ext.lod.pilot import SMALLEST, Pilot, smaller
+from gltf_ext.lod.pilot import SMALLEST_GROUP, Pilot, shrink_group_size
 from gltf_ext.lod.reduction import SHRINK, reduce_groups
 from gltf_ext.lod.surface import Surface, longest_side
 from gltf_ext.lod.tables import MAX_CLUSTERS
+from gltf_ext.options import Options
 from gltf_ext.ranges import begins, begins_of, members
 
 # Triangles of a level over those of the next: shares of the reduction that the caller asks for. The
@@ -32,18 +32,20 @@ STEPS = (1.0, 0.5, 0.45)
 # of that: groups that cannot take the whole step spoil it. 0.01 makes files of engine and
 # sponza_like larger than 1.7 times level 0.
 FIRST_ERROR = 0.03
-ENOUGH = 128  # triangles of the last level, at most
+LAST_LEVEL_TRIANGLES = 128  # triangles of the last level, at most
 LARGEST_GROUP = 11 / 8  # of the aimed size
 
-Groups = list[np.ndarray]  # numbers of the clusters in each group
+Groups = list[np.ndarray]  # int64 each: positions of a group's clusters in Builder.frontier
 
 
 @dataclass
-class Clusters:
+class ClusterRanges:
     """Clusters as ranges of disks, disks as ranges of triangles.
 
     Attributes:
-        triangles: uint32[T, 3]; disk_begin, cluster_begin: int64, as in _codec.encode.
+        triangles: uint32[T, 3]: the vertices of the triangles, cluster after cluster.
+        disk_begin: int64[D + 1]: the first triangle of each disk, and T.
+        cluster_begin: int64[N + 1]: the first disk of each cluster, and D.
     """
 
     triangles: np.ndarray
@@ -52,28 +54,28 @@ class Clusters:
 
     @property
     def count(self) -> int:
-        """The number of clusters."""
+        """Number of clusters N."""
         return len(self.cluster_begin) - 1
 
     @property
     def triangle_begin(self) -> np.ndarray:
-        """int64[N + 1]: the first triangle of each cluster."""
+        """The first triangle of each cluster, and T: int64[N + 1]."""
         begin: np.ndarray = self.disk_begin[self.cluster_begin]
         return begin
 
-    def chosen(self, clusters: np.ndarray) -> Clusters:
-        """These clusters, in this order."""
-        disks = members(self.cluster_begin, clusters)
+    def select(self, numbers: np.ndarray) -> ClusterRanges:
+        """Return the clusters with these numbers, int64[K], in this order."""
+        disks = members(self.cluster_begin, numbers)
         triangles = members(self.disk_begin, disks)
-        return Clusters(
+        return ClusterRanges(
             self.triangles[triangles],
             begins(np.diff(self.disk_begin)[disks]),
-            begins(np.diff(self.cluster_begin)[clusters]),
+            begins(np.diff(self.cluster_begin)[numbers]),
         )
 
-    def followed_by(self, other: Clusters) -> Clusters:
-        """These clusters, then others."""
-        return Clusters(
+    def concat(self, other: ClusterRanges) -> ClusterRanges:
+        """Return these clusters, followed by others."""
+        return ClusterRanges(
             np.concatenate([self.triangles, other.triangles]),
             np.concatenate([self.disk_begin, self.disk_begin[-1] + other.disk_begin[1:]]),
             np.concatenate([self.cluster_begin, self.cluster_begin[-1] + other.cluster_begin[1:]]),
@@ -82,70 +84,81 @@ class Clusters:
 
 @dataclass
 class ClusterSet:
-    """Clusters, and what they were made from.
+    """Clusters with their errors, spheres and source groups. Lengths are in units of the grid.
 
     Attributes:
-        clusters: C of them.
-        refined: int64[C]: the group that each was made from, -1 in level 0.
-        error: float64[C]: of that group, 0 in level 0.
-        base: float64[C]: largest distance to level 0 of the surface that errors are measured to.
-        centre, radius: float64[C, 3], float64[C]: a sphere around each and all finer ones below.
+        ranges: the triangles of the C clusters.
+        source_group: int64[C]: the finer group that each cluster replaces a part of, -1 in level 0.
+        error: float64[C]: the error of the source group, 0 in level 0.
+        base_error: float64[C]: the largest distance to level 0 of the surface that errors are
+            measured to.
+        centre, radius: float64[C, 3], float64[C]: a sphere around each cluster and all finer
+            clusters that it replaces.
     """
 
-    clusters: Clusters
-    refined: np.ndarray
+    ranges: ClusterRanges
+    source_group: np.ndarray
     error: np.ndarray
-    base: np.ndarray
+    base_error: np.ndarray
     centre: np.ndarray
     radius: np.ndarray
 
-    def chosen(self, numbers: np.ndarray) -> ClusterSet:
-        """These clusters, in this order."""
+    def select(self, numbers: np.ndarray) -> ClusterSet:
+        """Return the clusters with these numbers, int64[K], in this order."""
         return ClusterSet(
-            self.clusters.chosen(numbers), *(values[numbers] for values in self._values)
+            self.ranges.select(numbers), *(values[numbers] for values in self._values)
         )
 
-    def followed_by(self, other: ClusterSet) -> ClusterSet:
-        """These clusters, then others."""
+    def concat(self, other: ClusterSet) -> ClusterSet:
+        """Return these clusters, followed by others."""
         values = map(np.concatenate, zip(self._values, other._values))
-        return ClusterSet(self.clusters.followed_by(other.clusters), *values)
+        return ClusterSet(self.ranges.concat(other.ranges), *values)
 
     @property
     def _values(self) -> tuple[np.ndarray, ...]:
-        return self.refined, self.error, self.base, self.centre, self.radius
+        return self.source_group, self.error, self.base_error, self.centre, self.radius
 
 
 @dataclass
 class Hierarchy:
-    """All levels of a primitive. Lengths are in units of the grid.
+    """All levels of a primitive: C clusters in G groups. Lengths are in units of the grid.
 
     Attributes:
-        clusters: of all levels, those of level 0 first.
-        group: int64[C]: the group that each cluster is in, by its place in the arrays of groups.
-        refined: int64[C]: the number of the group that it was made from, -1 in level 0.
-        level: int64[G]: the round in which each group was made.
-        error: float64[G]: of what replaces the group; infinite where nothing does.
-        centre, radius: float64[G, 3], float64[G]: a sphere around the group and all finer ones
-            below it.
-        stuck: number of triangles of each level that wait for the next one.
+        ranges: the clusters of all levels, those of level 0 first.
+        cluster_group: int64[C]: the group that each cluster belongs to.
+        cluster_source: int64[C]: the finer group that each cluster replaces a part of, -1 in
+            level 0.
+        group_level: int64[G]: the level that each group was formed in.
+        group_error: float64[G]: the error of the group's replacement; infinite without one.
+        group_centre, group_radius: float64[G, 3], float64[G]: a sphere around the group and all
+            finer groups below it.
     """
 
-    clusters: Clusters
-    group: np.ndarray
-    refined: np.ndarray
-    level: np.ndarray
-    error: np.ndarray
-    centre: np.ndarray
-    radius: np.ndarray
-    stuck: list[int]
+    ranges: ClusterRanges
+    cluster_group: np.ndarray
+    cluster_source: np.ndarray
+    group_level: np.ndarray
+    group_error: np.ndarray
+    group_centre: np.ndarray
+    group_radius: np.ndarray
+
+    @property
+    def columns(self) -> tuple[np.ndarray, ...]:
+        """The arrays of clusters and of groups, in the order of the constructor's arguments."""
+        spheres = self.group_centre, self.group_radius
+        return self.cluster_group, self.cluster_source, self.group_level, self.group_error, *spheres
 
 
 class Builder:
-    """Adds level after level.
+    """Builds a hierarchy level after level.
 
     Attributes:
-        all: the clusters so far; group: int64[C]: the group of each, -1 for none.
-        pending: int64: the clusters without a group.
+        clusters: the C clusters of all levels so far.
+        cluster_group: int64[C]: the group of each cluster, -1 for none.
+        frontier: int64[F]: the clusters without a group.
+        groups: level, error, centre and radius of the sphere of each group.
+        stuck_triangles: for each level, the number of triangles that could not be simplified and
+            wait for the next level.
     """
 
     def __init__(
@@ -161,129 +174,148 @@ class Builder:
         first_group: int = 0,
         pilot: Pilot | None = None,
     ) -> None:
-        """Begins with some clusters.
+        """Begin with some clusters.
 
-        clusters: of this level or finer, with errors to be measured to them; by default those of
-            level 0. first_group: the number of the first group.
+        Args:
+            surface: the primitive on its grid.
+            options: of `compress`: how clusters are generated.
+            group_size: number of clusters in a group, about.
+            error_limit: groups with a larger error stay as they are; in units of the grid.
+            reduction: triangles of a group over those of its replacement.
+            threads: number of threads, 0 for all processors.
+            clusters: clusters of this level or finer, to which errors are measured; by default
+                those of level 0.
+            level: the level of the first groups.
+            first_group: the number of the first group.
+            pilot: estimates the sizes of groups in pages; None for groups of any size.
         """
         self.surface = surface
         self.generation = {**options.generation, "threads": threads}
         self.reduction, self.group_size, self.pilot = reduction, group_size, pilot
         self.error_limit, self.threads = error_limit, threads
-        self.all = clusters or self._level_0()
+        self.clusters = clusters or self._level_0()
         self.meter: ErrorMeter | None = None  # from the first level on
-        self.group = np.full(self.all.clusters.count, -1)
-        self.pending = np.arange(self.all.clusters.count)
+        self.cluster_group = np.full(self.clusters.ranges.count, -1)
+        self.frontier = np.arange(self.clusters.ranges.count)
         self.level, self.first_group = level, first_group
-        # Of the last level.
-        self.error = (
+        self.level_error = (  # of the level before
             math.inf if clusters else FIRST_ERROR * longest_side(surface.points) / reduction
         )
-        self.groups: list[tuple[int, float, np.ndarray, float]] = []  # level, error, sphere
-        self.stuck: list[int] = []
+        self.groups: list[tuple[int, float, np.ndarray, float]] = []
+        self.stuck_triangles: list[int] = []
 
     def result(self) -> Hierarchy:
-        """The groups so far and their clusters, without those that are pending."""
-        level, error, centre, radius = zip(*self.groups)
-        clusters, group, refined = self.all.clusters, self.group, self.all.refined
-        if len(self.pending):
-            kept = np.flatnonzero(group >= 0)
-            clusters, group, refined = clusters.chosen(kept), group[kept], refined[kept]
+        """Return the groups so far and their clusters, without the frontier."""
+        levels, errors, centres, radii = zip(*self.groups)
+        ranges, group = self.clusters.ranges, self.cluster_group
+        source_group = self.clusters.source_group
+        if len(self.frontier):
+            in_group = np.flatnonzero(group >= 0)
+            ranges = ranges.select(in_group)
+            group, source_group = group[in_group], source_group[in_group]
         return Hierarchy(
-            clusters,
+            ranges,
             group,
-            refined,
-            np.array(level),
-            np.array(error),
-            np.array(centre),
-            np.array(radius),
-            self.stuck,
+            source_group,
+            np.array(levels),
+            np.array(errors),
+            np.array(centres),
+            np.array(radii),
         )
 
     def add_level(self, may_end: bool = True) -> int:
-        """Groups the pending clusters.
+        """Group the clusters of the frontier and simplify the groups.
 
-        Returns the number of triangles of the next level, 0 if this one is the last.
+        Args:
+            may_end: whether this may be the last level; otherwise clusters that cannot be
+                simplified stay in the frontier.
 
-        may_end: else clusters that cannot be simplified wait, and there is no last level.
+        Returns:
+            The number of triangles of the next level, 0 if this level is the last.
         """
-        here = self.all.clusters.chosen(self.pending)
-        groups = self._grouped(here)
+        pending = self.clusters.ranges.select(self.frontier)
+        groups = self._group_frontier(pending)
         level = self.level
         self.level += 1
-        rows, begin = self._triangles_of(groups)
-        if (np.diff(begin) == 0).any():
-            groups = _without_empty(groups, np.diff(begin))
-            rows, begin = self._triangles_of(groups)
-        is_small = len(here.triangles) <= ENOUGH or here.count == 1
-        if (may_end and is_small) or not len(rows):
+        triangle_ids, old_begin = self._group_triangles(groups)
+        if (np.diff(old_begin) == 0).any():
+            groups = _join_empty(groups, np.diff(old_begin))
+            triangle_ids, old_begin = self._group_triangles(groups)
+        is_small = len(pending.triangles) <= LAST_LEVEL_TRIANGLES or pending.count == 1
+        if (may_end and is_small) or not len(triangle_ids):
             self._end(groups, level)
             return 0
-        before = self.surface.canonical[self.all.clusters.triangles[rows]]
+        old_triangles = self.surface.canonical_vertices[
+            self.clusters.ranges.triangles[triangle_ids]
+        ]
         if self.meter is None:
-            shapes = [self.surface.points, *self.surface.morphed]
-            self.meter = ErrorMeter(shapes, before, begin, rows, self.threads)
+            shapes = [self.surface.points, *self.surface.morph_points]
+            self.meter = ErrorMeter(shapes, old_triangles, old_begin, triangle_ids, self.threads)
         meter = self.meter
-        meter.begin_level(before, begin, rows)
+        meter.begin_level(old_triangles, old_begin, triangle_ids)
         step = self.reduction * STEPS[min(level, len(STEPS) - 1)]
-        pieces, error, self.error = reduce_groups(
-            self.surface,
-            np.split(before, begin[1:-1]),
-            step,
-            meter,
-            step * self.error,
-            self.threads,
+        old_pieces = np.split(old_triangles, old_begin[1:-1])
+        new_pieces, error, self.level_error = reduce_groups(
+            self.surface, old_pieces, step, meter, step * self.level_error, self.threads
         )
-        after, after_begin = np.concatenate(pieces), begins_of(pieces)
-        below = self._largest(self.all.error, groups)
-        error = np.maximum(error + self._largest(self.all.base, groups), below)
+        below = self._group_maxima(self.clusters.error, groups)
+        error = np.maximum(error + self._group_maxima(self.clusters.base_error, groups), below)
         is_stuck = ~(np.isfinite(error) & (error <= self.error_limit))
-        left = np.where(is_stuck, np.diff(begin), np.diff(after_begin)).sum()
-        if may_end and left > SHRINK * len(before):
+        next_pieces = [
+            old if stuck else new for old, new, stuck in zip(old_pieces, new_pieces, is_stuck)
+        ]
+        if may_end and sum(map(len, next_pieces)) > SHRINK * len(old_triangles):
             self._end(groups, level)
             return 0
-        self.stuck.append(int(np.diff(begin)[is_stuck].sum()))
-        replaced = np.flatnonzero(~is_stuck)
+        self.stuck_triangles.append(int(np.diff(old_begin)[is_stuck].sum()))
         if level == 0:  # clusters of level 0 cannot wait: others would share their pages
-            after, after_begin = _merged(before, begin, after, after_begin, is_stuck)
             if is_stuck.any():
-                meter.measure(np.split(after, after_begin[1:-1]), np.flatnonzero(is_stuck))
+                meter.measure(next_pieces, np.flatnonzero(is_stuck))
             error[is_stuck] = 0.0
-            replaced = np.arange(len(groups))
-        if not len(replaced):
-            return len(before)
-        numbers = self._replace(groups, level, after, after_begin, error, replaced)
-        first = np.zeros(len(groups), np.int64)
-        first[replaced] = begins(np.diff(after_begin)[replaced])[:-1]
-        meter.replace(np.isin(np.arange(len(groups)), replaced), first, numbers)
-        return int(np.diff(self.all.clusters.triangle_begin)[self.pending].sum())
+            is_stuck[:] = False
+        if is_stuck.all():
+            return len(old_triangles)
+        simplified_groups = np.flatnonzero(~is_stuck)
+        pieces = [next_pieces[g] for g in simplified_groups]
+        new_triangle_ids = self._replace(
+            [groups[g] for g in simplified_groups], level, pieces, error[simplified_groups]
+        )
+        first_new_triangle = np.zeros(len(groups), np.int64)
+        first_new_triangle[simplified_groups] = begins_of(pieces)[:-1]
+        meter.replace(~is_stuck, first_new_triangle, new_triangle_ids)
+        return int(np.diff(self.clusters.ranges.triangle_begin)[self.frontier].sum())
 
     def end(self) -> None:
-        """Makes a last level of the pending clusters."""
-        self._end(self._grouped(self.all.clusters.chosen(self.pending)), self.level)
+        """Make a last level of the frontier's clusters."""
+        self._end(self._group_frontier(self.clusters.ranges.select(self.frontier)), self.level)
 
     def _end(self, groups: Groups, level: int) -> None:
         for group in groups:
             self._add_group(group, level, np.inf)
-        self.stuck.append(0)
-        self.pending = self.pending[:0]
+        self.stuck_triangles.append(0)
+        self.frontier = self.frontier[:0]
 
     # --- clusters ---
 
     def _level_0(self) -> ClusterSet:
-        whole = np.array([0, len(self.surface.triangles)], np.uint32)
-        clusters, _, _ = self._clusters(self.surface.triangles, whole)
+        group_begin = np.array([0, len(self.surface.triangles)], np.uint32)
+        clusters, _, _ = self._make_clusters(self.surface.triangles, group_begin)
         zeros = np.zeros(clusters.count)
-        refined = np.full(clusters.count, -1)
-        return ClusterSet(clusters, refined, zeros, zeros, *self._bounds(clusters))
+        source_group = np.full(clusters.count, -1)
+        return ClusterSet(clusters, source_group, zeros, zeros, *self._cluster_spheres(clusters))
 
-    def _clusters(
+    def _make_clusters(
         self, triangles: np.ndarray, begin: np.ndarray
-    ) -> tuple[Clusters, np.ndarray, np.ndarray]:
-        """Clusters of triangles in groups.
+    ) -> tuple[ClusterRanges, np.ndarray, np.ndarray]:
+        """Split groups of triangles into clusters.
 
-        Returns (clusters, int64: the first cluster of each group, uint32: the numbers of the
-        triangles in the order of the clusters).
+        Args:
+            triangles: uint32[T, 3], group after group.
+            begin: [G + 1]: the first triangle of each group, and T.
+
+        Returns:
+            The N clusters; int64[G + 1]: the first cluster of each group, and N; uint32[T]: the
+            numbers of the triangles in the order of the clusters.
         """
         order, disk_begin, cluster_begin, group_begin = _codec.generate_in_groups(
             triangles,
@@ -293,18 +325,20 @@ class Builder:
             **self.generation,
         )
         return (
-            Clusters(triangles[order], disk_begin.astype(np.int64), cluster_begin.astype(np.int64)),
+            ClusterRanges(
+                triangles[order], disk_begin.astype(np.int64), cluster_begin.astype(np.int64)
+            ),
             group_begin.astype(np.int64),
             order,
         )
 
-    def _bounds(self, clusters: Clusters) -> tuple[np.ndarray, np.ndarray]:
-        """Spheres around the clusters: float64[N, 3] and float64[N]; morph targets included."""
+    def _cluster_spheres(self, clusters: ClusterRanges) -> tuple[np.ndarray, np.ndarray]:
+        """Return spheres around clusters in all morph targets: float64[N, 3] and float64[N]."""
         corners = clusters.triangles.reshape(-1)
         first = 3 * clusters.triangle_begin[:-1]
         low = np.full((clusters.count, 3), np.inf)
         high = -low
-        for points in [self.surface.points, *self.surface.morphed]:
+        for points in [self.surface.points, *self.surface.morph_points]:
             at_corners = points[corners]
             low = np.minimum(low, np.minimum.reduceat(at_corners, first))
             high = np.maximum(high, np.maximum.reduceat(at_corners, first))
@@ -313,129 +347,140 @@ class Builder:
 
     # --- grouping ---
 
-    def _grouped(self, here: Clusters) -> Groups:
-        """Groups of the pending clusters that fit in a page. Numbers are places in `pending`."""
+    def _group_frontier(self, pending: ClusterRanges) -> Groups:
+        """Group the frontier's clusters so that each group fits in a page."""
         size = self.group_size
         while True:
-            groups = self._groups_of(here, size)
-            if self.pilot is None or size <= SMALLEST:
+            groups = self._partition(pending, size)
+            if self.pilot is None or size <= SMALLEST_GROUP:
                 return groups
-            share = max(self._share_of_page(self.pilot, here, group) for group in groups)
-            if share <= 1.0:
+            fraction = max(self._page_fraction(self.pilot, pending, group) for group in groups)
+            if fraction <= 1.0:
                 return groups
-            size = smaller(size, 1.0 / share)
+            size = shrink_group_size(size, 1.0 / fraction)
 
-    def _share_of_page(self, pilot: Pilot, here: Clusters, group: np.ndarray) -> float:
-        chosen, refined = here.chosen(group), self.all.refined[self.pending[group]]
-        parts = chosen.triangles, chosen.disk_begin, chosen.cluster_begin
-        return pilot.share_of_page(*parts, refined)
+    def _page_fraction(self, pilot: Pilot, pending: ClusterRanges, group: np.ndarray) -> float:
+        selection, source_group = (
+            pending.select(group),
+            self.clusters.source_group[self.frontier[group]],
+        )
+        ranges = selection.triangles, selection.disk_begin, selection.cluster_begin
+        return pilot.page_fraction(*ranges, source_group)
 
-    def _groups_of(self, here: Clusters, size: int) -> Groups:
-        """Groups of about so many clusters, along a Hilbert curve.
+    def _partition(self, pending: ClusterRanges, size: int) -> Groups:
+        """Group the clusters, about `size` in a group, along a Hilbert curve.
 
-        The partitioner joins only clusters that share vertices: smaller groups are joined along the
-        curve.
+        The partitioner joins only clusters that share vertices. Groups that are too small are
+        therefore joined along the curve.
         """
-        most = min(size * LARGEST_GROUP, MAX_CLUSTERS)
-        if here.count <= most:
-            return [np.arange(here.count)]
-        corners = self.surface.position_ids[here.triangles.reshape(-1)]
-        counts = 3 * np.diff(here.triangle_begin)
+        largest_size = min(size * LARGEST_GROUP, MAX_CLUSTERS)
+        if pending.count <= largest_size:
+            return [np.arange(pending.count)]
+        corners = self.surface.position_ids[pending.triangles.reshape(-1)]
+        counts = 3 * np.diff(pending.triangle_begin)
         group = simplifier.partition(
-            corners, counts.astype(np.uint32), len(self.surface.vertex_at), size
+            corners, counts.astype(np.uint32), len(self.surface.vertex_of_position), size
         )
         order = np.argsort(group, kind="stable")
         groups = np.split(order, np.flatnonzero(np.diff(group[order])) + 1)
-        middles = np.array([self.all.centre[self.pending[g]].mean(axis=0) for g in groups])
+        middles = np.array([self.clusters.centre[self.frontier[g]].mean(axis=0) for g in groups])
         on_curve = [groups[i] for i in _codec.hilbert_order(middles.astype(np.float32))]
-        return _joined(on_curve, size / 2, most)
+        return _join_small(on_curve, size / 2, largest_size)
 
-    def _triangles_of(self, groups: Groups) -> tuple[np.ndarray, np.ndarray]:
-        """(numbers of the groups' triangles, one group after the other, begins).
+    def _group_triangles(self, groups: Groups) -> tuple[np.ndarray, np.ndarray]:
+        """Return the triangles of groups, without degenerate ones.
 
-        Drops triangles without extent.
+        Returns:
+            int64[T]: numbers of triangles, group after group; int64[G + 1]: the first of each
+            group, and T.
         """
-        clusters = self.pending[np.concatenate(groups)]
-        rows = members(self.all.clusters.triangle_begin, clusters)
-        sizes = np.diff(self.all.clusters.triangle_begin)[clusters]
+        clusters = self.frontier[np.concatenate(groups)]
+        triangle_ids = members(self.clusters.ranges.triangle_begin, clusters)
+        sizes = np.diff(self.clusters.ranges.triangle_begin)[clusters]
         owner = np.repeat(np.repeat(np.arange(len(groups)), [len(g) for g in groups]), sizes)
-        keep = ~self.surface.is_flat(self.all.clusters.triangles[rows])
-        return rows[keep], begins(np.bincount(owner[keep], minlength=len(groups)))
+        has_area = ~self.surface.is_degenerate(self.clusters.ranges.triangles[triangle_ids])
+        return triangle_ids[has_area], begins(np.bincount(owner[has_area], minlength=len(groups)))
 
     # --- the next level ---
 
     def _replace(
-        self,
-        groups: Groups,
-        level: int,
-        after: np.ndarray,
-        after_begin: np.ndarray,
-        error: np.ndarray,
-        replaced: np.ndarray,
+        self, groups: Groups, level: int, pieces: list[np.ndarray], error: np.ndarray
     ) -> np.ndarray:
-        """Makes the replaced groups, and clusters of their replacements.
+        """Add groups, and the clusters that replace them.
 
-        after, after_begin: triangles of all groups. Returns int64: numbers in `clusters` of the
-        triangles of the replaced groups.
+        Args:
+            groups: the groups that were simplified.
+            level: the level of the groups.
+            pieces: uint32[T, 3] each: the triangles of each group's replacement.
+            error: float64[G]: the error of each replacement.
+
+        Returns:
+            int64: the numbers in `clusters` of the new triangles, piece after piece.
         """
-        made = np.array([self._add_group(groups[g], level, error[g]) for g in replaced])
-        triangles = np.ascontiguousarray(after[members(after_begin, replaced)])
-        new, group_begin, order = self._clusters(triangles, begins(np.diff(after_begin)[replaced]))
-        numbers = np.empty(len(order), np.int64)
-        numbers[order] = len(self.all.clusters.triangles) + np.arange(len(order))
-        base = self._largest(self.all.base, [groups[g] for g in replaced])
-        _, errors, centres, radii = (np.array(v) for v in zip(*(self.groups[g] for g in made)))
-        values = (self.first_group + made, errors, base, centres, radii)
+        indices = np.array([self._add_group(g, level, e) for g, e in zip(groups, error)])
+        ranges, group_begin, order = self._make_clusters(np.concatenate(pieces), begins_of(pieces))
+        triangle_ids = np.empty(len(order), np.int64)
+        triangle_ids[order] = len(self.clusters.ranges.triangles) + np.arange(len(order))
+        base_error = self._group_maxima(self.clusters.base_error, groups)
+        _, errors, centres, radii = (np.array(v) for v in zip(*self.groups[-len(groups) :]))
+        values = (self.first_group + indices, errors, base_error, centres, radii)
         counts = np.diff(group_begin)
-        first = self.all.clusters.count
-        self.all = self.all.followed_by(
-            ClusterSet(new, *(np.repeat(v, counts, axis=0) for v in values))
+        first = self.clusters.ranges.count
+        self.clusters = self.clusters.concat(
+            ClusterSet(ranges, *(np.repeat(v, counts, axis=0) for v in values))
         )
-        waiting = self.pending[self.group[self.pending] < 0]
-        self.pending = np.concatenate([waiting, np.arange(first, first + new.count)])
-        self.group = np.concatenate([self.group, np.full(new.count, -1)])
-        return numbers
+        ungrouped = self.frontier[self.cluster_group[self.frontier] < 0]
+        self.frontier = np.concatenate([ungrouped, np.arange(first, first + ranges.count)])
+        self.cluster_group = np.concatenate([self.cluster_group, np.full(ranges.count, -1)])
+        return triangle_ids
 
-    def _largest(self, values: np.ndarray, groups: Groups) -> np.ndarray:
-        """The largest of the clusters' values in each group."""
-        here = values[self.pending]
-        return np.array([here[group].max() for group in groups])
+    def _group_maxima(self, values: np.ndarray, groups: Groups) -> np.ndarray:
+        """Return the largest of the clusters' values, [C], in each group: [G]."""
+        frontier_values = values[self.frontier]
+        return np.array([frontier_values[group].max() for group in groups])
 
     def _add_group(self, group: np.ndarray, level: int, error: float) -> int:
-        """Makes a group of these places in `pending`. Returns its place in `groups`."""
-        clusters = self.pending[group]
-        number = len(self.groups)
-        centre, radius = _enclosing(self.all.centre[clusters], self.all.radius[clusters])
+        """Add a group. Return its index in `groups`."""
+        clusters = self.frontier[group]
+        index = len(self.groups)
+        centre, radius = _enclosing_sphere(
+            self.clusters.centre[clusters], self.clusters.radius[clusters]
+        )
         self.groups.append((level, error, centre, radius))
-        self.group[clusters] = number
-        return number
+        self.cluster_group[clusters] = index
+        return index
 
 
-def _enclosing(centres: np.ndarray, radii: np.ndarray) -> tuple[np.ndarray, float]:
-    """A sphere that encloses spheres."""
+def _enclosing_sphere(centres: np.ndarray, radii: np.ndarray) -> tuple[np.ndarray, float]:
+    """Return the centre and the radius of a sphere that encloses spheres."""
     low, high = (centres - radii[:, None]).min(axis=0), (centres + radii[:, None]).max(axis=0)
     centre = (low + high) / 2
     return centre, float((np.linalg.norm(centres - centre, axis=1) + radii).max())
 
 
-def _joined(groups: Groups, least: float, most: float) -> Groups:
-    """Joins groups of fewer than `least` clusters along the curve, up to `most`."""
+def _join_small(groups: Groups, smallest_size: float, largest_size: float) -> Groups:
+    """Join groups of fewer than `smallest_size` clusters along the curve, up to `largest_size`."""
     result: Groups = []
-    small: int | None = None  # place of the last one that is too small
+    small: int | None = None  # index of the last group that is too small
     for group in groups:
         for piece in np.split(group, range(MAX_CLUSTERS, len(group), MAX_CLUSTERS)):
-            if small is not None and len(result[small]) + len(piece) <= most:
+            if small is not None and len(result[small]) + len(piece) <= largest_size:
                 result[small] = np.concatenate([result[small], piece])
             else:
                 result.append(piece)
-                small = len(result) - 1 if len(piece) < least else small
-            if small is not None and len(result[small]) >= least:
+                small = len(result) - 1 if len(piece) < smallest_size else small
+            if small is not None and len(result[small]) >= smallest_size:
                 small = None
     return result
 
 
-def _without_empty(groups: Groups, triangles: np.ndarray) -> Groups:
-    """Joins groups without a triangle that has extent to the one before, or after."""
+def _join_empty(groups: Groups, triangles: np.ndarray) -> Groups:
+    """Join groups that have only degenerate triangles to the group before, or after.
+
+    Args:
+        groups: along a curve, so that neighbours are close.
+        triangles: int64[G]: number of other triangles of each group.
+    """
     result: Groups = []
     is_empty = False
     for group, count in zip(groups, triangles):
@@ -446,18 +491,3 @@ def _without_empty(groups: Groups, triangles: np.ndarray) -> Groups:
             result.append(group)
             is_empty = count == 0
     return result
-
-
-def _merged(
-    before: np.ndarray,
-    begin: np.ndarray,
-    after: np.ndarray,
-    after_begin: np.ndarray,
-    take_before: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray]:
-    """The triangles and begins of `after`, for some groups those of `before`."""
-    pieces = [
-        before[begin[g] : begin[g + 1]] if stuck else after[after_begin[g] : after_begin[g + 1]]
-        for g, stuck in enumerate(take_before)
-    ]
-    return np.concatenate(pieces), begins_of(pieces)

@@ -14,7 +14,7 @@ from gltf_ext.lod.tables import GROUP, RUN_BYTES, Tables
 
 # What web/stream reads, see there: bytes of the first request, bytes of the pages of the first
 # picture, and groups of a part of the tables, at least.
-HEAD_BYTES, FIRST_BYTES, LEAST_PART = 32768, 96 * 1024, 128
+HEAD_BYTES, FIRST_BYTES, MIN_PART_GROUPS = 32768, 96 * 1024, 128
 NEAR = 1e-6  # least distance to a sphere, as a share of the viewer's distance to its centre
 
 
@@ -39,10 +39,15 @@ class View:
         return cls(eye, height / (2.0 * math.tan(math.radians(vertical_degrees) / 2.0)))
 
     def pixels(self, tables: Tables, matrix: np.ndarray | None = None) -> np.ndarray:
-        """float64[G]: the error of each group on the screen, at the nearest point of its sphere.
+        """Return the error of each group on the screen, at the nearest point of its sphere.
 
-        matrix: float64[4, 4], from POSITION to the camera's coordinates. Spheres and errors are
-        multiplied by its largest scale.
+        Args:
+            tables: the hierarchy.
+            matrix: float64[4, 4], from POSITION to the camera's coordinates; by default the
+                identity. Spheres and errors are multiplied by its largest scale.
+
+        Returns:
+            float64[G], in pixels.
         """
         groups = tables.groups
         error, radius = groups["error"].astype(np.float64), groups["radius"].astype(np.float64)
@@ -77,12 +82,12 @@ class Cut:
     loaded: np.ndarray
 
 
-def active_groups(tables: Tables, needed: np.ndarray) -> np.ndarray:
-    """bool[G]: the needed groups whose coarser groups are all active.
+def active_groups(tables: Tables, is_needed: np.ndarray) -> np.ndarray:
+    """Return bool[G]: the needed groups whose coarser groups are all active.
 
-    needed: bool[G]; must not hold groups whose page is not resident.
+    is_needed: bool[G]; must not hold groups whose page is not resident.
     """
-    active: np.ndarray = needed.copy()
+    active: np.ndarray = is_needed.copy()
     begin, finer = tables.run_begin, tables.run_group
     # Coarse to fine; groups of level 0, the most, have no runs.
     for g in range(int(tables.pages["firstGroup"][tables.coarse_pages])):
@@ -91,12 +96,14 @@ def active_groups(tables: Tables, needed: np.ndarray) -> np.ndarray:
     return active
 
 
-def cut_of(tables: Tables, needed: np.ndarray) -> Cut:
-    """The cut for needed groups: a cluster is drawn if its group is active, and the group that it
-    was made from is not."""
-    active = active_groups(tables, needed)
-    refined = tables.cluster_refined
-    drawn = active[tables.cluster_group] & ~(active[refined] & (refined >= 0))
+def cut_of(tables: Tables, is_needed: np.ndarray) -> Cut:
+    """Return the cut for a set of groups.
+
+    A cluster is drawn if its group is active and the finer group that it replaces is not.
+    """
+    active = active_groups(tables, is_needed)
+    source_group = tables.cluster_refined
+    drawn = active[tables.cluster_group] & ~(active[source_group] & (source_group >= 0))
     pages = tables.groups["page"].astype(np.int64)
     return Cut(
         active, drawn, np.unique(pages[tables.cluster_group[drawn]]), np.unique(pages[active])
@@ -110,47 +117,51 @@ def cut_for_view(
     resident: np.ndarray | None = None,
     matrix: np.ndarray | None = None,
 ) -> Cut:
-    """The coarsest cut whose error is at most max_pixels on the screen.
+    """Return the coarsest cut whose error is at most max_pixels on the screen.
 
     resident: bool[P], pages in memory; coarser clusters stand in for those that are not.
     matrix: as in View.pixels.
     """
-    needed = view.pixels(tables, matrix) > max_pixels
+    is_needed = view.pixels(tables, matrix) > max_pixels
     if resident is not None:
-        needed &= resident[tables.groups["page"]]
-    return cut_of(tables, needed)
+        is_needed &= resident[tables.groups["page"]]
+    return cut_of(tables, is_needed)
 
 
 def cut_at_error(tables: Tables, error: float) -> Cut:
-    """The coarsest cut whose error is at most this one, in units of POSITION."""
+    """Return the coarsest cut whose error is at most this one, in units of POSITION."""
     return cut_of(tables, tables.groups["error"].astype(np.float64) > error)
 
 
 def cut_at_level(tables: Tables, level: int) -> Cut:
-    """A level as a whole: the groups of this level and coarser ones. The coarsest for more."""
+    """Return the cut of a whole level.
+
+    Args:
+        tables: the hierarchy.
+        level: 0 is the finest; the coarsest level stands for larger numbers.
+    """
     is_top = np.isinf(tables.groups["error"])
     return cut_of(tables, is_top | (tables.group_level >= level))
 
 
 def held_bytes(tables: Tables, cut: Cut) -> int:
-    """Bytes that a stream holds for a cut: those of its loaded pages and of the tables, as far as
-    it reads them."""
+    """Return the bytes that a stream holds for a cut: its pages, and the tables that it reads."""
     return table_bytes(tables, known_groups(tables, cut)) + page_bytes(tables, cut)
 
 
 def page_bytes(tables: Tables, cut: Cut) -> int:
-    """Bytes of the loaded pages of a cut."""
+    """Return bytes of the loaded pages of a cut."""
     return int(tables.pages["byteLength"][cut.loaded].sum())
 
 
-def table_bytes(tables: Tables, known: int) -> int:
-    """Bytes of the page table, of so many groups and of their runs."""
-    runs = int(tables.run_begin[known])
-    return tables.pages.nbytes + GROUP.itemsize * known + RUN_BYTES * runs
+def table_bytes(tables: Tables, group_count: int) -> int:
+    """Return bytes of the page table, of so many groups and of their runs."""
+    runs = int(tables.run_begin[group_count])
+    return tables.pages.nbytes + GROUP.itemsize * group_count + RUN_BYTES * runs
 
 
 def known_groups(tables: Tables, cut: Cut) -> int:
-    """Groups that a stream (web/stream) knows for a cut, of a file that begins with the tables.
+    """Group that a stream (web/stream) knows for a cut, of a file that begins with the tables.
 
     It knows all if they lie within its first request. Else it reads parts: up to those of the root
     pages and of the first picture, then as far as runs of active groups point.
@@ -160,18 +171,18 @@ def known_groups(tables: Tables, cut: Cut) -> int:
         return count
     ends = np.append(tables.pages["firstGroup"][1:], count).astype(np.int64)
     coarse = np.cumsum(tables.pages["byteLength"][: tables.coarse_pages], dtype=np.int64)
-    first = max(int(np.searchsorted(coarse, FIRST_BYTES, side="right")), tables.root_pages)
-    known, last = 0, int(ends[first - 1]) - 1
-    while last >= known:
-        least = min(max(last + 1, known + LEAST_PART), count)
-        known = int(ends[np.searchsorted(ends, least)])
-        runs = slice(0, int(tables.run_begin[known]))
-        named = tables.run_group[runs][cut.active[tables.run_owner[runs]]]
-        last = int(named.max(initial=0))
-    return known
+    first_pages = max(int(np.searchsorted(coarse, FIRST_BYTES, side="right")), tables.root_pages)
+    group_count, last_needed = 0, int(ends[first_pages - 1]) - 1
+    while last_needed >= group_count:
+        next_count = min(max(last_needed + 1, group_count + MIN_PART_GROUPS), count)
+        group_count = int(ends[np.searchsorted(ends, next_count)])
+        runs = slice(0, int(tables.run_begin[group_count]))
+        finer_groups = tables.run_group[runs][cut.active[tables.run_owner[runs]]]
+        last_needed = int(finer_groups.max(initial=0))
+    return group_count
 
 
 def error_of(tables: Tables, cut: Cut) -> float:
-    """The largest error of the groups that are replaced in a cut."""
-    replaced = tables.groups["error"][~cut.active]
-    return float(replaced.max(initial=0.0))
+    """Return the largest error of the groups that are replaced in a cut."""
+    errors = tables.groups["error"][~cut.active]
+    return float(errors.max(initial=0.0))

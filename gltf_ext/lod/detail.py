@@ -7,14 +7,14 @@ import numbers
 from dataclasses import dataclass
 from typing import Any
 
-from gltf_ext.compression.extension import Compressed
-from gltf_ext.compression.primitives import Primitive
+from gltf_ext.attributes.extension import Compressed
+from gltf_ext.document.accessors import stated_bounds
+from gltf_ext.document.document import Document
 from gltf_ext.errors import MeshletError
-from gltf_ext.gltf.accessors import stated_bounds
-from gltf_ext.gltf.document import Document
 from gltf_ext.lod.cuts import cut_at_error, cut_at_level
 from gltf_ext.lod.reading import read_lod
 from gltf_ext.lod.tables import EXTENSION
+from gltf_ext.sources.primitives import Primitive
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class Detail:
         return cls(None, value / 100.0 if is_share else value, is_share)
 
     def cut(self, document: Document, compressed: Compressed) -> Primitive | None:
-        """The primitive at this detail; None for all of it. Raises MeshletError."""
+        """Return the primitive at this detail; None for all of it. Raises MeshletError."""
         if not self.level and self.error is None:
             return None
         primitive = read_lod(document, compressed)
@@ -73,7 +73,7 @@ def _is_count(value: Any) -> bool:
 
 
 def missing_levels(document: Document) -> list[str]:
-    """A warning for a user who asks for less detail, if the document has all triangles only."""
+    """Return a warning for a user who asks for less detail than a document without levels has."""
     if EXTENSION in document.extensionsUsed:
         return []
     return ["it has no levels of detail, only all triangles; compress the original with --lod"]
@@ -81,8 +81,8 @@ def missing_levels(document: Document) -> list[str]:
 
 def _longest_side(document: Document, compressed: Compressed) -> float:
     """Of the bounding box that the POSITION accessor states."""
-    primitive = document.meshes[compressed.mesh].primitives[compressed.primitive]
-    accessor = document.accessors[primitive.attributes["POSITION"]]
+    primitive = document.primitive(compressed.mesh, compressed.primitive)
+    accessor = document.accessors[primitive["attributes"]["POSITION"]]
     low, high = stated_bounds(accessor)
     if low is None or high is None or len(low) != 3 or len(high) != 3:
         raise MeshletError(

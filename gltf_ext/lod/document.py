@@ -9,13 +9,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import pygltflib
 
-from gltf_ext.compression.extension import EXTENSION as EDGEBREAKER
-from gltf_ext.compression.primitives import all_primitives
-from gltf_ext.gltf.buffer_layout import map_views
-from gltf_ext.gltf.document import Document
+from gltf_ext.document import gltf
+from gltf_ext.document.buffer_layout import map_views
+from gltf_ext.document.document import Document
 from gltf_ext.lod.tables import EXTENSION, VERSION, Tables
+from gltf_ext.sources.primitives import EXTENSION as EDGEBREAKER
+from gltf_ext.sources.primitives import all_primitives
 
 
 @dataclass
@@ -32,13 +32,13 @@ class Levels:
     report: dict[str, Any]
 
 
-def add_levels(document: Document, users: list[pygltflib.Primitive], levels: Levels) -> None:
-    """Gives the primitives their levels."""
+def add_levels(document: Document, users: list[gltf.Primitive], levels: Levels) -> None:
+    """Give the primitives their levels."""
     tables = levels.tables
+    tables_view, pages_view = document.add_view(tables.to_bytes()), document.add_view(levels.pages)
     extension = {
         "version": VERSION,
-        "bufferView": document.add_view(tables.to_bytes()),
-        "pages": {"bufferView": document.add_view(levels.pages)},
+        "bufferView": tables_view,
         "pageCount": len(tables.pages),
         "coarsePageCount": tables.coarse_pages,
         "groupCount": len(tables.groups),
@@ -46,28 +46,28 @@ def add_levels(document: Document, users: list[pygltflib.Primitive], levels: Lev
         "rootPageCount": tables.root_pages,
     }
     for user in users:
-        user.extensions[EXTENSION] = {**extension, "pages": dict(extension["pages"])}  # type: ignore[call-overload]
+        pages = {"bufferView": pages_view}
+        gltf.set_extension(user, EXTENSION, {**extension, "pages": pages})
 
 
 def arrange(document: Document) -> None:
-    """Orders the buffer views: tables, coarse pages, level 0, everything else."""
+    """Order the buffer views: tables, coarse pages, level 0, everything else."""
     rank = np.full(len(document.bufferViews), 3)
     for _, _, primitive in all_primitives(document):
-        extension = (primitive.extensions or {}).get(EXTENSION)
+        extension = gltf.extension(primitive, EXTENSION)
         if extension:
             rank[extension["bufferView"]] = 0
             rank[extension["pages"]["bufferView"]] = 1
-            rank[primitive.extensions[EDGEBREAKER]["bufferView"]] = 2
+            rank[gltf.extension(primitive, EDGEBREAKER)["bufferView"]] = 2
     order = np.argsort(rank, kind="stable")
     place = np.empty(len(order), np.int64)
     place[order] = np.arange(len(order))
-    views = [document.bufferViews[i] for i in order]
     map_views(document, lambda index: int(place[index]))
-    document.root.bufferViews = views
+    document.arrange_views(order.tolist())
 
 
 def forget_levels(document: Document) -> None:
-    """Removes all levels: they describe data that is replaced."""
+    """Remove all levels: they describe data that is replaced."""
     for _, _, primitive in all_primitives(document):
-        (primitive.extensions or {}).pop(EXTENSION, None)
+        gltf.pop_extension(primitive, EXTENSION)
     document.forget_extension(EXTENSION)

@@ -7,11 +7,11 @@ import numpy as np
 from gltf_ext import _codec
 from gltf_ext.ranges import begins, begins_of, members
 
-# The share of the area of level 0 that its vertices stand for; points in triangles stand for the
-# rest. Vertices are farther away than the surface between them: a noisy scan of 3.5 M triangles
-# draws 1.14 times the triangles with 0.25.
-VERTEX_SHARE = 0.05
-# Points in level 0, however few triangles it has. With 16,384 here and in the native code, engine
+# The fraction of the area of level 0 that its vertices represent; points in triangles represent the
+# rest. Distances at vertices are larger than on the surface between them: a noisy scan of 3.5 M
+# triangles draws 1.14 times the triangles with 0.25.
+VERTEX_FRACTION = 0.05
+# The least number of sample points in level 0. With 16,384 here and in the native code, engine
 # (34 small primitives) takes 1.35 times the time; with 8,192 its errors hold as well.
 LEAST_POINTS = 8192
 BLOCK = 1 << 18  # triangles at a time: little memory
@@ -21,9 +21,9 @@ R2 = 0.7548776662466927, 0.5698402909980532  # Roberts' sequence R2 spreads poin
 class ErrorMeter:
     """Level 0, and samples of it that follow the surface from level to level.
 
-    Samples are points in triangles, and vertices from when simplification takes them. A sample
-    lies on the nearest triangle of the replacement, and belongs to the group that this triangle
-    comes into. It counts with the area of level 0 that it stands for.
+    Samples are points in triangles, and the vertices that simplification has removed. A sample lies
+    on the nearest triangle of the replacement, and belongs to the group of this triangle in the
+    next level. Its weight is the area of level 0 that it represents.
     """
 
     def __init__(
@@ -31,119 +31,163 @@ class ErrorMeter:
         shapes: list[np.ndarray],
         triangles: np.ndarray,
         begin: np.ndarray,
-        rows: np.ndarray,
+        triangle_ids: np.ndarray,
         threads: int,
     ) -> None:
-        """shapes: float32[V, 3] each; triangles, begin: level 0 in groups; rows: the caller's
-        numbers of the triangles."""
+        """Place samples in level 0.
+
+        Args:
+            shapes: float32[V, 3] each: positions at rest, then with each morph target.
+            triangles: uint32[T, 3]: level 0, group after group.
+            begin: int64[G + 1]: the first triangle of each group, and T.
+            triangle_ids: int64[T]: the caller's numbers of the triangles.
+            threads: number of threads, 0 for all processors.
+        """
         self._threads = threads
-        chosen, areas = spread_by_area(shapes[0], triangles)
-        u, v, w = spread_weights(len(chosen)).T[:, :, None]
+        sample_triangles, areas = sample_by_area(shapes[0], triangles)
+        u, v, w = sample_weights(len(sample_triangles)).T[:, :, None]
         # np.take is six times faster than an index here.
-        corners = [np.take(shape, triangles[chosen], axis=0) for shape in shapes]
-        points = [at[:, 0] * u + at[:, 1] * v + at[:, 2] * w for at in corners]
+        corners = [np.take(shape, triangles[sample_triangles], axis=0) for shape in shapes]
+        points = [abc[:, 0] * u + abc[:, 1] * v + abc[:, 2] * w for abc in corners]
         self._shapes = [np.concatenate(pair) for pair in zip(shapes, points)]
         self._errors = _codec.ReplacementErrors(
             self._shapes,
             triangles,
             begin.astype(np.uint32),
-            VERTEX_SHARE,
+            VERTEX_FRACTION,
             threads=threads,
         )
-        # Of each sample: its number among vertices and points, its triangle by the caller's
-        # number, its area. From begin_level on also: its triangle's place in the level, its group.
-        self._samples = (len(shapes[0]) + np.arange(len(chosen))).astype(np.uint32)
-        self._on = rows[chosen]
-        self._areas = np.float32(1 - VERTEX_SHARE) * areas
-        # Samples on replacements; triangles are numbers in the replacement.
-        nothing = self._on[:0]
-        self._next = [self._samples[:0], nothing, nothing, self._areas[:0]]
+        # For each sample: its number among vertices and points, the caller's number of its
+        # triangle, its area. begin_level adds its triangle's index in the level, and its group.
+        self._samples = (len(shapes[0]) + np.arange(len(sample_triangles))).astype(np.uint32)
+        self._sample_triangle_id = triangle_ids[sample_triangles]
+        self._sample_areas = np.float32(1 - VERTEX_FRACTION) * areas
+        # Samples on replacements: number, group, index of the triangle in the replacement, area.
+        no_triangles = self._sample_triangle_id[:0]
+        self._next_samples = [self._samples[:0], no_triangles, no_triangles, self._sample_areas[:0]]
 
-    def begin_level(self, before: np.ndarray, begin: np.ndarray, rows: np.ndarray) -> None:
-        """before: uint32[T, 3], a whole level in groups; rows: the caller's numbers of its
-        triangles."""
-        place = np.zeros(int(rows.max()) + 1, np.int64)
-        place[rows] = np.arange(len(rows))
-        self._before, self._begin, self._at = before, begin, place[self._on]
-        self._group = np.searchsorted(begin, self._at, "right") - 1
+    def begin_level(
+        self, triangles: np.ndarray, begin: np.ndarray, triangle_ids: np.ndarray
+    ) -> None:
+        """Assign the samples to the groups of a level. Arguments as in the constructor."""
+        index_of_id = np.zeros(int(triangle_ids.max()) + 1, np.int64)
+        index_of_id[triangle_ids] = np.arange(len(triangle_ids))
+        self._level_triangles, self._group_begin, self._sample_triangle = (
+            triangles,
+            begin,
+            index_of_id[self._sample_triangle_id],
+        )
+        self._sample_group = np.searchsorted(begin, self._sample_triangle, "right") - 1
 
-    def measure(self, after: list[np.ndarray], groups: np.ndarray) -> np.ndarray:
-        """float32: the distance between the replacement of each group and level 0 that 99.9 % of
-        the area of either surface keeps.
+    def measure(self, pieces: list[np.ndarray], groups: np.ndarray) -> np.ndarray:
+        """Measure the distance between replacements and level 0.
 
-        after: the triangles of each group's replacement, or of the group where it has none.
         Groups may be measured again, with another replacement.
+
+        Args:
+            pieces: uint32[T, 3] for each group of the level: its replacement, or the group itself.
+            groups: int64[N]: the groups to measure.
+
+        Returns:
+            float32[N]: the distance that 99.9 % of the area of either surface keeps.
         """
-        begin = self._begin
-        counts = np.bincount(self._group, minlength=len(begin) - 1)
-        order = np.argsort(self._group, kind="stable")[members(begins(counts), groups)]
-        after_begin = begins_of(after)
+        begin = self._group_begin
+        counts = np.bincount(self._sample_group, minlength=len(begin) - 1)
+        sample_order = np.argsort(self._sample_group, kind="stable")[
+            members(begins(counts), groups)
+        ]
+        piece_begin = begins_of(pieces)
         error: np.ndarray
         error, samples, triangles, sample_begin, areas = self._errors.measure(
-            self._before,
+            self._level_triangles,
             begin.astype(np.uint32),
-            np.concatenate(after),
-            after_begin.astype(np.uint32),
+            np.concatenate(pieces),
+            piece_begin.astype(np.uint32),
             groups.astype(np.uint32),
-            self._samples[order],
+            self._samples[sample_order],
             begins(counts[groups]).astype(np.uint32),
-            self._areas[order],
+            self._sample_areas[sample_order],
         )
-        group = np.repeat(groups, np.diff(sample_begin))
-        found = (samples, group, triangles - after_begin[group], areas)
-        is_new = np.zeros(len(begin) - 1, bool)
-        is_new[groups] = True
-        old = ~is_new[self._next[1]]
-        self._next = [np.concatenate([a[old], b]) for a, b in zip(self._next, found)]
+        sample_group = np.repeat(groups, np.diff(sample_begin))
+        new_samples = (samples, sample_group, triangles - piece_begin[sample_group], areas)
+        is_measured = np.zeros(len(begin) - 1, bool)
+        is_measured[groups] = True
+        is_other = ~is_measured[self._next_samples[1]]
+        self._next_samples = [
+            np.concatenate([a[is_other], b]) for a, b in zip(self._next_samples, new_samples)
+        ]
         return error
 
-    def lost(self, group: int, after: np.ndarray, allowed: float) -> np.ndarray:
-        """uint32: vertices of the group, around its samples that are farther than `allowed` from
-        its replacement, uint32[T, 3]."""
-        chosen = np.flatnonzero(self._group == group)
-        samples = self._samples[chosen]
+    def lost_vertices(self, group: int, piece: np.ndarray, max_distance: float) -> np.ndarray:
+        """Return the vertices of a group around the parts that its replacement lost.
+
+        Args:
+            group: number of the group.
+            piece: uint32[T, 3]: its replacement.
+            max_distance: samples that are farther from the replacement are lost.
+
+        Returns:
+            uint32[N]: the corners of the triangles of these samples, ascending.
+        """
+        group_samples = np.flatnonzero(self._sample_group == group)
+        samples = self._samples[group_samples]
         is_far = np.zeros(len(samples), bool)
         for points in self._shapes:
-            found, _ = _codec.surface_distances(
-                points[samples], points, after, allowed, self._threads
+            distances, _ = _codec.surface_distances(
+                points[samples], points, piece, max_distance, self._threads
             )
-            is_far |= found > allowed
-        lost: np.ndarray = np.unique(self._before[self._at[chosen[is_far]]])
-        return lost
+            is_far |= distances > max_distance
+        vertices: np.ndarray = np.unique(
+            self._level_triangles[self._sample_triangle[group_samples[is_far]]]
+        )
+        return vertices
 
-    def replace(self, is_replaced: np.ndarray, first: np.ndarray, numbers: np.ndarray) -> None:
-        """Moves the samples of replaced groups to the replacements.
+    def replace(
+        self, is_replaced: np.ndarray, first_new_triangle: np.ndarray, new_triangle_ids: np.ndarray
+    ) -> None:
+        """Move the samples of replaced groups to the replacements.
 
-        is_replaced: bool[G]; numbers: the caller's of all new triangles; first: int64[G], of each
-        replaced group the first place in `numbers`.
+        Args:
+            is_replaced: bool[G].
+            first_new_triangle: int64[G]: the index in `new_triangle_ids` of each replacement's
+                first triangle; unused for groups that are not replaced.
+            new_triangle_ids: int64: the caller's numbers of the triangles of all replacements.
         """
-        stays = ~is_replaced[self._group]
-        goes = is_replaced[self._next[1]]
-        samples, group, triangle, areas = (values[goes] for values in self._next)
+        stays = ~is_replaced[self._sample_group]
+        goes = is_replaced[self._next_samples[1]]
+        samples, group, triangle, areas = (values[goes] for values in self._next_samples)
         self._samples = np.concatenate([self._samples[stays], samples])
-        self._on = np.concatenate([self._on[stays], numbers[first[group] + triangle]])
-        self._areas = np.concatenate([self._areas[stays], areas])
-        self._next = [values[:0] for values in self._next]
+        self._sample_triangle_id = np.concatenate(
+            [
+                self._sample_triangle_id[stays],
+                new_triangle_ids[first_new_triangle[group] + triangle],
+            ]
+        )
+        self._sample_areas = np.concatenate([self._sample_areas[stays], areas])
+        self._next_samples = [values[:0] for values in self._next_samples]
 
 
-def spread_by_area(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(int64[N]: triangles to put points into, in order, float32[N]: the area that each point
-    stands for): every second triangle, and large ones as often as their areas ask for."""
-    area = _areas(points, triangles)
+def sample_by_area(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Choose triangles for sample points: every second one, and large ones several times.
+
+    Returns:
+        int64[N]: the triangle of each point, ascending; float32[N]: the area that it represents.
+    """
+    area = _triangle_areas(points, triangles)
     total = area.sum(dtype=np.float64)
     per_area = max(len(triangles) // 2, LEAST_POINTS) / total if total > 0 else 0.0
     # In float64 with any NumPy; where all areas are alike, rounding does not decide.
     times = (np.multiply(area, per_area, dtype=np.float64) + 1e-6).astype(np.int64)
     small = np.flatnonzero(times == 0)
-    chosen = small[::2]
-    times[chosen] = 1
-    area[chosen] *= len(small) / max(len(chosen), 1)
-    chosen = np.repeat(np.arange(len(times)), times)
-    return chosen, area[chosen] / times[chosen].astype(np.float32)
+    sample_triangles = small[::2]
+    times[sample_triangles] = 1
+    area[sample_triangles] *= len(small) / max(len(sample_triangles), 1)
+    sample_triangles = np.repeat(np.arange(len(times)), times)
+    return sample_triangles, area[sample_triangles] / times[sample_triangles].astype(np.float32)
 
 
-def _areas(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """float32[T]: the area of each triangle."""
+def _triangle_areas(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Return the area of each triangle, float32[T]."""
     areas = np.empty(len(triangles), np.float32)
     for first in range(0, len(triangles), BLOCK):
         corners = np.take(points, triangles[first : first + BLOCK].T, axis=0).transpose(0, 2, 1)
@@ -154,8 +198,8 @@ def _areas(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     return areas
 
 
-def spread_weights(count: int) -> np.ndarray:
-    """float32[count, 3]: weights of the corners of a triangle, for points spread evenly in it."""
+def sample_weights(count: int) -> np.ndarray:
+    """Return float32[count, 3]: corner weights of points spread evenly in a triangle."""
     u, v = (np.arange(count) * step % 1.0 for step in R2)
     beyond = u + v > 1.0
     u[beyond], v[beyond] = 1.0 - u[beyond], 1.0 - v[beyond]

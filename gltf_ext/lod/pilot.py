@@ -10,43 +10,47 @@ from gltf_ext import _codec
 from gltf_ext._codec import Stream
 from gltf_ext.ranges import occurring
 
-SMALLEST = 4  # clusters in a group
-TIGHTER = 0.9  # than what would fit: the largest group varies
-# Bytes of connectivity that a triangle takes at most; vertices take no more than their integers.
+SMALLEST_GROUP = 4  # clusters in a group
+TIGHTER = 0.9  # groups are made smaller than the estimate allows: the largest group varies
+# The most bytes of connectivity for a triangle; vertices take no more than their integers.
 CONNECTIVITY = 0.5
 
 
-def smaller(group_size: int, share: float) -> int:
-    """The size of groups to try next, where the largest one must shrink to this share."""
-    return max(min(int(TIGHTER * share * group_size), group_size - 1), SMALLEST)
+def shrink_group_size(group_size: int, fraction: float) -> int:
+    """Return the next group size to try, if the largest group must shrink to this fraction."""
+    return max(min(int(TIGHTER * fraction * group_size), group_size - 1), SMALLEST_GROUP)
 
 
 @dataclass(frozen=True)
 class Pilot:
-    """What a group is encoded with.
+    """Encodes single groups of a surface.
 
     Attributes:
-        streams, values: the stream table, and uint32[V, elements] of each.
-        ids, points: of the surface: uint32[V], float32[V, 3].
-        page_bytes: largest page.
+        streams: the stream table; values: uint32[V, elements] of each stream.
+        position_ids, points: uint32[V], float32[V, 3]: of the surface.
+        page_bytes: the size that a page should not exceed.
     """
 
     streams: list[Stream]
     values: list[np.ndarray]
-    ids: np.ndarray
+    position_ids: np.ndarray
     points: np.ndarray
     page_bytes: int
 
-    def share_of_page(
+    def page_fraction(
         self,
         triangles: np.ndarray,
         disk_begin: np.ndarray,
         cluster_begin: np.ndarray,
-        refined: np.ndarray,
+        source_group: np.ndarray,
     ) -> float:
-        """The bytes of a group over those of a page; 0 where they cannot be too many.
+        """Return the size of a group as a fraction of a page; 0 if it certainly fits.
 
-        Arguments as in Clusters and ClusterSet.
+        Args:
+            triangles: uint32[T, 3], as in ClusterRanges.
+            disk_begin: int64[D + 1], as in ClusterRanges.
+            cluster_begin: int64[N + 1], as in ClusterRanges.
+            source_group: int64[N], as in ClusterSet.
         """
         vertices = len(occurring(triangles, len(self.points)))
         bits = sum(stream.elements * stream.bits for stream in self.streams)
@@ -54,17 +58,19 @@ class Pilot:
             return 0.0
         layer = np.zeros(len(triangles), np.int64)
         if _repeats_edge(triangles, len(self.points)):  # as _separate of gltf_ext.lod.writing
-            layer = np.repeat(refined + 1, np.diff(disk_begin[cluster_begin]))
+            layer = np.repeat(source_group + 1, np.diff(disk_begin[cluster_begin]))
         keys = (layer * len(self.points))[:, None] + triangles
-        made, local = np.unique(keys, return_inverse=True)
-        used = made % len(self.points)
-        _, ids = np.unique(made - used + self.ids[used], return_inverse=True)
+        unique_keys, local_indices = np.unique(keys, return_inverse=True)
+        vertex_ids = unique_keys % len(self.points)
+        _, ids = np.unique(
+            unique_keys - vertex_ids + self.position_ids[vertex_ids], return_inverse=True
+        )
         view, _ = _codec.encode(
-            local.reshape(-1, 3).astype(np.uint32),
+            local_indices.reshape(-1, 3).astype(np.uint32),
             ids.astype(np.uint32),
-            self.points[used],
+            self.points[vertex_ids],
             self.streams,
-            [values[used] for values in self.values],
+            [values[vertex_ids] for values in self.values],
             threads=1,
             meshlets=(
                 np.arange(len(triangles), dtype=np.uint32),
@@ -77,6 +83,6 @@ class Pilot:
 
 
 def _repeats_edge(triangles: np.ndarray, vertices: int) -> bool:
-    """Whether two triangles pass an edge in one direction."""
+    """Return whether two triangles pass an edge in one direction."""
     edges = triangles.astype(np.int64) * vertices + np.roll(triangles, -1, axis=1)
     return bool(len(np.unique(edges)) < edges.size)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from gltf_ext import _codec
-from gltf_ext.compression.extension import (
+from gltf_ext.attributes.extension import (
     Compressed,
     compressed_primitives,
     malformed,
@@ -18,13 +18,14 @@ from gltf_ext.compression.extension import (
     require_compressed,
     require_plain,
 )
-from gltf_ext.compression.primitives import Primitive
+from gltf_ext.document import gltf
+from gltf_ext.document.document import Document, item
 from gltf_ext.errors import MeshletError, blaming
-from gltf_ext.gltf.document import Document, item
-from gltf_ext.gltf.importers import open_model
 from gltf_ext.lod.cuts import Cut
 from gltf_ext.lod.tables import EXTENSION, VERSION, Tables, read_tables
 from gltf_ext.ranges import begins, members
+from gltf_ext.sources.importers import open_model
+from gltf_ext.sources.primitives import Primitive
 from gltf_ext.work_files import release
 
 COUNTS = ("pageCount", "coarsePageCount", "groupCount", "runCount")
@@ -48,10 +49,10 @@ class LodPrimitive:
     tables: Tables
     coarse: memoryview
     streams: tuple[Any, ...]
-    _sound: set[int] = field(default_factory=set, init=False, repr=False)  # checked pages
+    _checked_pages: set[int] = field(default_factory=set, init=False, repr=False)  # checked pages
 
     def page(self, number: int) -> bytes:
-        """The blob of a page."""
+        """Return the blob of a page."""
         begin = self.tables.page_begin
         first, last = int(begin[number]), int(begin[number + 1])
         if number < self.tables.coarse_pages:
@@ -70,7 +71,7 @@ class LodPrimitive:
         return counts
 
     def drawn_triangles(self, cut: Cut) -> int:
-        """Number of triangles of a cut."""
+        """Return number of triangles of a cut."""
         return int(self.cluster_triangles[cut.drawn].sum())
 
     @property
@@ -79,10 +80,11 @@ class LodPrimitive:
         return f"{EXTENSION} of {self.compressed.where}"
 
     def malformed(self, problem: str) -> MeshletError:
+        """Return the error for a primitive that breaks the specification."""
         return malformed(self.where, problem)
 
     def mesh(self, cut: Cut) -> Primitive:
-        """The triangles of a cut with all attributes. Decodes the pages of its clusters.
+        """Return the triangles of a cut with all attributes. Decodes the pages of its clusters.
 
         Vertices on borders of pages are stored once for each page. Raises MeshletError.
         """
@@ -91,35 +93,39 @@ class LodPrimitive:
         count = 0
         for page in cut.pages:
             corners, vertices = self._drawn_of(int(page), cut.drawn)
-            used, local = np.unique(corners, return_inverse=True)
+            vertex_ids, local = np.unique(corners, return_inverse=True)
             triangles.append(local.reshape(-1, 3).astype(np.uint32) + np.uint32(count))
-            values.append([v[used] for v in vertices])
-            count += len(used)
-        joined = [np.concatenate(column) for column in zip(*values)]
-        return self.compressed.as_primitive(np.concatenate(triangles), joined)
+            values.append([v[vertex_ids] for v in vertices])
+            count += len(vertex_ids)
+        all_values = [np.concatenate(column) for column in zip(*values)]
+        return self.compressed.as_primitive(np.concatenate(triangles), all_values)
 
     def drawn_of_page(self, page: int, drawn: np.ndarray) -> np.ndarray:
-        """int64: the meshlets of a page's blob that a cut draws. Checks the page the first time.
+        """Return the numbers of a page's meshlets that a cut draws, int64. Raises MeshletError.
 
-        drawn: of the cut. Raises MeshletError.
+        Checks the page the first time.
+
+        Args:
+            page: number of the page.
+            drawn: bool[C], of the cut.
         """
-        if page not in self._sound:
+        if page not in self._checked_pages:
             self.check_page(page)
-            self._sound.add(page)
+            self._checked_pages.add(page)
         begin = self.tables.cluster_begin
         first, last = self.groups_of(page)
         return np.flatnonzero(drawn[begin[first] : begin[last]])
 
     def _drawn_of(self, page: int, drawn: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:
-        """(triangles to draw in the page's vertices, its values)."""
-        chosen, blob = self.drawn_of_page(page, drawn), self.page(page)
+        """Return (triangles to draw in the page's vertices, its values)."""
+        selection, blob = self.drawn_of_page(page, drawn), self.page(page)
         with malformed_from(f"{self.where}: page {page}"):
             triangles, values = _codec.decode_values(blob, threads=1)
         triangle_begin = begins(_codec.Header(blob).meshlet_triangles)
-        return triangles[members(triangle_begin, chosen)], values
+        return triangles[members(triangle_begin, selection)], values
 
     def check_page(self, number: int, blob: bytes | None = None) -> None:
-        """Compares a page's header with the tables and level 0. Raises MeshletError.
+        """Compare a page's header with the tables and level 0. Raises MeshletError.
 
         blob: the page, if it has been read.
         """
@@ -128,15 +134,17 @@ class LodPrimitive:
             header = _codec.Header(blob)
         row, begin = self.tables.pages[number], self.tables.cluster_begin
         first, last = self.groups_of(number)
-        stated = (row["triangles"], row["vertices"], begin[last] - begin[first])
-        if (header.triangle_count, header.vertex_count, header.meshlet_count) != stated:
+        stated_counts = (row["triangles"], row["vertices"], begin[last] - begin[first])
+        if (header.triangle_count, header.vertex_count, header.meshlet_count) != stated_counts:
             raise self.malformed(f"page {number} has other counts than the tables say")
         if streams_of_blob(blob) != self.streams:
             raise self.malformed(f"page {number} has other streams than level 0")
 
     def decoded(self, number: int) -> tuple[np.ndarray, list[np.ndarray]]:
-        """(triangles, integers of the streams) of a page, as _codec.decode gives them; mapped
-        memory of the file is given back. Raises MeshletError."""
+        """Return (triangles, integers of the streams) of a page, as _codec.decode returns them.
+
+        Releases mapped memory of the file. Raises MeshletError.
+        """
         with malformed_from(f"{self.where}: page {number}"):
             result = _codec.decode(self.page(number), threads=1)
         release(self.coarse)
@@ -144,22 +152,32 @@ class LodPrimitive:
         return result
 
     def groups_of(self, page: int) -> tuple[int, int]:
-        """The page's first group, and the next page's."""
+        """Return the page's first group, and the next page's."""
         first = np.append(self.tables.pages["firstGroup"], len(self.tables.groups))
         return int(first[page]), int(first[page + 1])
 
 
 def streams_of_blob(blob: bytes | memoryview) -> tuple[Any, ...]:
-    """(kind, elements and bits, step and offset) of the streams; predictors and bases differ."""
+    """Return (kind, elements and bits; step and offset) of a blob's streams.
+
+    Predictors and bases may differ between pages.
+    """
     table = np.frombuffer(blob, STREAM, count=blob[STREAM_COUNT_AT], offset=HEADER_BYTES)
     return table["kind"].tolist(), table["grid"].tolist()
 
 
 def open_lod(path: str | os.PathLike[str]) -> list[LodPrimitive | Compressed]:
-    """Every compressed primitive of a file, in order of (mesh, primitive): with its levels, or as
-    it is when it has none.
+    """Read every compressed primitive of a file, in order of (mesh, primitive).
 
-    Raises MeshletError when the file or its tables are malformed, OSError when it cannot be read.
+    Args:
+        path: of a .glb or .gltf.
+
+    Returns:
+        The primitives with their levels; those without levels as `Compressed`.
+
+    Raises:
+        MeshletError: the file or its tables are malformed.
+        OSError: the file cannot be read.
     """
     with blaming(path):
         document = open_model(path)
@@ -167,12 +185,12 @@ def open_lod(path: str | os.PathLike[str]) -> list[LodPrimitive | Compressed]:
 
 
 def read_lod(document: Document, compressed: Compressed) -> LodPrimitive | None:
-    """The primitive's levels; None without the extension, or with another version of it.
+    """Return the primitive's levels; None without the extension, or with another version of it.
 
     Checks the tables, and that they describe all blobs of level 0. Raises MeshletError.
     """
-    primitive = document.meshes[compressed.mesh].primitives[compressed.primitive]
-    extension = (primitive.extensions or {}).get(EXTENSION)
+    primitive = document.primitive(compressed.mesh, compressed.primitive)
+    extension = gltf.extension(primitive, EXTENSION)
     if extension is None:
         return None
     where = f"{EXTENSION} of {compressed.where}"
@@ -197,7 +215,7 @@ def read_lod(document: Document, compressed: Compressed) -> LodPrimitive | None:
 
 
 def levels_of(document: Document) -> list[LodPrimitive]:
-    """The primitives with levels, one of those that share data. Raises MeshletError."""
+    """Return the primitives with levels, one of those that share data. Raises MeshletError."""
     by_view: dict[int, LodPrimitive] = {}
     for compressed in compressed_primitives(document):
         primitive = read_lod(document, compressed)
@@ -214,14 +232,14 @@ def _count(extension: dict[str, Any], name: str) -> int:
 
 
 def _bytes(document: Document, holder: Any) -> memoryview:
-    """The bytes of the buffer view that an object names."""
+    """Return the bytes of the buffer view that an object names."""
     index = holder.get("bufferView") if isinstance(holder, dict) else None
     require_plain(item(document.bufferViews, index, "bufferView"))
     return document.bytes_of_view(index)
 
 
 def _check_lengths(tables: Tables, coarse: memoryview, compressed: Compressed) -> None:
-    """Raises ValueError unless the pages are exactly the blobs of both views."""
+    """Raise ValueError unless the pages are exactly the blobs of both views."""
     sizes = tables.pages["byteLength"]
     for kind, data, expected in (
         ("coarse pages", coarse, sizes[: tables.coarse_pages]),

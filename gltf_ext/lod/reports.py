@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from gltf_ext.gltf.document import Document
+from gltf_ext.document.document import Document
 from gltf_ext.lod.cuts import cut_at_level, error_of
 from gltf_ext.lod.reading import LodPrimitive, levels_of
 
@@ -14,9 +14,9 @@ Report = dict[str, Any]
 
 
 def describe_levels(document: Document) -> list[Report]:
-    """What inspect shows of each primitive with levels. Primitives that share data count once.
+    """Return the report of inspect on each primitive with levels. Raises MeshletError.
 
-    Raises MeshletError.
+    Primitives that share data are reported once.
     """
     return [_describe(primitive) for primitive in levels_of(document)]
 
@@ -25,10 +25,10 @@ def _describe(primitive: LodPrimitive) -> Report:
     tables = primitive.tables
     triangles = primitive.cluster_triangles
     level = tables.group_level[tables.cluster_group]
-    waits = _waiting(primitive)
+    is_stuck = _stuck_clusters(primitive)
     page = tables.groups["page"][tables.cluster_group].astype(np.int64)
-    share = triangles / np.bincount(page, triangles)[page]
-    page_bytes = tables.pages["byteLength"][page] * share
+    fraction = triangles / np.bincount(page, triangles)[page]
+    page_bytes = tables.pages["byteLength"][page] * fraction
     return {
         "mesh": primitive.compressed.mesh,
         "primitive": primitive.compressed.primitive,
@@ -43,7 +43,7 @@ def _describe(primitive: LodPrimitive) -> Report:
                 "stored_triangles": int(triangles[level == k].sum()),
                 "clusters": int((level == k).sum()),
                 "groups": int((tables.group_level == k).sum()),
-                "stuck_triangles": int(triangles[waits & (level == k)].sum()),
+                "stuck_triangles": int(triangles[is_stuck & (level == k)].sum()),
                 "bytes": round(float(page_bytes[level == k].sum())),
                 "error": error_of(tables, cut_at_level(tables, k)),
             }
@@ -52,12 +52,16 @@ def _describe(primitive: LodPrimitive) -> Report:
     }
 
 
-def _waiting(primitive: LodPrimitive) -> np.ndarray:
-    """bool[C]: clusters that could not be simplified where they were made: copied from level 0, or
-    grouped again one level up or more."""
+def _stuck_clusters(primitive: LodPrimitive) -> np.ndarray:
+    """Return bool[C]: clusters that could not be simplified in the level that formed them.
+
+    They are copied from level 0, or grouped again one level later or more.
+    """
     tables = primitive.tables
-    group, refined = tables.cluster_group, tables.cluster_refined
-    copied = (refined < 0) & (tables.groups["error"][group] == 0.0)
-    later = (refined >= 0) & (tables.group_level[group] > tables.group_level[refined] + 1)
-    waiting: np.ndarray = copied | later
-    return waiting
+    group, source_group = tables.cluster_group, tables.cluster_refined
+    is_copied = (source_group < 0) & (tables.groups["error"][group] == 0.0)
+    is_late = (source_group >= 0) & (
+        tables.group_level[group] > tables.group_level[source_group] + 1
+    )
+    is_stuck: np.ndarray = is_copied | is_late
+    return is_stuck

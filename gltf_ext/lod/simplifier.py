@@ -32,12 +32,12 @@ PARTITION = "meshopt_partitionClusters"  # in a library that has both functions
 
 
 def require_simplifier() -> None:
-    """Raises MeshletError when meshoptimizer is missing or of another version."""
+    """Raise MeshletError when meshoptimizer is missing or of another version."""
     _library()
 
 
 def has_simplifier() -> bool:
-    """Whether meshoptimizer is there, in the codec's library or as a package."""
+    """Return whether meshoptimizer is there, in the codec's library or as a package."""
     inside = hasattr(codec_library, PARTITION)
     return inside or importlib.util.find_spec("meshoptimizer") is not None
 
@@ -47,13 +47,13 @@ def _library() -> ctypes.CDLL:
     if hasattr(codec_library, PARTITION):
         return _typed(codec_library)
     remedy = f"install it: pip install meshoptimizer=={VERSION}"
-    found = importlib.util.find_spec("meshoptimizer")
-    if found is None or found.origin is None:
+    spec = importlib.util.find_spec("meshoptimizer")
+    if spec is None or spec.origin is None:
         raise MeshletError("levels of detail need the package meshoptimizer", remedy)
     version = importlib.metadata.version("meshoptimizer")
     if version != VERSION:
         raise MeshletError(f"meshoptimizer {version} cannot build levels of detail", remedy)
-    folder = Path(found.origin).parent
+    folder = Path(spec.origin).parent
     for suffix in importlib.machinery.EXTENSION_SUFFIXES:
         path = folder / f"_meshoptimizer{suffix}"
         if path.exists():
@@ -81,7 +81,7 @@ def simplify(
     target: int,
     error_limit: float = math.inf,
 ) -> tuple[np.ndarray, float]:
-    """Collapses edges onto existing vertices until at most `target` triangles are left.
+    """Collapse edges onto existing vertices until at most `target` triangles are left.
 
     triangles: uint32[T, 3]; positions: float32[V, 3]; attributes: float32[V, A] with weights
     float32[A], which count in the choice of edges, A at most 32 (meshoptimizer checks nothing);
@@ -92,7 +92,7 @@ def simplify(
     """
     result = np.empty(triangles.size, np.uint32)
     error = ctypes.c_float()
-    used = len(weights)
+    attribute_count = len(weights)
     count = _library().meshopt_simplifyWithAttributes(
         _pointer(result, np.uint32),
         _pointer(triangles, np.uint32),
@@ -100,10 +100,10 @@ def simplify(
         _pointer(positions, np.float32),
         ctypes.c_size_t(len(positions)),
         ctypes.c_size_t(positions.strides[0]),
-        _pointer(attributes, np.float32) if used else None,
-        ctypes.c_size_t(attributes.strides[0] if used else 0),
-        _pointer(weights, np.float32) if used else None,
-        ctypes.c_size_t(used),
+        _pointer(attributes, np.float32) if attribute_count else None,
+        ctypes.c_size_t(attributes.strides[0] if attribute_count else 0),
+        _pointer(weights, np.float32) if attribute_count else None,
+        ctypes.c_size_t(attribute_count),
         _pointer(locked, np.uint8),
         ctypes.c_size_t(3 * target),
         ctypes.c_float(min(error_limit, LARGEST_ERROR)),
@@ -114,7 +114,7 @@ def simplify(
 
 
 def partition(indices: np.ndarray, counts: np.ndarray, vertices: int, size: int) -> np.ndarray:
-    """Groups clusters that share vertices, about `size` in a group.
+    """Group clusters that share vertices, about `size` in a group.
 
     indices: uint32, the vertices of one cluster after the other; counts: uint32 per cluster.
     Returns the group of each cluster, uint32[N].

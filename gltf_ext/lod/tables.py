@@ -55,6 +55,7 @@ class Tables:
     coarse_pages: int
 
     def to_bytes(self) -> bytes:
+        """Return the tables as bytes, as in the file."""
         runs = (self.run_clusters << RUN_GROUP_BITS | self.run_group).astype("<u4")
         return b"".join([self.pages.tobytes(), self.groups.tobytes(), runs.tobytes()])
 
@@ -98,6 +99,7 @@ class Tables:
 
     @property
     def level_count(self) -> int:
+        """Number of levels, the finest included."""
         return int(self.group_level.max()) + 1
 
     @cached_property
@@ -113,9 +115,14 @@ class Tables:
 
 
 def reach(groups: np.ndarray, owner: np.ndarray, finer: np.ndarray) -> np.ndarray:
-    """float64[R]: the least radii of groups `owner` with which their spheres hold those of `finer`.
+    """Return the least radii with which spheres of groups enclose those of finer ones: float64[R].
 
     The specification defines each rounding of this sum.
+
+    Args:
+        groups: GROUP[G].
+        owner: int64[R]: the coarser group of each pair.
+        finer: int64[R]: the finer group.
     """
     centre = groups["centre"].astype(np.float64)
     x, y, z = (centre[owner] - centre[finer]).T

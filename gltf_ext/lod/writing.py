@@ -10,40 +10,41 @@ import numpy as np
 
 from gltf_ext import _codec
 from gltf_ext._codec import Stream
-from gltf_ext.compression.options import Options
-from gltf_ext.compression.records import RecordFormat, Vertices, weld_rows
-from gltf_ext.compression.streams import Plan, is_of_target, local_name, semantic
+from gltf_ext.attributes.records import RecordFormat, Vertices, weld_rows
+from gltf_ext.attributes.streams import Plan
 from gltf_ext.lod.builder import Hierarchy
 from gltf_ext.lod.surface import Surface, longest_side
 from gltf_ext.lod.tables import GROUP, PAGE, Tables, reach
+from gltf_ext.options import Options
 from gltf_ext.ranges import begins, first_of_each, members, occurring
+from gltf_ext.sources.attribute_names import is_of_target, local_name, semantic
 
-# Weights of attributes in the choice of edges, beside positions in a box of size 1. Normals: at 0.2
-# igea draws 1.25 times the triangles, dragon and beast 1.1 times, over 25 errors. At one pixel of
-# error pictures are as near to full detail (700 x 700: 39.6 and 39.7 dB of igea).
+# Weights of attributes in the choice of edges, beside positions in a box of size 1. With 0.2 for
+# normals, igea draws 1.25 times the triangles, dragon and beast 1.1 times (mean of 25 errors), and
+# pictures at one pixel of error are no closer to full detail (igea at 700 x 700: 39.6 and 39.7 dB).
 ATTRIBUTE_WEIGHTS = {"NORMAL": 0.05, "TEXCOORD": 0.5, "COLOR": 0.5}
 MORPH_WEIGHT = 1.0
-MOST_WEIGHED = 16  # floats per vertex that count in the choice of edges
-# Groups in a block, in which errors decide the order. Dragon with four times its triangles and
-# noise, pages for one pixel of error: 1.28 MB with 24 groups, 1.20 with 48, 1.16 with 96. For four
-# pixels at the nearest point, mean of 20 cameras: 1.57, 1.60, 1.70 MB.
+MAX_WEIGHTED = 16  # floats per vertex that count in the choice of edges
+# Groups of a block, which errors order. Measured with 24, 48 and 96 on dragon with four times its
+# triangles and noise: the pages for one pixel of error have 1.28, 1.20 and 1.16 MB; those for four
+# pixels at the nearest point, mean of 20 cameras, have 1.57, 1.60 and 1.70 MB.
 BLOCK_GROUPS = 48
 # The last page of a coarse level takes groups of the next level if it is emptier than this. Full
 # pages make 2 % smaller files, but a cut loads up to a fifth more bytes (igea).
-LEAST_SHARE = 0.25
+MIN_PAGE_FRACTION = 0.25
 
 
 def error_limit_of(options: Options, plan: Plan) -> float:
-    """lod_limit in cells of the grid, less what stated errors are raised by; infinite without."""
+    """Return lod_limit in cells of the grid, minus the rounding error; infinite without a limit."""
     limit = math.inf if options.lod_limit is None else options.lod_limit
-    return (limit - _rounding_of(plan)) / plan.streams[0].step
+    return (limit - _position_rounding(plan)) / plan.streams[0].step
 
 
-def _rounding_of(plan: Plan) -> float:
-    """By how much distances differ between the grid and decoded positions, which are floats.
+def _position_rounding(plan: Plan) -> float:
+    """Return the largest rounding error of a distance, since decoded positions are floats.
 
-    In units of POSITION. Without it 1.5 % of a part of bistro_like lay 4e-7 beyond its stated error
-    of 0.329.
+    In units of POSITION. Without it, 1.5 % of a part of bistro_like lay 4e-7 beyond its stated
+    error of 0.329.
     """
     reach = [
         np.abs(stream.offset).max(initial=0.0) + 2.0**stream.bits * stream.step
@@ -56,163 +57,197 @@ def _rounding_of(plan: Plan) -> float:
 # --- the surface ---
 
 
-def surface_of(form: RecordFormat, vertices: Vertices, values: list[np.ndarray]) -> Surface:
-    """The surface of vertices, whose values are uint32[V, elements] of each stream."""
-    ids, count = weld_rows(form.without_hash(vertices.records))
+def make_surface(
+    record_format: RecordFormat, vertices: Vertices, values: list[np.ndarray]
+) -> Surface:
+    """Return the surface of a primitive.
+
+    Args:
+        record_format: of the vertices.
+        vertices: V of them, with their triangles.
+        values: uint32[V, elements] of each stream.
+    """
+    ids, count = weld_rows(record_format.without_hash(vertices.records))
     first = first_of_each(ids, count)
     points = values[0].astype(np.float32)
-    step = form.plan.streams[0].step
-    shifts = tuple(
+    step = record_format.plan.streams[0].step
+    names = tuple(
         name
-        for name in form.plan.attributes
+        for name in record_format.plan.attributes
         if is_of_target(name) and local_name(name) == "POSITION"
     )
     moves = [
         (move / step).astype(np.float32)
-        for move in form.attributes_of(vertices, values, shifts).values()
+        for move in record_format.attributes_of(vertices, values, names).values()
     ]
-    attributes, weights = _weighed(form, vertices, values, moves, longest_side(points))
-    same_position, _ = weld_rows(values[0])
+    attributes, weights = _weighted_attributes(
+        record_format, vertices, values, moves, longest_side(points)
+    )
+    position_ids, _ = weld_rows(values[0])
     morphed = [points + move for move in moves]
     triangles, original_ids = vertices.triangles, vertices.position_ids
-    canonical = _joined(first[ids], triangles, same_position, morphed)
+    canonical = _join_short_edges(first[ids], triangles, position_ids, morphed)
     return Surface(
         triangles,
         points,
-        same_position,
+        position_ids,
         canonical,
-        _apart(points, same_position, canonical, triangles, original_ids),
+        _separate_points(points, position_ids, canonical, triangles, original_ids),
         attributes,
         weights,
         morphed,
     )
 
 
-def _joined(
-    vertex: np.ndarray, triangles: np.ndarray, same_position: np.ndarray, morphed: list[np.ndarray]
+def _join_short_edges(
+    vertex: np.ndarray, triangles: np.ndarray, position_ids: np.ndarray, morphed: list[np.ndarray]
 ) -> np.ndarray:
-    """vertex, uint32[V], but one for all that edges without length join.
+    """Map all vertices that edges of length zero connect to one of them.
 
-    Such vertices differ, in normals as a rule, only because the grid is coarser than the mesh. Kept
-    apart they would be seams, which hold simplification back: with a noisy scan of 14 M triangles
-    at 12 bits, one pixel needed four times the triangles. same_position: numbers of positions at
-    rest. An edge must have no length with any morph target either.
+    Such vertices usually differ in normals only, because the grid is coarser than the mesh. They
+    would be seams, which hold simplification back: with a noisy scan of 14 M triangles at 12 bits,
+    one pixel needed four times the triangles.
+
+    Args:
+        vertex: uint32[V]: the representative of each vertex so far.
+        triangles: uint32[T, 3].
+        position_ids: uint32[V]: equal for equal positions at rest.
+        morphed: float32[V, 3] for each morph target: an edge must have length zero with all.
+
+    Returns:
+        uint32[V]: the representative of each vertex.
     """
-    sides = [(triangles[:, i], triangles[:, (i + 1) % 3]) for i in range(3)]
-    short = [same_position[start] == same_position[end] for start, end in sides]
-    a, b = (np.concatenate([side[k][s] for side, s in zip(sides, short)]) for k in range(2))
+    edges = [(triangles[:, i], triangles[:, (i + 1) % 3]) for i in range(3)]
+    is_short = [position_ids[start] == position_ids[end] for start, end in edges]
+    a, b = (
+        np.concatenate([edge[k][short] for edge, short in zip(edges, is_short)]) for k in range(2)
+    )
     for points in morphed:
-        still = (np.rint(points[a]) == np.rint(points[b])).all(axis=1)
-        a, b = a[still], b[still]
-    result: np.ndarray = _connected(vertex[a], vertex[b], len(vertex))[vertex]
+        is_still = (np.rint(points[a]) == np.rint(points[b])).all(axis=1)
+        a, b = a[is_still], b[is_still]
+    result: np.ndarray = _connect(vertex[a], vertex[b], len(vertex))[vertex]
     return result
 
 
-def _connected(a: np.ndarray, b: np.ndarray, count: int) -> np.ndarray:
-    """uint32[count]: the least number that pairs (a, b) of numbers connect each one with."""
-    least: np.ndarray = np.arange(count, dtype=np.uint32)
-    while (least[a] != least[b]).any():
-        lower = np.minimum(least[a], least[b])
-        np.minimum.at(least, least[a], lower)
-        np.minimum.at(least, least[b], lower)
-        least = least[least]
-    return least
+def _connect(a: np.ndarray, b: np.ndarray, count: int) -> np.ndarray:
+    """Return uint32[count]: the lowest number that pairs (a, b) connect each number with."""
+    lowest: np.ndarray = np.arange(count, dtype=np.uint32)
+    while (lowest[a] != lowest[b]).any():
+        lower = np.minimum(lowest[a], lowest[b])
+        np.minimum.at(lowest, lowest[a], lower)
+        np.minimum.at(lowest, lowest[b], lower)
+        lowest = lowest[lowest]
+    return lowest
 
 
-def _apart(
+def _separate_points(
     points: np.ndarray,
-    same_position: np.ndarray,
+    position_ids: np.ndarray,
     canonical: np.ndarray,
     triangles: np.ndarray,
     original_ids: np.ndarray,
 ) -> np.ndarray:
-    """points, but different by a few units in the last place where only the grid joins vertices.
+    """Move points by a few units in the last place where only the grid joins vertices.
 
-    The simplifier takes vertices at one position for sides of a seam, and keeps those that do not
+    The simplifier treats vertices at one position as sides of a seam, and keeps those that do not
     look like one. Where folds of a noisy scan touch on the grid, they would stay in all levels: a
     quarter of the 6,332 triangles of a level of dragon with four times its triangles and noise.
-    canonical: as in Surface; original_ids: numbers of positions before they were quantised.
+
+    Args:
+        points: float32[V, 3]: positions on the grid.
+        position_ids: uint32[V], equal where points are.
+        canonical: uint32[V]: canonical vertices, as in Surface.
+        triangles: uint32[T, 3].
+        original_ids: uint32[V], equal for equal positions before quantisation.
+
+    Returns:
+        float32[V, 3]: the points, or `points` itself if none moves.
     """
     first = first_of_each(original_ids, int(original_ids.max()) + 1)
     seam = canonical != canonical[first[original_ids]]
     ends = canonical[seam], canonical[first[original_ids[seam]]]
-    side = _connected(*ends, len(points))[canonical]
-    sides = np.bincount(same_position[occurring(side, len(points))])
+    side = _connect(*ends, len(points))[canonical]
+    sides = np.bincount(position_ids[occurring(side, len(points))])
     if sides.max() == 1:
         return points
-    borders = _touching_borders(side[triangles], same_position, sides > 1)
-    side = _connected(*borders, len(points))[side]
+    borders = _touching_borders(side[triangles], position_ids, sides > 1)
+    side = _connect(*borders, len(points))[side]
     numbers = occurring(side, len(points))
-    numbers = numbers[np.argsort(same_position[numbers], kind="stable")]
-    counts = np.bincount(same_position[numbers])
+    numbers = numbers[np.argsort(position_ids[numbers], kind="stable")]
+    counts = np.bincount(position_ids[numbers])
     rank = np.zeros(len(points), np.int32)
     rank[numbers] = np.arange(len(numbers)) - np.repeat(begins(counts)[:-1], counts)
     if rank.max() * np.spacing(np.abs(points[:, 0]).max()) >= 0.5:
         return points  # From about 2^21 cells on, floats leave no room between neighbours.
-    apart: np.ndarray = points.copy()
-    apart[:, 0].view(np.int32)[...] += rank[side]
-    return apart
+    moved_points: np.ndarray = points.copy()
+    moved_points[:, 0].view(np.int32)[...] += rank[side]
+    return moved_points
 
 
 def _touching_borders(
-    triangles: np.ndarray, same_position: np.ndarray, is_shared: np.ndarray
+    triangles: np.ndarray, position_ids: np.ndarray, is_shared: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Pairs of vertices, uint32[N] each, where borders of triangles lie on each other.
+    """Find vertices of borders that lie on each other: of a crack that the grid closes.
 
-    Such borders are those of a crack that the grid closes.
-    is_shared: bool[P]: positions of several vertices.
+    Args:
+        triangles: uint32[T, 3].
+        position_ids: uint32[V].
+        is_shared: bool[P]: positions of several vertices.
+
+    Returns:
+        Pairs of vertices at equal positions, uint32[N] each.
     """
     start, end = triangles.reshape(-1), np.roll(triangles, -1, axis=1).reshape(-1)
-    kept = is_shared[same_position[start]] | is_shared[same_position[end]]
-    start, end = start[kept], end[kept]
+    is_candidate = is_shared[position_ids[start]] | is_shared[position_ids[end]]
+    start, end = start[is_candidate], end[is_candidate]
     low, high = np.minimum(start, end), np.maximum(start, end)
     edge, count = _codec.weld(np.stack([low, high], axis=1).view(np.uint8))
     passes = np.bincount(edge, np.sign(end.astype(np.int64) - start), count)
     is_border = passes[edge] != 0
     start, end = start[is_border], end[is_border]
-    turned = same_position[start] > same_position[end]
-    ends = np.where(turned, [end, start], [start, end])
-    place, count = _codec.weld(np.ascontiguousarray(same_position[ends].T).view(np.uint8))
-    other = ends[:, first_of_each(place, count)[place]]
-    return ends.reshape(-1), other.reshape(-1)
+    is_turned = position_ids[start] > position_ids[end]
+    ends = np.where(is_turned, [end, start], [start, end])
+    position, count = _codec.weld(np.ascontiguousarray(position_ids[ends].T).view(np.uint8))
+    first_ends = ends[:, first_of_each(position, count)[position]]
+    return ends.reshape(-1), first_ends.reshape(-1)
 
 
-def _weighed(
-    form: RecordFormat,
+def _weighted_attributes(
+    record_format: RecordFormat,
     vertices: Vertices,
     values: list[np.ndarray],
     moves: list[np.ndarray],
     extent: float,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """(values, weights) of the attributes that count in the choice of edges."""
+    """Return the attributes that count in the choice of edges: float32[V, A], float32[A]."""
     columns = [np.empty((len(values[0]), 0), np.float32)]
     weights: list[float] = []
     names = tuple(
         name
-        for name in form.plan.attributes
+        for name in record_format.plan.attributes
         if semantic(name) in ATTRIBUTE_WEIGHTS
-        and (name != "NORMAL" or form.formats[name][0].kind == "f")
+        and (name != "NORMAL" or record_format.formats[name][0].kind == "f")
     )
-    weighed = [
+    inputs = [
         (
-            decoded if name == "NORMAL" else _unit(decoded.astype(np.float32)),
+            column if name == "NORMAL" else _scale_to_unit(column.astype(np.float32)),
             ATTRIBUTE_WEIGHTS[semantic(name)],
         )
-        for name, decoded in form.attributes_of(vertices, values, names).items()
+        for name, column in record_format.attributes_of(vertices, values, names).items()
     ]
-    weighed += [(move / np.float32(max(extent, 1.0)), MORPH_WEIGHT) for move in moves]
-    for decoded, weight in weighed:
-        if len(weights) + decoded.shape[1] <= MOST_WEIGHED:
-            columns.append(decoded)
-            weights += [weight] * decoded.shape[1]
+    inputs += [(move / np.float32(max(extent, 1.0)), MORPH_WEIGHT) for move in moves]
+    for column, weight in inputs:
+        if len(weights) + column.shape[1] <= MAX_WEIGHTED:
+            columns.append(column)
+            weights += [weight] * column.shape[1]
     return np.ascontiguousarray(np.concatenate(columns, axis=1)), np.array(weights, np.float32)
 
 
-def _unit(values: np.ndarray) -> np.ndarray:
-    """The values, scaled to a box of size 1 unless they are smaller."""
+def _scale_to_unit(values: np.ndarray) -> np.ndarray:
+    """Scale values to a box of size 1 unless their box is smaller."""
     size = np.float32(max(longest_side(values), 1.0))
-    scaled: np.ndarray = values / size
-    return scaled
+    result: np.ndarray = values / size
+    return result
 
 
 # --- encoding ---
@@ -220,12 +255,13 @@ def _unit(values: np.ndarray) -> np.ndarray:
 
 @dataclass
 class Pages:
-    """Pages, one after the other.
+    """Encoded pages.
 
     Attributes:
-        groups: the places of the groups in each; blobs: of each.
-        rows: PAGE[1] of each, without firstGroup.
-        statistics: as _codec.encode gives them, of the last packing.
+        groups: int64 for each page: the numbers of its groups.
+        blobs: the bytes of each page.
+        rows: PAGE[1] for each page: its row of the table, without firstGroup.
+        statistics: as _codec.encode returns them, of the last call.
     """
 
     groups: list[np.ndarray] = field(default_factory=list)
@@ -234,13 +270,13 @@ class Pages:
     statistics: dict[str, Any] = field(default_factory=dict)
 
     def add(self, other: Pages) -> None:
-        """Adds other pages."""
+        """Append other pages."""
         self.groups += other.groups
         self.blobs += other.blobs
         self.rows += other.rows
 
-    def take_last(self) -> np.ndarray:
-        """Removes the last page; returns its groups."""
+    def pop(self) -> np.ndarray:
+        """Remove the last page and return its groups."""
         self.blobs.pop()
         self.rows.pop()
         return self.groups.pop()
@@ -249,38 +285,48 @@ class Pages:
 def _pack(
     hierarchy: Hierarchy,
     groups: np.ndarray,
-    limit: int,
+    page_bytes: int,
     streams: list[Stream],
     threads: int,
     triangles: np.ndarray,
-    ids: np.ndarray,
+    position_ids: np.ndarray,
     positions: np.ndarray,
     values: list[np.ndarray],
 ) -> Pages:
-    """Packs groups, in this order, into pages of at most `limit` bytes.
+    """Pack groups, in this order, into pages of at most `page_bytes` bytes.
 
-    A group that is larger than a page is alone in one.
-    triangles: of all clusters; ids, positions, values: of their vertices.
+    A group that is larger than a page has a page of its own.
+
+    Args:
+        hierarchy: all clusters and groups.
+        groups: int64: the groups to pack.
+        page_bytes: largest page.
+        streams: the stream table.
+        threads: number of threads, 0 for all processors.
+        triangles: uint32[T, 3]: the triangles of all clusters.
+        position_ids: uint32[V], of the vertices of the triangles.
+        positions: float32[V, 3].
+        values: uint32[V, elements] of each stream.
     """
     ranges = _GroupRanges(hierarchy)
     numbers = ranges.numbers_of(groups)
-    clusters = hierarchy.clusters.chosen(numbers)
+    clusters = hierarchy.ranges.select(numbers)
     group_begin = begins(np.diff(ranges.begin)[groups])
-    used = triangles[members(hierarchy.clusters.triangle_begin, numbers)]
+    corners = triangles[members(hierarchy.ranges.triangle_begin, numbers)]
     view, statistics = _codec.encode(
-        np.ascontiguousarray(used),
-        ids,
+        np.ascontiguousarray(corners),
+        position_ids,
         positions,
         streams,
         values,
         threads=threads,
         meshlets=(
-            np.arange(len(used), dtype=np.uint32),
+            np.arange(len(corners), dtype=np.uint32),
             clusters.disk_begin.astype(np.uint32),
             clusters.cluster_begin.astype(np.uint32),
             group_begin.astype(np.uint32),
         ),
-        page_bytes=limit,
+        page_bytes=page_bytes,
     )
     blobs = [view[start : start + size] for start, size in _codec.split(view)]
     headers = [_codec.Header(blob) for blob in blobs]
@@ -294,120 +340,154 @@ def _pack(
 
 
 class _GroupRanges:
-    """The clusters of groups."""
+    """The clusters of each group.
+
+    Attributes:
+        order: int64[C]: clusters by group, then by their source group: runs.
+        begin: int64[G + 1]: the first cluster of each group in `order`, and C.
+    """
 
     def __init__(self, hierarchy: Hierarchy) -> None:
-        self.clusters = hierarchy.clusters
-        # By group, then by the group that they were made from: runs.
-        self.order = np.lexsort((hierarchy.refined, hierarchy.group))
-        self.begin = begins(np.bincount(hierarchy.group, minlength=len(hierarchy.level)))
+        self.order = np.lexsort((hierarchy.cluster_source, hierarchy.cluster_group))
+        self.begin = begins(
+            np.bincount(hierarchy.cluster_group, minlength=len(hierarchy.group_level))
+        )
 
     def numbers_of(self, groups: np.ndarray) -> np.ndarray:
-        """int64: the groups' clusters, one group after the other."""
+        """Return the clusters of some groups, group after group: int64."""
         numbers: np.ndarray = self.order[members(self.begin, groups)]
         return numbers
 
 
-def _separate(hierarchy: Hierarchy, surface: Surface) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Vertices of their own for each level.
+def _level_vertices(
+    hierarchy: Hierarchy, surface: Surface
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Give each coarse level its own copies of the vertices that it uses.
 
-    Returns (vertices of the source, uint32 position ids of them, uint32[T, 3] all triangles in new
-    vertices; those of level 0 are zeros).
+    Returns:
+        int64[N]: the vertex of the surface that each copy equals; uint32[N]: ids of the positions
+        of the copies; uint32[T, 3]: the triangles of all clusters, with copies as corners, zeros
+        in level 0.
     """
-    clusters = hierarchy.clusters
-    fine = np.count_nonzero(hierarchy.refined < 0)
-    first = int(clusters.triangle_begin[fine])
+    clusters = hierarchy.ranges
+    fine_count = np.count_nonzero(hierarchy.cluster_source < 0)
+    first = int(clusters.triangle_begin[fine_count])
     corners = clusters.triangles[first:].reshape(-1)
-    # Of clusters; arrays of all corners are the most memory that paged takes.
-    counts = 3 * np.diff(clusters.triangle_begin)[fine:]
-    level, made_from = hierarchy.level[hierarchy.group[fine:]], hierarchy.refined[fine:]
-    is_clashing = _clashing(corners, counts, level, made_from)[made_from]
-    layer = np.where(is_clashing, int(level.max()) + 1 + made_from, level)
+    # Per cluster: arrays of all corners would decide the peak of memory.
+    counts = 3 * np.diff(clusters.triangle_begin)[fine_count:]
+    level, cluster_source = (
+        hierarchy.group_level[hierarchy.cluster_group[fine_count:]],
+        hierarchy.cluster_source[fine_count:],
+    )
+    is_clashing = _find_clashes(corners, counts, level, cluster_source)[cluster_source]
+    layer = np.where(is_clashing, int(level.max()) + 1 + cluster_source, level)
     count = len(surface.points)
-    local, made = _numbered(_keys(layer * count, counts, corners))
-    corner_of = np.empty(made, np.uint32)
-    corner_of[local] = np.arange(len(corners), dtype=np.uint32)
+    new_corners, vertex_count = _number_keys(_corner_keys(layer * count, counts, corners))
+    corner_of = np.empty(vertex_count, np.uint32)
+    corner_of[new_corners] = np.arange(len(corners), dtype=np.uint32)
     triangles = np.zeros((len(clusters.triangles), 3), np.uint32)
-    triangles[first:] = local.reshape(-1, 3)
+    triangles[first:] = new_corners.reshape(-1, 3)
     vertices = corners[corner_of].astype(np.int64)
     level_of = np.repeat(level.astype(np.uint16), counts)[corner_of]
-    ids, _ = _numbered(level_of.astype(np.int64) * count + surface.position_ids[vertices])
+    ids, _ = _number_keys(level_of.astype(np.int64) * count + surface.position_ids[vertices])
     return vertices, ids, triangles
 
 
-def _keys(base: np.ndarray, counts: np.ndarray, numbers: np.ndarray) -> np.ndarray:
-    """int64: numbers of corners plus that of their cluster in `base`."""
+def _corner_keys(base: np.ndarray, counts: np.ndarray, numbers: np.ndarray) -> np.ndarray:
+    """Add the number of its cluster in `base` to each corner: int64."""
     keys = np.repeat(base, counts)
     keys += numbers
     return keys
 
 
-def _numbered(keys: np.ndarray) -> tuple[np.ndarray, int]:
-    """(uint32 numbers of equal int64 keys, how many there are). Faster than np.unique."""
+def _number_keys(keys: np.ndarray) -> tuple[np.ndarray, int]:
+    """Return number equal int64 keys: uint32, and their count. Faster than np.unique."""
     ids, count = _codec.weld(keys.view(np.uint8).reshape(-1, 8))
     return ids, count
 
 
-def _clashing(
-    corners: np.ndarray, counts: np.ndarray, level: np.ndarray, made_from: np.ndarray
+def _find_clashes(
+    corners: np.ndarray, counts: np.ndarray, level: np.ndarray, cluster_source: np.ndarray
 ) -> np.ndarray:
-    """bool[G]: groups whose replacement has an edge that two triangles of a level pass one way.
+    """Find replacements with an edge that two triangles of the level use in one direction.
 
-    Meshlets were made in each replacement alone, where such an edge may lie inside a disk.
-    counts, level, made_from: of clusters.
+    Meshlets are made in each replacement alone, where such an edge may lie inside a disk.
+
+    Args:
+        corners: int64: the corners of the clusters' triangles.
+        counts: int64[N]: number of corners of each cluster.
+        level: int64[N]: level of each cluster.
+        cluster_source: int64[N]: source group of each cluster.
+
+    Returns:
+        bool[G]: whether the replacement of each group has such an edge.
     """
     count = int(corners.max()) + 1
-    keys = _keys(level * count, counts, corners)
+    keys = _corner_keys(level * count, counts, corners)
     keys *= count
     keys += np.roll(corners.reshape(-1, 3), -1, axis=1).reshape(-1)
-    numbers, _ = _numbered(keys)
-    twice = np.flatnonzero((np.bincount(numbers) > 1)[numbers])
-    clashing = np.zeros(int(made_from.max()) + 1, bool)
-    clashing[made_from[np.searchsorted(np.cumsum(counts), twice, "right")]] = True
-    return clashing
+    numbers, _ = _number_keys(keys)
+    repeated_corners = np.flatnonzero((np.bincount(numbers) > 1)[numbers])
+    clashes = np.zeros(int(cluster_source.max()) + 1, bool)
+    clashes[cluster_source[np.searchsorted(np.cumsum(counts), repeated_corners, "right")]] = True
+    return clashes
 
 
-def paged(
+def encode_pages(
     hierarchy: Hierarchy,
     surface: Surface,
     streams: list[Stream],
     values: list[np.ndarray],
-    ids: np.ndarray,
-    limit: int,
+    position_ids: np.ndarray,
+    page_bytes: int,
     threads: int,
 ) -> tuple[Pages, Pages]:
-    """Encodes all groups, level 0 with the vertices of the surface, all others with their own.
+    """Encode all groups in pages.
 
-    values: uint32[V, elements] of each stream; ids: uint32[V]: numbers of positions in level 0,
-    before they were quantised. Returns (pages of coarse levels, pages of level 0).
-    Surfaces of two levels lie on each other. So that no edge has four triangles, each level has its
-    own vertices, and so do replacements of groups with an edge that the level has already.
+    Level 0 uses the vertices of the surface. The surfaces of coarser levels lie on it: so that no
+    edge has four triangles, each level has its own vertices, and so has each replacement with an
+    edge that its level has already.
+
+    Args:
+        hierarchy: all clusters and groups.
+        surface: the primitive on its grid.
+        streams: the stream table.
+        values: uint32[V, elements] of each stream.
+        position_ids: uint32[V], equal for equal positions before quantisation.
+        page_bytes: largest page.
+        threads: number of threads, 0 for all processors.
+
+    Returns:
+        The pages of coarse levels, and the pages of level 0.
     """
-    levels = np.unique(hierarchy.level)[::-1]
+    levels = np.unique(hierarchy.group_level)[::-1]
     coarse, fine = Pages(), Pages()
     if levels[0] > 0:
-        vertices, own_ids, triangles = _separate(hierarchy, surface)
-        own_values = [np.ascontiguousarray(v[vertices]) for v in values]
-        data = triangles, own_ids, surface.points[vertices], own_values
+        vertices, coarse_ids, triangles = _level_vertices(hierarchy, surface)
+        coarse_values = [np.ascontiguousarray(v[vertices]) for v in values]
+        data = triangles, coarse_ids, surface.points[vertices], coarse_values
     for level in levels[levels > 0]:
-        groups = _by_error(np.flatnonzero(hierarchy.level == level), hierarchy.error)
-        if coarse.blobs and len(coarse.blobs[-1]) < LEAST_SHARE * limit:
-            groups = np.concatenate([coarse.take_last(), groups])
-        coarse.add(_pack(hierarchy, groups, limit, streams, threads, *data))
-    # The groups of level 0, the most, stay along the curve: the errors of what replaces them differ
-    # little, and neighbours in one page share vertices.
-    finest = np.flatnonzero(hierarchy.level == 0)
+        groups = _by_error(np.flatnonzero(hierarchy.group_level == level), hierarchy.group_error)
+        if coarse.blobs and len(coarse.blobs[-1]) < MIN_PAGE_FRACTION * page_bytes:
+            groups = np.concatenate([coarse.pop(), groups])
+        coarse.add(_pack(hierarchy, groups, page_bytes, streams, threads, *data))
+    # The groups of level 0 stay along the curve: the errors of their replacements differ little,
+    # and neighbours in one page share vertices.
+    finest = np.flatnonzero(hierarchy.group_level == 0)
     if len(finest):
-        data = hierarchy.clusters.triangles, ids, surface.points, values
-        fine = _pack(hierarchy, finest, limit, streams, threads, *data)
+        data = hierarchy.ranges.triangles, position_ids, surface.points, values
+        fine = _pack(hierarchy, finest, page_bytes, streams, threads, *data)
     return coarse, fine
 
 
 def _by_error(groups: np.ndarray, error: np.ndarray) -> np.ndarray:
-    """Groups of one level along a curve, in blocks of BLOCK_GROUPS neighbours, ordered by error.
+    """Order the groups of a level by decreasing error in blocks of BLOCK_GROUPS neighbours.
 
-    Each block goes from the largest error to the smallest: a cut takes all groups above an error,
-    and so mostly whole pages. error: of all groups.
+    A cut draws all groups above an error, and so mostly whole pages.
+
+    Args:
+        groups: int64[N]: along a curve.
+        error: float64[G]: of all groups.
     """
     count = -(-len(groups) // BLOCK_GROUPS)
     block = np.arange(len(groups)) * count // max(len(groups), 1)
@@ -418,65 +498,73 @@ def _by_error(groups: np.ndarray, error: np.ndarray) -> np.ndarray:
 # --- tables ---
 
 
-def tables_of(
+def make_tables(
     hierarchy: Hierarchy,
-    pages_of: list[np.ndarray],
+    page_groups: list[np.ndarray],
     rows: list[np.ndarray],
-    coarse: int,
+    coarse_pages: int,
     plan: Plan,
 ) -> Tables:
-    """The tables of the groups in the order of the pages, in units of POSITION.
+    """Make the tables, with groups in the order of the pages and lengths in units of POSITION.
 
-    pages_of: the groups of each page; rows: PAGE[1] of each; coarse: the number of coarse pages.
-    Does not use the triangles of the hierarchy.
+    Args:
+        hierarchy: all clusters and groups; its triangles are not used.
+        page_groups: int64 for each page: the numbers of its groups.
+        rows: PAGE[1] for each page.
+        coarse_pages: number of pages before those of level 0.
+        plan: the primitive's streams.
     """
     stream = plan.streams[0]
-    order = np.concatenate(pages_of)  # old numbers, in the new order
-    number = np.empty(len(order), np.int64)
-    number[order] = np.arange(len(order))
+    order = np.concatenate(page_groups)  # old numbers, in the new order
+    new_number = np.empty(len(order), np.int64)
+    new_number[order] = np.arange(len(order))
     ranges = _GroupRanges(hierarchy)
     clusters = ranges.numbers_of(order)
     sizes = np.diff(ranges.begin)[order]
     owner = np.repeat(np.arange(len(order)), sizes)
-    refined = hierarchy.refined[clusters]
-    is_coarse = refined >= 0
-    starts = is_coarse & np.append(True, (np.diff(owner) != 0) | (np.diff(refined) != 0))
-    run_owner, run_group = owner[starts], number[refined[starts]]
+    cluster_source = hierarchy.cluster_source[clusters]
+    is_coarse = cluster_source >= 0
+    starts = is_coarse & np.append(True, (np.diff(owner) != 0) | (np.diff(cluster_source) != 0))
+    run_owner, run_group = owner[starts], new_number[cluster_source[starts]]
     run_of_cluster = np.cumsum(starts)[is_coarse] - 1
     groups = np.zeros(len(order), GROUP)
     groups["clusters"] = sizes
     groups["runs"] = np.bincount(run_owner, minlength=len(order))
     groups["firstRun"] = begins(groups["runs"])[:-1]
-    page = np.repeat(np.arange(len(pages_of)), [len(p) for p in pages_of])
+    page = np.repeat(np.arange(len(page_groups)), [len(p) for p in page_groups])
     groups["page"] = page
-    first_group = np.searchsorted(page, np.arange(len(pages_of)))
+    first_group = np.searchsorted(page, np.arange(len(page_groups)))
     cluster_begin = begins(sizes)
     groups["firstCluster"] = cluster_begin[:-1] - cluster_begin[first_group][page]
-    error = hierarchy.error[order]
-    groups["error"] = _rounded_up(error * stream.step + np.where(error > 0, _rounding_of(plan), 0))
-    centre = np.array(stream.offset) + hierarchy.centre[order] * stream.step
+    error = hierarchy.group_error[order]
+    groups["error"] = _round_up(
+        error * stream.step + np.where(error > 0, _position_rounding(plan), 0)
+    )
+    centre = np.array(stream.offset) + hierarchy.group_centre[order] * stream.step
     groups["centre"] = centre
-    moved = np.linalg.norm(groups["centre"] - centre, axis=1)
-    groups["radius"] = _rounded_up(hierarchy.radius[order] * stream.step + moved)
-    _nest(groups, hierarchy.level[order], run_owner, run_group)
+    centre_error = np.linalg.norm(groups["centre"] - centre, axis=1)
+    groups["radius"] = _round_up(hierarchy.group_radius[order] * stream.step + centre_error)
+    _nest(groups, hierarchy.group_level[order], run_owner, run_group)
     pages = np.concatenate(rows)
     pages["firstGroup"] = first_group
     counts = np.bincount(run_of_cluster, minlength=len(run_group))
-    return Tables(pages, groups, run_group, counts, coarse)
+    return Tables(pages, groups, run_group, counts, coarse_pages)
 
 
-def _rounded_up(values: np.ndarray) -> np.ndarray:
-    """float32 values that are not smaller."""
+def _round_up(values: np.ndarray) -> np.ndarray:
+    """Round float64 values up to float32."""
     rounded = values.astype(np.float32)
-    up: np.ndarray = np.where(rounded < values, np.nextafter(rounded, np.float32(np.inf)), rounded)
-    return up
+    result: np.ndarray = np.where(
+        rounded < values, np.nextafter(rounded, np.float32(np.inf)), rounded
+    )
+    return result
 
 
 def _nest(
     groups: np.ndarray, level: np.ndarray, run_owner: np.ndarray, run_group: np.ndarray
 ) -> None:
-    """Enlarges spheres until each holds those of its runs, despite rounding."""
-    for here in range(1, int(level.max()) + 1):
-        runs = level[run_owner] == here
+    """Enlarge spheres until each encloses those of its runs, despite rounding."""
+    for current_level in range(1, int(level.max()) + 1):
+        runs = level[run_owner] == current_level
         owner, finer = run_owner[runs], run_group[runs]
-        np.maximum.at(groups["radius"], owner, _rounded_up(reach(groups, owner, finer)))
+        np.maximum.at(groups["radius"], owner, _round_up(reach(groups, owner, finer)))

@@ -12,12 +12,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pygltflib
 
+from gltf_ext.document.accessors import add_accessor, bounds, set_bounds
+from gltf_ext.document.container import model_files
+from gltf_ext.document.document import Document
 from gltf_ext.files import write_files
-from gltf_ext.gltf.accessors import add_accessor, bounds, set_bounds
-from gltf_ext.gltf.container import model_files
-from gltf_ext.gltf.document import Document
 
 
 @dataclass(frozen=True)
@@ -333,10 +332,8 @@ def write_glb(primitives: list[Primitive], path: str | Path) -> None:
         set_bounds(document.accessors[names["POSITION"]], *bounds(primitive.positions))
         indices = add_accessor(document, primitive.triangles.reshape(-1, 1))
         mesh = document.meshes[meshes.index(primitive.mesh)]
-        mesh.primitives.append(
-            pygltflib.Primitive(attributes=names, indices=indices, material=material)
-        )
-    write_files(model_files(document, Path(path)), read=())
+        mesh["primitives"].append({"attributes": names, "indices": indices, "material": material})
+    write_files(model_files(document, Path(path)), sources=())
 
 
 def _material(primitive: Primitive) -> dict[str, Any]:

@@ -208,7 +208,7 @@ def test_a_file_that_changes_while_it_is_read(source, tmp_path, monkeypatch):
 
 
 def test_a_result_that_does_not_fit_a_glb(source, tmp_path, monkeypatch):
-    monkeypatch.setattr("gltf_ext.gltf.container.MAX_BINARY_BYTES", 10)
+    monkeypatch.setattr("gltf_ext.document.container.MAX_BINARY_BYTES", 10)
     out = str(tmp_path / "out")
     record = run_task(Job(f"{source}/1.glb", "1.glb", out, "1.glb", {}, task.VERSION))
     assert record["status"] == "failed" and "does not fit a .glb" in record["error"]

@@ -207,7 +207,7 @@ def test_outputs_of_a_batch_that_was_killed_are_its_own(
 
     write = storage.Folder.write
     monkeypatch.setattr(storage.Folder, "write", killed)
-    monkeypatch.setattr(run._Run, "all", lambda _, jobs: [run_task(job) for job in jobs])
+    monkeypatch.setattr(run._Run, "run_all", lambda _, jobs: [run_task(job) for job in jobs])
     with pytest.raises(KeyboardInterrupt):
         compress_all(source, out)
     monkeypatch.undo()
@@ -434,7 +434,7 @@ def test_a_thumbnail_of_many_instances(tmp_path, monkeypatch):
     builder.properties["scenes"] = [{"nodes": list(range(5000))}]
     assert thumbnail.thumbnail(builder.write(tmp_path / "many.glb"))
     ((_, _, _, most),) = decoded
-    assert most == thumbnail.MOST_TRIANGLES // 1667
+    assert most == thumbnail.MAX_TRIANGLES // 1667
 
 
 # --- what is left out ---

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from gltf_ext import _codec
-from gltf_ext.compression.extension import require_compressed
-from gltf_ext.gltf.importers import open_model
+from gltf_ext.attributes.extension import require_compressed
+from gltf_ext.sources.importers import open_model
 from spec import blob_writer
 from spec.blob_writer import AFFINE, COPY, GEO, GRID, INTEGER, OCT, Stream
 from tests.helpers.environment import ROOT

@@ -7,7 +7,7 @@ from bench import common, meshlet_formats, meshlet_peers, peers
 from bench.generated import torus
 from bench.meshlet_peers import Integers
 from gltf_ext import _codec
-from gltf_ext.compression.primitives import Primitive
+from gltf_ext.sources.primitives import Primitive
 from gltf_meshlet.demo import model as demo_model
 
 MAKERS = {

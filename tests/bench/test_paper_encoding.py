@@ -15,7 +15,7 @@ from bench import paper_encoding as pe
 from bench import peers
 from bench.generated import boxes, torus
 from bench.models import PAPER_MODELS
-from gltf_ext.compression.streams import Bits
+from gltf_ext.attributes.streams import Bits
 from gltf_meshlet.demo import model as demo_model
 
 BITS = Bits()

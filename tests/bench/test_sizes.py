@@ -11,9 +11,9 @@ import gltf_ext
 from bench import common, meshlet_peers, paper, peers, size
 from bench.generated import torus, write_generated
 from gltf_ext import _codec
-from gltf_ext.compression.extension import require_compressed
-from gltf_ext.compression.streams import Bits
-from gltf_ext.gltf.importers import open_model
+from gltf_ext.attributes.extension import require_compressed
+from gltf_ext.attributes.streams import Bits
+from gltf_ext.sources.importers import open_model
 from gltf_meshlet.demo import model as demo_model
 from spec import make_vectors, reference_decoder
 from spec.reference_decoder import BlobFile, Meshlet

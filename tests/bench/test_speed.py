@@ -6,8 +6,8 @@ import pytest
 import gltf_ext
 from bench import parameters, speed
 from bench.generated import torus
-from gltf_ext.compression.extension import require_compressed
-from gltf_ext.gltf.importers import open_model
+from gltf_ext.attributes.extension import require_compressed
+from gltf_ext.sources.importers import open_model
 from gltf_meshlet.demo.model import write_glb
 
 

@@ -10,7 +10,7 @@ import pytest
 
 import gltf_ext
 from bench import vulkan_lod
-from gltf_ext.gltf.importers import open_model
+from gltf_ext.sources.importers import open_model
 from gltf_scene.scene import read_scene
 from tests.helpers.gltf_builder import Builder, grid_mesh
 

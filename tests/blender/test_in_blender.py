@@ -10,7 +10,7 @@ import subprocess
 import pytest
 
 import gltf_ext
-from gltf_ext.compression.options import OPTIONS
+from gltf_ext.options import OPTIONS
 from tests.helpers import blender as blender_process
 from tests.helpers.environment import MODELS, VECTORS, missing, parameters_or_missing
 from tests.helpers.gltf_builder import NORMALIZED, Builder, everything, glb_bytes, glb_json

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import gltf_ext
-from gltf_ext.gltf.importers import open_model
+from gltf_ext.sources.importers import open_model
 from tests.helpers import interface_program
 from tests.helpers.environment import ROOT, missing
 from tests.helpers.gltf_builder import NORMALIZED, Builder, everything, grid_mesh

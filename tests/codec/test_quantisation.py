@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
 from gltf_ext import _codec
-from gltf_ext.compression import streams as a
+from gltf_ext.attributes import streams as a
 from gltf_ext.errors import MeshletError
 
 floats32 = st.floats(-(2.0**100), 2.0**100, width=32)
@@ -49,7 +49,7 @@ def test_weights_keep_their_sum(weights, bits):
     total = weights.sum(axis=1, dtype=np.float64)
     usable = total > 0.01
     normalised = (weights[usable] / total[usable, None]).astype(np.float32)
-    first, second = a.quantised_weights([normalised[:, :2], normalised[:, 2:]], bits)
+    first, second = a.quantise_weights([normalised[:, :2], normalised[:, 2:]], bits)
     quantised = np.concatenate([first, second], axis=1)
     assert (quantised.sum(axis=1) == 2**bits - 1).all()
     assert (quantised[normalised == 0] == 0).all()
@@ -57,7 +57,7 @@ def test_weights_keep_their_sum(weights, bits):
 
 
 def test_weights_that_do_not_sum_to_one_are_only_rounded():
-    (result,) = a.quantised_weights([np.array([[0.5, 0.1, 0, 0]])], 8)
+    (result,) = a.quantise_weights([np.array([[0.5, 0.1, 0, 0]])], 8)
     assert result.tolist() == [[128, 26, 0, 0]] or result.tolist() == [[128, 25, 0, 0]]
 
 
@@ -78,7 +78,7 @@ def test_ordered_bits_are_lossless_and_ordered():
 def test_zero_deltas_stay_zero(values, step):
     values[::2] = 0
     stream = a._delta_grid("POSITION", bounds_of(values), step)
-    quantised = a.quantised(values, stream)
+    quantised = a.quantise_columns(values, stream)
     assert (a.dequantise(quantised, stream)[::2] == 0).all()
     assert np.abs(a.dequantise(quantised, stream) - values).max() <= 0.5 * step * (1 + 1e-6) + 1e-5
 
@@ -86,7 +86,7 @@ def test_zero_deltas_stay_zero(values, step):
 def test_signed_integers_are_exact():
     values = np.array([[-32768, 5, 32767], [0, 1, 2], [7, 7, 7]], np.int16)
     stream = a._exact("POSITION", bounds_of(values))
-    quantised = a.quantised(values, stream)
+    quantised = a.quantise_columns(values, stream)
     assert stream.bits == 16
     np.testing.assert_array_equal(
         a.to_accessor([a.dequantise(quantised, stream)], values.dtype), values

@@ -11,7 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gltf_ext.out_of_core import encoding, sources
+from gltf_ext.encode import primitive as encoding
+from gltf_ext.sources import file_arrays, memory
 from tests.helpers.processes import running
 
 SIZE = 128  # quads along a side of the sheet
@@ -20,9 +21,9 @@ SIZE = 128  # quads along a side of the sheet
 def use_small_chunks(monkeypatch, fitting=8000):
     """Primitives of more than `fitting` triangles are large; half of these are a chunk, so that two
     are worked on at a time."""
-    for module in (sources, encoding):
+    for module in (memory, file_arrays, encoding):
         monkeypatch.setattr(module, "fitting", lambda options: fitting)
-    monkeypatch.setattr(sources, "LARGE_CHUNK", fitting // 2)
+    monkeypatch.setattr(memory, "LARGE_CHUNK", fitting // 2)
 
 
 def sheet(size=SIZE):

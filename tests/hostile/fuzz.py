@@ -175,7 +175,7 @@ class Fuzzer:
         warnings.simplefilter("always")
         faulthandler.register(signal.SIGALRM, chain=True)  # prints where all threads are, then ends
         once = functools.cache(cli._parser)
-        fewer = functools.partial(verify.measure_levels, samples=SAMPLES)
+        fewer = functools.partial(verify.measure_levels, most_samples=SAMPLES)
         stack.enter_context(mock.patch.object(cli, "_parser", once))
         stack.enter_context(mock.patch.object(verify, "measure_levels", fewer))
         self.seeds = make_seeds(originals)

@@ -3,17 +3,17 @@
 import numpy as np
 
 import gltf_ext
-from gltf_ext.compression.options import Options
 from gltf_ext.lod import builder as levels
-from gltf_ext.lod.errors import VERTEX_SHARE, spread_weights
+from gltf_ext.lod.errors import VERTEX_FRACTION, sample_weights
 from gltf_ext.lod.surface import Surface
+from gltf_ext.options import Options
 from gltf_ext.ranges import members
 from tests.helpers import environment
 from tests.helpers.gltf_builder import Builder, wavy_sheet
 
 
 def test_weights_spread_points_evenly():
-    weights = spread_weights(3000)
+    weights = sample_weights(3000)
     assert weights.min() >= 0.0
     np.testing.assert_allclose(weights.sum(axis=1), 1.0, atol=1e-6)
     # Each corner is the nearest one for a third of the points, and far for a quarter.
@@ -55,9 +55,9 @@ def test_samples_stay_on_groups_of_level_0_that_are_stuck():
     surface = Surface(triangles, points, ids, ids, points, *nothing)
     builder = levels.Builder(surface, Options(), 48, 0.5, 5.0, 1)
     builder.add_level(may_end=False)
-    assert builder.stuck[0] > 0
-    waiting = members(builder.all.clusters.triangle_begin, builder.pending)
-    assert np.isin(builder.meter._on, waiting).all()
+    assert builder.stuck_triangles[0] > 0
+    ungrouped = members(builder.clusters.ranges.triangle_begin, builder.frontier)
+    assert np.isin(builder.meter._sample_triangle_id, ungrouped).all()
     sides = np.diff(points[triangles], axis=1)
     area = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1).sum() / 2
-    assert area * (1 - VERTEX_SHARE) <= 1.001 * builder.meter._areas.sum() <= 1.01 * area
+    assert area * (1 - VERTEX_FRACTION) <= 1.001 * builder.meter._sample_areas.sum() <= 1.01 * area

@@ -9,7 +9,7 @@ from gltf_ext import _codec
 from gltf_ext.lod.errors import ErrorMeter
 from gltf_ext.lod.reduction import HIGH, TRIES, reduce_groups
 from gltf_ext.lod.surface import Surface
-from gltf_ext.lod.writing import _apart
+from gltf_ext.lod.writing import _separate_points
 from gltf_ext.ranges import begins_of
 from tests.helpers import environment
 from tests.helpers.gltf_builder import grid_mesh
@@ -49,7 +49,7 @@ class Meter:
         self.attempts[groups] += 1
         return np.array([self.error_of(g, self.attempts[g]) for g in groups])
 
-    def lost(self, group, after, allowed):
+    def lost_vertices(self, group, piece, max_distance):
         return np.array(self.lost_in.get(group, []), np.uint32)
 
 
@@ -173,7 +173,7 @@ def test_measuring_keeps_to_the_given_threads(monkeypatch):
     rows = np.arange(len(surface.triangles), dtype=np.uint32)
     meter = ErrorMeter([surface.points], surface.triangles, begin, rows, threads=1)
     meter.begin_level(surface.triangles, begin, rows)
-    meter.lost(0, groups[0][:1], 0.5)
+    meter.lost_vertices(0, groups[0][:1], 0.5)
     assert asked == [1]
 
 
@@ -185,6 +185,6 @@ def test_touching_surfaces_are_parted_where_floats_have_room(first, is_parted):
     same_position = np.uint32([0, 1, 2, 0, 3, 4])
     numbers = np.arange(6, dtype=np.uint32)
     triangles = numbers.reshape(2, 3)
-    apart = _apart(points, same_position, numbers, triangles, numbers)
+    apart = _separate_points(points, same_position, numbers, triangles, numbers)
     assert (len(np.unique(apart, axis=0)) == 6) == is_parted
     assert np.abs(apart - points).max() < 0.5

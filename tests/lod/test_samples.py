@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gltf_ext.checks.samples import Places, nearest_places, shading_differences, spread_by_area
-from gltf_ext.compression.primitives import Primitive
+from gltf_ext.sources.primitives import Primitive
 from tests.helpers.vulkan_scenes import ball
 
 
@@ -62,3 +62,24 @@ def test_a_surface_without_area_has_one_place():
     places = spread_by_area(point, 100)
     assert isinstance(places, Places) and len(places.triangle) == 1
     assert shading_differences(point, point, 100) == {}
+
+
+def test_nearest_places_of_slivers_and_points():
+    """Weights minimise the distance, on corners, edges and inside, of degenerate triangles too."""
+    random = np.random.default_rng(2)
+    positions = random.uniform(-1, 1, (300, 3)).astype(np.float32)
+    positions[1] = positions[0]  # an edge of no length
+    positions[3:6] = positions[3]  # a point
+    positions[8] = 0.25 * positions[6] + 0.75 * positions[7]  # a line
+    triangles = np.arange(300, dtype=np.uint32).reshape(-1, 3)
+    steps = np.linspace(0, 1, 41)
+    grid = np.array([(u, v, 1 - u - v) for u in steps for v in steps if u + v <= 1 + 1e-9])
+    for number, triangle in enumerate(triangles):
+        one = Primitive(0, 0, triangle[None], {"POSITION": positions})
+        points = random.uniform(-2, 2, (20, 3)).astype(np.float32)
+        _, places = nearest_places(points, one)
+        assert (places.weights >= 0).all()
+        apart = np.linalg.norm(places.of(one, "POSITION") - points, axis=1)
+        tried = grid @ positions[triangle].astype(np.float64)
+        best = np.linalg.norm(points[:, None] - tried[None], axis=2).min(axis=1)
+        assert (apart <= best + 1e-6).all(), number

@@ -12,7 +12,7 @@ import pytest
 import gltf_ext
 from gltf_ext import _codec
 from gltf_ext.checks.coverage import check_coverage
-from gltf_ext.gltf.container import read_document
+from gltf_ext.document.container import read_document
 from gltf_ext.lod import View, cut_at_error, cut_at_level, cut_for_view, open_lod
 from gltf_ext.lod.cuts import cut_of
 from gltf_meshlet import cli
@@ -221,7 +221,7 @@ def test_the_schema_accepts_the_vectors(name):
     schema = schema_without_references()
     validator = jsonschema.Draft202012Validator(schema)
     document = read_document(FOLDER / f"lod_{name}.glb")
-    extension = document.meshes[0].primitives[0].extensions["EXT_meshlet_lod"]
+    extension = document.primitive(0, 0)["extensions"]["EXT_meshlet_lod"]
     validator.validate(extension)
     for key in schema["required"]:
         with pytest.raises(jsonschema.ValidationError):

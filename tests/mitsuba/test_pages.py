@@ -109,7 +109,7 @@ def test05_ordinary_meshes(variant, files):
 
 
 def views(path) -> list[bytes]:
-    from gltf_ext.compression.extension import compressed_primitives
-    from gltf_ext.gltf.importers import open_model
+    from gltf_ext.attributes.extension import compressed_primitives
+    from gltf_ext.sources.importers import open_model
 
     return [compressed.blob for compressed in compressed_primitives(open_model(path))]

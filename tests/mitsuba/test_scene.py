@@ -13,7 +13,7 @@ from PIL import Image
 
 import gltf_ext
 from gltf_ext._codec import BLOB_MAX_STREAMS
-from gltf_ext.gltf.importers import open_model
+from gltf_ext.sources.importers import open_model
 from gltf_meshlet.cli import main
 from tests.helpers.gltf_builder import Builder, everything
 from tests.helpers.mitsuba_reference import VARIANTS, compressed, picture, require

@@ -12,7 +12,7 @@ import pytest
 from scipy.ndimage import binary_dilation, binary_erosion
 
 import gltf_ext
-from gltf_ext.checks.samples import nearest_places
+from gltf_ext.checks.samples import distances_to
 from gltf_ext.errors import MeshletError
 from gltf_ext.lod import View
 from gltf_ext.lod.cuts import Cut, cut_of
@@ -183,7 +183,7 @@ def test_surfaces_are_within_a_pixel_of_each_other(renderer, scene, whole, numbe
     for one, other in ((picture, full), (whole[number], shown)):
         of_ball = one.ids[..., 0] == 0
         points, pixel = world_points(one, camera, of_ball)
-        distances, _ = nearest_places(points.astype(np.float32), other)
+        distances = distances_to(points.astype(np.float32), other)
         assert len(points) > 5000 and (distances <= pixel).mean() >= 0.999
 
 

@@ -285,7 +285,7 @@ def test_slots_hold_what_shading_needs(renderer, tmp_path, names, position_bits)
 )
 def test_slots_hold_attributes_of_more_than_64_bits(renderer, tmp_path, monkeypatch, bits, words):
     """Other encoders may write wide normals, texture coordinates and colours."""
-    from gltf_ext.compression import streams as attributes
+    from gltf_ext.attributes import streams as attributes
     from vk_backend.decode.slots import SlotLayout
     from vk_backend.scene.camera import Camera
     from vk_backend.scene.scene import load_scene

@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 from gltf_ext import _codec, compress
-from gltf_ext.compression.extension import require_compressed
-from gltf_ext.gltf.importers import open_model
+from gltf_ext.attributes.extension import require_compressed
+from gltf_ext.sources.importers import open_model
 from tests.helpers import environment
 from tests.helpers.environment import ROOT, VECTORS
 from tests.helpers.long_blobs import MAX_BYTES

@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 
 from gltf_ext import compress
-from gltf_ext.compression.extension import Compressed, require_compressed
-from gltf_ext.gltf.document import Document
-from gltf_ext.gltf.importers import open_model
+from gltf_ext.attributes.extension import Compressed, require_compressed
+from gltf_ext.document.document import Document
+from gltf_ext.document.gltf import attribute_sets
+from gltf_ext.sources.importers import open_model
 from tests.helpers import environment
 from tests.helpers.environment import ROOT, VECTORS
 
@@ -39,13 +40,11 @@ def digest(array: np.ndarray) -> str:
 
 def expected(document: Document, compressed: Compressed) -> dict[str, Any]:
     """Digests of what the native decoder gives the primitive's accessors."""
-    primitive = document.meshes[compressed.mesh].primitives[compressed.primitive]
+    primitive = document.primitive(compressed.mesh, compressed.primitive)
     decoded = compressed.decode()
-    index_type = INDEX_TYPES[document.accessors[primitive.indices].componentType]
-    digests = {str(primitive.indices): digest(decoded.indices.astype(index_type))}
-    for numbers, arrays in zip(
-        [primitive.attributes, *primitive.targets], [decoded.attributes, *decoded.targets]
-    ):
+    index_type = INDEX_TYPES[document.accessors[primitive["indices"]]["componentType"]]
+    digests = {str(primitive["indices"]): digest(decoded.indices.astype(index_type))}
+    for numbers, arrays in zip(attribute_sets(primitive), [decoded.attributes, *decoded.targets]):
         for name, accessor in numbers.items():
             digests[str(accessor)] = digest(arrays[name])
     return digests

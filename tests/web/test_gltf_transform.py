@@ -11,8 +11,9 @@ import pytest
 
 import gltf_ext
 from gltf_ext import compress, decompress
-from gltf_ext.compression.extension import require_compressed
-from gltf_ext.gltf.importers import open_model
+from gltf_ext.attributes.extension import require_compressed
+from gltf_ext.document.gltf import has_extension
+from gltf_ext.sources.importers import open_model
 from tests.helpers import environment, web_package
 
 NAME = "EXT_meshlet_edgebreaker"
@@ -88,11 +89,11 @@ def test_changed_primitives_are_written_plain(name, folder, model, tmp_path):
     compress(model(name), tmp_path / "in.glb")
     assert convert(folder, tmp_path / "in.glb", tmp_path / "out.glb", "move") == ""
     document = open_model(tmp_path / "out.glb")
-    changed = document.meshes[0].primitives[0]
-    assert NAME not in (changed.extensions or {})
-    positions = document.accessors[changed.attributes["POSITION"]]
+    changed = document.primitive(0, 0)
+    assert not has_extension(changed, NAME)
+    positions = document.accessors[changed["attributes"]["POSITION"]]
     before = gltf_ext.load(tmp_path / "in.glb")[0].attributes["POSITION"]
-    assert np.allclose(positions.min, before.min(axis=0) + 1, atol=1e-5)
+    assert np.allclose(positions["min"], before.min(axis=0) + 1, atol=1e-5)
 
 
 def test_command_line_converts(folder, model, tmp_path):

@@ -17,9 +17,9 @@ from urllib.parse import quote
 import pytest
 
 import gltf_ext
-from gltf_ext.compression.extension import has_compressed
+from gltf_ext.attributes.extension import has_compressed
 from gltf_ext.errors import MeshletError
-from gltf_ext.gltf.importers import open_model
+from gltf_ext.sources.importers import open_model
 from gltf_meshlet import view_command, view_server
 from gltf_meshlet.cli import main
 from gltf_meshlet.view_models import prepare, prepare_upload

@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 from gltf_ext import _codec, compress, transcode
-from gltf_ext.compression.extension import require_compressed
-from gltf_ext.gltf.importers import open_model
+from gltf_ext.attributes.extension import require_compressed
+from gltf_ext.sources.importers import open_model
 from tests.helpers import environment
 from tests.helpers.browsers import lavapipe_environment, need_decoder, pictures, share_that_differs
 from tests.helpers.environment import NODE_MODULES, ROOT, VECTORS

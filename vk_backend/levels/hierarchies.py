@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from gltf_ext import _codec
-from gltf_ext.compression.extension import Compressed
+from gltf_ext.attributes.extension import Compressed
 from gltf_ext.errors import MeshletError
 from gltf_ext.lod.reading import LodPrimitive, streams_of_blob
 from gltf_ext.lod.tables import GROUP, MAX_CLUSTERS, PAGE, RUN_GROUP_BITS, Tables

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import pygltflib
 
+from gltf_ext.document import gltf
+from gltf_ext.document.document import Document
 from gltf_ext.errors import MeshletError
-from gltf_ext.gltf.document import Document
 from gltf_scene import materials as gltf_materials
 from gltf_scene.images import read_image
 from gltf_scene.materials import DEFAULT_CUTOFF, TextureUse, read_material
@@ -24,7 +24,7 @@ class Texture:
     """
 
     pixels: np.ndarray
-    wrap: tuple[int, int] = (pygltflib.REPEAT, pygltflib.REPEAT)
+    wrap: tuple[int, int] = (gltf.REPEAT, gltf.REPEAT)
     nearest: bool = False
 
 
@@ -133,8 +133,8 @@ def _placement(
 def _flags(source: gltf_materials.Material) -> int:
     flags = {
         "MATERIAL_DOUBLE_SIDED": source.double_sided,
-        "MATERIAL_MASK": source.alpha_mode == pygltflib.MASK,
-        "MATERIAL_BLEND": source.alpha_mode == pygltflib.BLEND,
+        "MATERIAL_MASK": source.alpha_mode == gltf.MASK,
+        "MATERIAL_BLEND": source.alpha_mode == gltf.BLEND,
         "MATERIAL_UNLIT": source.unlit,
     }
     return sum(CONSTANTS[name] for name, on in flags.items() if on)

@@ -10,26 +10,21 @@ import numpy as np
 
 from gltf_ext import _codec
 from gltf_ext._codec import Stream
-from gltf_ext.compression.extension import (
-    EXTENSION,
-    Compressed,
-    malformed,
-    read_compressed,
-    require_compressed,
-)
-from gltf_ext.compression.streams import (
+from gltf_ext.attributes.extension import Compressed, malformed, read_compressed, require_compressed
+from gltf_ext.attributes.streams import (
     GRID,
     OCT,
     SIGN,
     from_ordered_bits,
     streams_of,
 )
+from gltf_ext.document.document import Document
+from gltf_ext.document.nodes import MAX_SIZE
 from gltf_ext.errors import MeshletError
-from gltf_ext.gltf.document import Document
-from gltf_ext.gltf.importers import open_model
-from gltf_ext.gltf.nodes import MAX_SIZE
 from gltf_ext.lod.reading import LodPrimitive, read_lod
 from gltf_ext.ranges import begins
+from gltf_ext.sources.importers import open_model
+from gltf_ext.sources.primitives import is_compressed
 from gltf_scene.scene import (
     PlacedPrimitive,
     ValueFormat,
@@ -365,8 +360,8 @@ class _Loader:
 
     def _is_compressed(self, placed: PlacedPrimitive) -> bool:
         """Whether it is drawn; otherwise adds a warning."""
-        primitive = self._document.meshes[placed.mesh].primitives[placed.primitive]
-        if EXTENSION in (primitive.extensions or {}):
+        primitive = self._document.primitive(placed.mesh, placed.primitive)
+        if is_compressed(primitive):
             return True
         self._warnings.append(
             f"mesh {placed.mesh} primitive {placed.primitive} is not compressed and is left out"
@@ -438,7 +433,7 @@ class _Loader:
             )
             return None
         element = sum(s.elements for s in compressed.streams[:first])
-        primitive = self._document.meshes[compressed.mesh].primitives[compressed.primitive]
+        primitive = self._document.primitive(compressed.mesh, compressed.primitive)
         return Attribute(stream, first, element, value_format(self._document, primitive, name))
 
     def _box(self, compressed: Compressed, position: Attribute) -> tuple[np.ndarray, np.ndarray]:
@@ -451,7 +446,7 @@ class _Loader:
                 f"positions of {compressed.where} are not finite, or larger than {MAX_SIZE:g}",
                 "export the file again, smaller",
             )
-        primitive = self._document.meshes[compressed.mesh].primitives[compressed.primitive]
+        primitive = self._document.primitive(compressed.mesh, compressed.primitive)
         box = position_box(self._document, primitive)
         if box is None:
             return low, high

@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import pygltflib
+
+from gltf_ext.document import gltf
 
 from ..gpu import vk
 from ..gpu.allocator import UPLOAD
@@ -16,9 +17,9 @@ from .materials import Texture
 
 FORMAT = vk.VK_FORMAT_R8G8B8A8_SRGB
 WRAP = {
-    pygltflib.REPEAT: vk.VK_SAMPLER_ADDRESS_MODE_REPEAT,
-    pygltflib.CLAMP_TO_EDGE: vk.VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE,
-    pygltflib.MIRRORED_REPEAT: vk.VK_SAMPLER_ADDRESS_MODE_MIRRORED_REPEAT,
+    gltf.REPEAT: vk.VK_SAMPLER_ADDRESS_MODE_REPEAT,
+    gltf.CLAMP_TO_EDGE: vk.VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE,
+    gltf.MIRRORED_REPEAT: vk.VK_SAMPLER_ADDRESS_MODE_MIRRORED_REPEAT,
 }
 WHITE = Texture(np.full((1, 1, 4), 255, np.uint8))  # for scenes without textures
 

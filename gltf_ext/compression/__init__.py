@@ -1,1 +1,0 @@
-"""EXT_meshlet_edgebreaker: streams, primitives, and the options of `compress`."""

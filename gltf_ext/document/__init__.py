@@ -1,0 +1,1 @@
+"""Reads and writes glTF files: JSON, buffers, accessors, images, nodes."""

@@ -1,0 +1,94 @@
+"""Images: checked for their size, or moved into views as they are."""
+
+from __future__ import annotations
+
+import io
+import warnings
+
+from gltf_ext.document import gltf
+from gltf_ext.document.document import Document
+from gltf_ext.errors import MeshletError
+
+MIME_TYPES = (
+    (b"\x89PNG", "image/png"),
+    (b"\xff\xd8\xff", "image/jpeg"),
+    (b"RIFF", "image/webp"),
+    (b"\xabKTX 20", "image/ktx2"),
+    (b"DDS ", "image/vnd-ms.dds"),
+)
+FORMATS = ("PNG", "JPEG", "WEBP", "DDS", "BMP", "GIF", "TIFF")  # Pillow's names
+# An image may take so much memory, as 8-bit RGBA: 4096 x 4096 pixels, and more if it has the bytes.
+LEAST_DECODED = 64 << 20
+DECODED_PER_BYTE = 40
+
+
+def check_size(data: bytes) -> None:
+    """Refuses an image whose header claims far more pixels than its bytes can hold.
+
+    Raises MeshletError, also for an unknown format.
+    """
+    from PIL import Image
+
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", Image.DecompressionBombWarning)
+            with Image.open(io.BytesIO(data), formats=FORMATS) as image:
+                width, height = image.size
+    except Image.DecompressionBombError:
+        width = height = 2**31
+    except Exception:  # Pillow's readers raise anything
+        raise MeshletError("it cannot be read") from None
+    if 4 * width * height > LEAST_DECODED + DECODED_PER_BYTE * len(data):
+        raise MeshletError(f"it has too many pixels for its {len(data)} bytes")
+
+
+def mime_type(data: bytes) -> str | None:
+    """Of an encoded image; None if glTF has none for it."""
+    return next((mime for start, mime in MIME_TYPES if data.startswith(start)), None)
+
+
+def as_png_or_jpeg(data: bytes) -> bytes:
+    """The image itself if it is one of these, else the same pixels as a PNG.
+
+    Raises MeshletError when it cannot be read or takes too much memory.
+    """
+    check_size(data)
+    if mime_type(data) in ("image/png", "image/jpeg"):
+        return data
+    from PIL import Image
+
+    png = io.BytesIO()
+    with Image.open(io.BytesIO(data), formats=FORMATS) as image:
+        image.convert("RGBA").save(png, "PNG")
+    return png.getvalue()
+
+
+def embed_images(document: Document) -> list[str]:
+    """Moves images behind data: uris and relative paths into buffer views.
+
+    Returns a warning for each image that stays where it is.
+    """
+    problems = []
+    known: dict[str, gltf.Image] = {}  # uri -> what replaces it
+    for image in document.images:
+        uri = image.get("uri")
+        if uri is None:
+            continue
+        if uri in known:
+            image.update(known[uri])
+            del image["uri"]
+            continue
+        try:
+            data = document.read_uri(uri)
+        except MeshletError as error:
+            problems.append(f"an image is left where it is: {error}")
+            continue
+        mime = image.get("mimeType") or mime_type(data)
+        if mime is None or not data:
+            short = MeshletError(uri[:80]).message
+            problems.append(f"an image is left where it is: {short} has an unknown format")
+            continue
+        known[uri] = {"bufferView": document.add_view(data), "mimeType": mime}
+        image.update(known[uri])
+        del image["uri"]
+    return problems

@@ -1,0 +1,82 @@
+"""The node hierarchy of a glTF scene, flattened."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from gltf_ext.document import gltf
+from gltf_ext.document.document import Document, item
+from gltf_ext.document.json_values import NOT_VALID
+from gltf_ext.errors import MeshletError
+
+# Nodes with several parents are not valid glTF, but common: each may be shown more than once.
+# A file of 1 kB could ask for billions of places.
+MAX_REPEATED = 2**14
+MAX_SIZE = 1e15  # of coordinates: products of two must fit 32-bit floats
+
+
+def placed(document: Document) -> Iterator[tuple[gltf.Node, np.ndarray]]:
+    """(node, world matrix float64[4, 4]) of every node of the default scene, parents first.
+
+    A document without scenes shows all its root nodes; one that names no default scene shows its
+    first. Raises MeshletError for a node that is its own ancestor, for too many nodes, and for a
+    matrix that is not finite.
+    """
+    if document.scenes:
+        scene = item(document.scenes, document.json.get("scene", 0), "scene")
+        roots = scene.get("nodes", [])
+    else:
+        below = {child for node in document.nodes for child in gltf.children(node)}
+        roots = [i for i in range(len(document.nodes)) if i not in below]
+    # A node without a matrix ends the children of that node.
+    stack: list[tuple[int, np.ndarray | None]] = [(index, np.eye(4)) for index in reversed(roots)]
+    ancestors: set[int] = set()
+    left = len(document.nodes) + MAX_REPEATED
+    while stack:
+        index, parent = stack.pop()
+        if parent is None:
+            ancestors.remove(index)
+            continue
+        node = item(document.nodes, index, "node")
+        left -= 1
+        if index in ancestors or left < 0:
+            raise MeshletError(
+                f"node {index} is its own ancestor, or has too many parents", NOT_VALID
+            )
+        with np.errstate(over="ignore", invalid="ignore"):
+            matrix: np.ndarray = parent @ local_matrix(node)
+        if not (np.abs(matrix) < MAX_SIZE).all():
+            raise MeshletError(
+                f"a node's transform is not finite, or larger than {MAX_SIZE:g}",
+                "export the file again, smaller",
+            )
+        yield node, matrix
+        if gltf.children(node):
+            ancestors.add(index)
+            stack.append((index, None))
+            stack += [(child, matrix) for child in reversed(gltf.children(node))]
+
+
+def local_matrix(node: gltf.Node) -> np.ndarray:
+    """float64[4, 4] from a node's matrix, or its translation, rotation and scale."""
+    if "matrix" in node:
+        return np.reshape(np.array(node["matrix"], np.float64), (4, 4), order="F")
+    result = np.eye(4)
+    rotation = _rotation(node["rotation"]) if "rotation" in node else np.eye(3)
+    result[:3, :3] = rotation * np.array(node.get("scale", (1, 1, 1)), np.float64)
+    result[:3, 3] = node.get("translation", 0)
+    return result
+
+
+def _rotation(quaternion: list[float]) -> np.ndarray:
+    """float64[3, 3] of a quaternion x, y, z, w of any length."""
+    x, y, z, w = np.array(quaternion, np.float64) / max(float(np.linalg.norm(quaternion)), 1e-30)
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )

@@ -1,0 +1,75 @@
+"""Encodes the triangles of a chunk as they are."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from gltf_ext import _codec
+from gltf_ext.attributes.records import Mesh, RecordFormat, Triangles
+from gltf_ext.encode.chunks import are_among
+from gltf_ext.encode.totals import Totals
+from gltf_ext.options import DEFAULT_PAGE_BYTES, Options
+from gltf_ext.progress import Advance
+from gltf_ext.work_files import give_back_memory
+
+
+@dataclass
+class Encoder:
+    """Encodes vertices of a primitive without levels of detail.
+
+    Attributes:
+        record_format: of their records.
+        generation: keyword arguments of _codec.encode.
+        page_bytes: of pages, 0 for one blob.
+    """
+
+    record_format: RecordFormat
+    generation: dict[str, Any]
+    page_bytes: int
+
+    @classmethod
+    def of(
+        cls, record_format: RecordFormat, options: Options, triangles: int, is_whole: bool
+    ) -> Encoder:
+        """Return an encoder of a primitive of so many triangles, in one chunk or in several."""
+        page_bytes = options.page_bytes_of(triangles)
+        if not is_whole:
+            page_bytes = page_bytes or DEFAULT_PAGE_BYTES
+        return cls(record_format, options.generation, page_bytes)
+
+    def view_of(
+        self, mesh: Mesh, threads: int, progress: Advance | None
+    ) -> tuple[bytes, dict[str, Any]]:
+        """Return (blobs, statistics) of _codec.encode. mesh: as RecordFormat.mesh_of returns it."""
+        return _codec.encode(
+            *mesh,
+            progress=progress,
+            threads=threads,
+            page_bytes=self.page_bytes,
+            **self.generation,
+        )
+
+
+def encode_chunk(
+    threads: int,
+    encoder: Encoder,
+    triangles: Triangles,
+    border_keys: np.ndarray,
+    progress: Advance | None = None,
+) -> tuple[bytes, Totals]:
+    """Return the pages of a chunk. border_keys: keys of positions that others have."""
+    record_format = encoder.record_format
+    vertices = record_format.vertices_of(triangles)
+    is_shared = are_among(border_keys, vertices.records["0"])
+    totals = Totals.of(vertices, is_shared, record_format.plan.position_streams)
+    if not len(vertices.triangles):
+        return b"", totals
+    mesh = record_format.mesh_of(vertices)
+    del vertices, is_shared
+    triangles.clear()
+    view, totals.statistics = encoder.view_of(mesh, threads, progress)
+    give_back_memory()
+    return view, totals

@@ -1,0 +1,446 @@
+"""Levels of detail of a primitive, built level after level in chunks; most have one chunk."""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from gltf_ext.attributes.records import RecordFormat, Triangles
+from gltf_ext.encode.chunks import Cells, Chunks, are_among, leaves, union
+from gltf_ext.encode.level_0 import Encoder
+from gltf_ext.encode.totals import Totals
+from gltf_ext.errors import MeshletError
+from gltf_ext.lod import simplifier
+from gltf_ext.lod.builder import Builder, ClusterRanges, ClusterSet, Hierarchy
+from gltf_ext.lod.document import Levels
+from gltf_ext.lod.pilot import SMALLEST_GROUP, Pilot
+from gltf_ext.lod.reduction import SHRINK
+from gltf_ext.lod.surface import Surface
+from gltf_ext.lod.tables import MAX_GROUPS
+from gltf_ext.lod.writing import Pages, encode_pages, error_limit_of, make_surface, make_tables
+from gltf_ext.options import Options
+from gltf_ext.progress import Advance
+from gltf_ext.ranges import begins, members
+from gltf_ext.scheduler import Runner, in_order
+from gltf_ext.sources.memory import chunk_size, plan_chunk_memory, reading
+from gltf_ext.sources.source import blocks
+from gltf_ext.work_files import Spool, WorkFile, give_back_memory, release
+
+NO_RANGES = ClusterRanges(np.empty((0, 3), np.uint32), np.zeros(1, np.int64), np.zeros(1, np.int64))
+ALL_LEVELS = 1.4  # triangles of all levels over those of level 0, for the progress
+BUILD_SHARE = 0.6  # of the progress of a chunk that is alone; the rest is for its pages
+# With more vertices than this for each position, the first step is larger: seams hold coarse levels
+# back, whose pages would take 0.9 of level 0 (sponza_like) instead of 0.65.
+SEAMS, LARGER_STEP = 1.15, 1.25
+
+
+# --- a chunk, wherever it is built ---
+
+
+@dataclass
+class Remainder:
+    """Clusters that the next level groups.
+
+    Attributes:
+        corners: coarse[T, 3]: records of their triangles.
+        disks, clusters: int64: number of triangles of each disk, and of disks of each cluster.
+        source_group, error, centre, radius: as in ClusterSet.
+    """
+
+    corners: np.ndarray
+    disks: np.ndarray
+    clusters: np.ndarray
+    source_group: np.ndarray
+    error: np.ndarray
+    centre: np.ndarray
+    radius: np.ndarray
+
+    def with_triangles(self, triangles: np.ndarray) -> ClusterSet:
+        """triangles: uint32[T, 3] of the corners."""
+        ranges = ClusterRanges(triangles, begins(self.disks), begins(self.clusters))
+        return ClusterSet(
+            ranges, self.source_group, self.error, self.error, self.centre, self.radius
+        )
+
+    @classmethod
+    def of(cls, frontier: ClusterSet, records: np.ndarray) -> Remainder:
+        """Return a remainder of clusters. records: coarse[V], of their vertices."""
+        ranges = frontier.ranges
+        disks, counts = np.diff(ranges.disk_begin), np.diff(ranges.cluster_begin)
+        corners = records[ranges.triangles]
+        origin = frontier.source_group, frontier.error, frontier.centre, frontier.radius
+        return cls(corners, disks, counts, *origin)
+
+
+@dataclass
+class Chunk:
+    """A chunk of a level, to be built.
+
+    Attributes:
+        first_group: number of the first group that it makes.
+        triangles: its triangles; clusters: of them, None in level 0.
+        border_keys: keys of positions that other chunks may have too, in ascending order.
+        is_last: whether it is the only one of its level: then all further levels are built.
+        must_end: whether there are to be no further levels.
+        advance: moves the progress bar meanwhile; None for the chunks of a work file.
+    """
+
+    level: int
+    first_group: int
+    triangles: Triangles
+    clusters: Remainder | None
+    border_keys: np.ndarray
+    is_last: bool
+    must_end: bool = False
+    advance: Advance | None = None
+
+
+@dataclass
+class ChunkResult:
+    """What became of a chunk.
+
+    Attributes:
+        count: of its triangles; totals: of level 0.
+        hierarchy: without clusters; None for no groups. coarse, fine: their pages.
+        triangles: of the groups of each level; stuck_triangles: of the builder.
+        remainder: clusters for the next level.
+    """
+
+    count: int
+    totals: Totals
+    hierarchy: Hierarchy | None = None
+    coarse: Pages = field(default_factory=Pages)
+    fine: Pages = field(default_factory=Pages)
+    triangles: list[int] = field(default_factory=list)
+    stuck_triangles: list[int] = field(default_factory=list)
+    remainder: Remainder | None = None
+
+
+def build_chunk(threads: int, encoder: Encoder, options: Options, chunk: Chunk) -> ChunkResult:
+    """Build and encodes the groups of a chunk. Raises MeshletError."""
+    record_format = encoder.record_format
+    count = chunk.triangles.count
+    vertices = record_format.vertices_of(chunk.triangles)
+    chunk.triangles.clear()
+    is_shared = are_among(chunk.border_keys, vertices.records["0"])
+    totals = Totals()
+    if not chunk.level:
+        totals = Totals.of(vertices, is_shared, record_format.plan.position_streams)
+    result = ChunkResult(count, totals)
+    if not len(vertices.triangles):
+        return result
+    values = record_format.values_of(vertices.records)
+    surface = make_surface(record_format, vertices, values)
+    surface.is_locked = is_shared
+    group_size, page_bytes = options.lod_group, options.lod_page_bytes
+    while True:
+        pilot = Pilot(
+            record_format.plan.streams, values, surface.position_ids, surface.points, page_bytes
+        )
+        builder = _builder(record_format, options, threads, chunk, surface, group_size, pilot)
+        if not builder.groups:
+            break
+        if _is_without_levels(builder, chunk):
+            mesh = record_format.mesh_of(vertices)
+            view, totals.statistics = encoder.view_of(mesh, threads, chunk.advance)
+            result.fine = Pages(blobs=[view])
+            return result
+        hierarchy = builder.result()
+        give_back_memory()
+        result.coarse, result.fine = encode_pages(
+            hierarchy,
+            surface,
+            record_format.plan.streams,
+            values,
+            vertices.position_ids,
+            page_bytes,
+            threads,
+        )
+        give_back_memory()
+        largest = max(map(len, result.coarse.blobs + result.fine.blobs))
+        if largest <= page_bytes or group_size <= SMALLEST_GROUP:
+            sizes = np.diff(hierarchy.ranges.triangle_begin)
+            counts = np.bincount(hierarchy.group_level[hierarchy.cluster_group], sizes)
+            result.triangles = counts.astype(int).tolist()
+            hierarchy.ranges = NO_RANGES
+            result.hierarchy = hierarchy
+            break
+        group_size = max(group_size // 2, SMALLEST_GROUP)  # rare: see the pilot
+    result.stuck_triangles = builder.stuck_triangles
+    if len(builder.frontier):
+        records = record_format.without_hash(vertices.records)
+        result.remainder = Remainder.of(builder.clusters.select(builder.frontier), records)
+    totals.statistics = result.fine.statistics
+    if chunk.advance:
+        chunk.advance(1.0)
+    return result
+
+
+def _builder(
+    record_format: RecordFormat,
+    options: Options,
+    threads: int,
+    chunk: Chunk,
+    surface: Surface,
+    group_size: int,
+    pilot: Pilot,
+) -> Builder:
+    """Return a builder that has built the chunk's levels."""
+    has_seams = len(surface.points) > SEAMS * len(surface.vertex_of_position)
+    builder = Builder(
+        surface,
+        options,
+        group_size,
+        error_limit_of(options, record_format.plan),
+        options.lod_reduction * (LARGER_STEP if has_seams else 1.0),
+        threads,
+        chunk.clusters.with_triangles(surface.triangles) if chunk.clusters else None,
+        chunk.level,
+        chunk.first_group,
+        pilot,
+    )
+    if chunk.must_end:
+        builder.end()
+    else:
+        total = len(surface.triangles)
+        while (remaining_triangles := builder.add_level(may_end=chunk.is_last)) and chunk.is_last:
+            if chunk.advance:
+                chunk.advance(BUILD_SHARE * (1.0 - remaining_triangles / total))
+    builder.meter = None  # its trees are as large as all else
+    if chunk.level == 0 and not chunk.is_last and np.isinf([g[1] for g in builder.groups]).any():
+        raise MeshletError(
+            f"{record_format.where}: all triangles of a chunk collapse on the grid",
+            "use more position bits or a smaller step",
+        )
+    return builder
+
+
+def _is_without_levels(builder: Builder, chunk: Chunk) -> bool:
+    """Return whether a primitive of one chunk cannot be simplified, or has too many groups."""
+    is_whole = chunk.is_last and chunk.level == 0
+    return is_whole and (np.isinf(builder.groups[0][1]) or len(builder.groups) > MAX_GROUPS)
+
+
+# --- all chunks ---
+
+
+class NextLevel:
+    """Clusters that wait for a level. Their triangles are in a work file.
+
+    Attributes:
+        triangles: number of all.
+    """
+
+    def __init__(self, record_format: RecordFormat, options: Options) -> None:
+        """Hold no clusters yet. record_format: of the records of their corners."""
+        self._record_format, self._options = record_format, options
+        self._file: WorkFile | None = None
+        self._columns: list[tuple[np.ndarray, ...]] = []
+        self.triangles = 0
+
+    def add(self, clusters: Remainder) -> None:
+        """Add those of a chunk of the level before. Raises OSError."""
+        self._file = self._file or WorkFile(str(self._options.work_dir))
+        self._file.append(clusters.corners)
+        self.triangles += len(clusters.corners)
+        values = (clusters.source_group, clusters.error, clusters.centre, clusters.radius)
+        self._columns.append((clusters.disks, clusters.clusters, *values))
+
+    def close(self) -> None:
+        """Give the space on the disk back."""
+        if self._file is not None:
+            self._file.close()
+
+    def chunks(self, count: int, level: int, first_group: int, must_end: bool) -> Iterator[Chunk]:
+        """Return the clusters in about `count` chunks."""
+        disks, in_cluster, *values = (np.concatenate(column) for column in zip(*self._columns))
+        cluster_begin = begins(in_cluster)
+        triangle_begin = begins(disks)[cluster_begin]
+        points = np.rint(values[2]).astype(np.int32)  # centres
+        cells = Cells.over(points, count, level)
+        chunk = cells.of(points)
+        border_keys = self._border_keys(cells, np.repeat(chunk, np.diff(triangle_begin)))
+        for number in range(count):
+            selection = np.flatnonzero(chunk == number)
+            if not len(selection):
+                continue
+            corners = self._corners(triangle_begin, selection)
+            in_disks = disks[members(cluster_begin, selection)]
+            origin = (column[selection] for column in values)
+            clusters = Remainder(corners, in_disks, in_cluster[selection], *origin)
+            triangles = Triangles(corners.reshape(-1))
+            yield Chunk(level, first_group, triangles, clusters, border_keys, count == 1, must_end)
+
+    def _border_keys(self, cells: Cells, chunk: np.ndarray) -> np.ndarray:
+        """Return the keys of positions that several chunks may have, uint64.
+
+        chunk: of each triangle.
+        """
+
+        def keys(first: int, last: int) -> np.ndarray:
+            return cells.keys_outside(chunk[first:last], self._rows(first, last)["0"])
+
+        parts = blocks(self.triangles) if cells.count > 1 else ()
+        return union(in_order(keys, parts, reading(self._options)[1]))
+
+    def _corners(self, triangle_begin: np.ndarray, selection: np.ndarray) -> np.ndarray:
+        """Return coarse[T, 3]: the triangles of clusters, in ascending order of their numbers."""
+        starts = np.flatnonzero(np.diff(selection, prepend=-2) != 1)
+        ends = np.append(starts[1:], len(selection)) - 1
+        runs = zip(triangle_begin[selection[starts]], triangle_begin[selection[ends] + 1])
+        return np.concatenate([self._rows(int(first), int(last)) for first, last in runs])
+
+    def _rows(self, first: int, last: int) -> np.ndarray:
+        assert self._file is not None
+        return self._file.rows(self._record_format.coarse, 3 * first, 3 * (last - first)).reshape(
+            -1, 3
+        )
+
+
+class LevelsWriter:
+    """Builds and encodes the levels of a primitive.
+
+    Attributes:
+        totals: of level 0.
+    """
+
+    def __init__(
+        self, encoder: Encoder, options: Options, runner: Runner, folder: str | None
+    ) -> None:
+        """folder: for work files; None to keep pages in memory.
+
+        Raises MeshletError without meshoptimizer.
+        """
+        simplifier.require_simplifier()
+        self.totals = Totals()
+        self._encoder, self._options, self._runner = encoder, options, runner
+        self._folder = folder
+        self._hierarchies: list[Hierarchy] = []  # without clusters
+        self._group_count = 0
+        # By level; those of the last chunk have all further levels.
+        self._pages: dict[int, Pages] = defaultdict(Pages)  # without blobs, which are in the files
+        self._files: dict[int, Spool] = defaultdict(lambda: Spool(folder, max_memory=0))
+        self._triangles: Counter[int] = Counter()  # by level
+        self._stuck_triangles: Counter[int] = Counter()
+
+    def write(self, chunks: Chunks, progress: Advance) -> tuple[memoryview, Levels | None]:
+        """Return (the pages of level 0, all other levels; None if simplification leaves too much).
+
+        Raises MeshletError, OSError.
+        """
+        record_format = self._encoder.record_format
+        first_count = last_count = int(chunks.counts.sum())
+        run = _Progress(first_count, progress)
+        following = self._build(0, _chunks_of(chunks), chunks.memory_plan(self._options), run)
+        level = 0
+        is_too_much = following.triangles > SHRINK * first_count
+        while following.triangles and not is_too_much:
+            level += 1
+            current = following
+            size = chunk_size(self._options, current.triangles)
+            count = leaves(current.triangles, size, level)
+            # Chunks alone never end; if they do not shrink, all do.
+            must_end = count > 1 and current.triangles > SHRINK * last_count
+            last_count = current.triangles
+            at_once, memory = plan_chunk_memory(self._options, current.triangles)
+            following = self._build(
+                level,
+                current.chunks(count, level, self._group_count, must_end),
+                (min(at_once, count), memory),
+                run,
+            )
+            current.close()
+        following.close()
+        has_levels = len(self._pages) > 1 and not is_too_much
+        return self._files[0].contents(), self._levels(record_format) if has_levels else None
+
+    def _build(
+        self,
+        level: int,
+        chunks: Iterator[Chunk],
+        memory_plan: tuple[int, int],
+        progress: _Progress,
+    ) -> NextLevel:
+        """Build all chunks of a level; returns what is left for the next one.
+
+        memory_plan: number of chunks at a time, and bytes that one takes.
+        """
+        following = NextLevel(self._encoder.record_format, self._options)
+        first_group = self._group_count
+        tasks = ((self._encoder, self._options, chunk) for chunk in chunks)
+        for result in self._runner.map(build_chunk, tasks, *memory_plan):
+            self._add(result, level, first_group, following)
+            progress.add(result.count)
+        return following
+
+    def _add(self, result: ChunkResult, level: int, first_group: int, following: NextLevel) -> None:
+        """Write the groups of a chunk; its replacements go to the next level.
+
+        first_group: the number that the chunk gave its first group.
+        """
+        self.totals.add(result.totals)
+        self._stuck_triangles.update(
+            {level + k: count for k, count in enumerate(result.stuck_triangles)}
+        )
+        if result.remainder:
+            refined = result.remainder.source_group
+            refined[refined >= first_group] += self._group_count - first_group
+            following.add(result.remainder)
+        for page_level, pages in ((max(level, 1), result.coarse), (0, result.fine)):
+            if pages.blobs:
+                self._files[page_level].append(b"".join(pages.blobs))
+                groups = [self._group_count + numbers for numbers in pages.groups]
+                self._pages[page_level].add(Pages(groups, [], pages.rows))
+        if not result.hierarchy:
+            return
+        self._triangles.update(dict(enumerate(result.triangles)))
+        result.hierarchy.cluster_group = result.hierarchy.cluster_group + self._group_count
+        self._hierarchies.append(result.hierarchy)
+        self._group_count += len(result.hierarchy.group_level)
+        if self._group_count > MAX_GROUPS:
+            where = self._encoder.record_format.where
+            raise MeshletError(f"{where} has more than {MAX_GROUPS} groups", "split it")
+
+    def _levels(self, record_format: RecordFormat) -> Levels:
+        order = sorted(self._pages, reverse=True)
+        rows = [row for level in order for row in self._pages[level].rows]
+        groups = [g for level in order for g in self._pages[level].groups]
+        coarse = Spool(self._folder, max_memory=0)
+        for level in order[:-1]:
+            pages = self._files[level].contents()
+            coarse.append(pages)
+            release(pages)
+            self._files[level].close()
+        columns = map(np.concatenate, zip(*(h.columns for h in self._hierarchies)))
+        hierarchy = Hierarchy(NO_RANGES, *columns)
+        coarse_pages = len(rows) - len(self._pages[0].rows)
+        tables = make_tables(hierarchy, groups, rows, coarse_pages, record_format.plan)
+        levels = range(max(self._triangles) + 1)
+        report = {
+            "triangles": [self._triangles[level] for level in levels],
+            "stuck_triangles": [self._stuck_triangles[level] for level in levels],
+        }
+        return Levels(tables, coarse.contents(), report)
+
+
+class _Progress:
+    """Counts the triangles of all levels."""
+
+    def __init__(self, triangles: int, advance: Advance) -> None:
+        """triangles: triangles of level 0."""
+        self._first_count, self._advance, self._count = triangles, advance, 0
+
+    def add(self, triangles: int) -> None:
+        self._count += triangles
+        self._advance(min(self._count / self._first_count / ALL_LEVELS, 1.0))
+
+
+def _chunks_of(chunks: Chunks) -> Iterator[Chunk]:
+    """Return the chunks of level 0."""
+    count = len(chunks.counts)
+    for number in range(count):
+        triangles = chunks.take(number)
+        yield Chunk(0, 0, triangles, None, chunks.border_keys, count == 1, advance=chunks.advance)

@@ -1,1 +1,0 @@
-"""Reads and writes glTF files. Knows nothing about compression."""

@@ -1,0 +1,81 @@
+"""Opens a model of any supported format as a glTF document."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+from gltf_ext.document.container import EMPTY, EXPORT_AGAIN, read_document
+from gltf_ext.document.document import Document
+from gltf_ext.errors import MeshletError
+from gltf_ext.portable import path_beside
+from gltf_ext.sources import obj, ply, stl
+from gltf_ext.sources.mesh_files import IndexedMesh, MeshFile, to_document
+from gltf_ext.sources.row_arrays import MemoryRows, NewRows
+
+GLTF_SUFFIXES = (".glb", ".gltf")
+READERS = {".obj": obj.read, ".ply": ply.read, ".stl": stl.read}
+MESH_SUFFIXES = tuple(READERS)
+SUFFIXES = GLTF_SUFFIXES + MESH_SUFFIXES
+
+
+def open_model(path: str | os.PathLike[str]) -> Document:
+    """Read a document from a .glb, .gltf, .obj, .ply or .stl. Raises MeshletError, OSError."""
+    suffix = Path(path).suffix.lower()
+    if suffix in GLTF_SUFFIXES:
+        return read_document(path)
+    if suffix in MESH_SUFFIXES:
+        contents = read_meshes(Path(path), MemoryRows)
+        # Each mesh is gone once it is indexed, so that memory holds few of them twice.
+        indexed = [contents.meshes.pop(0).indexed() for _ in range(len(contents.meshes))]
+        return document_of(path, contents, indexed)
+    raise MeshletError(
+        f"has an unknown format ({suffix or 'no suffix'})",
+        f"use one of {' '.join(SUFFIXES)}",
+    )
+
+
+def referenced_files(path: Path) -> list[Path]:
+    """List the other files that a model names by relative paths, whether they exist or not.
+
+    Materials of an .obj name images once they lie beside it. Raises MeshletError, OSError.
+    """
+    suffix = path.suffix.lower()
+    if suffix == ".obj":
+        return obj.referenced_files(path)
+    if suffix == ".ply":
+        with open(path, "rb") as file:
+            texture = ply.read_header(file).texture
+        image = path_beside(path.parent, texture) if texture else None
+        return [image] if image else []
+    return read_document(path).files() if suffix in GLTF_SUFFIXES else []
+
+
+def read_meshes(path: Path, new_rows: NewRows) -> MeshFile:
+    """Read the meshes of an .obj, .ply or .stl that have triangles, at least one.
+
+    Identical vertices are welded later. Raises MeshletError, OSError.
+    """
+    if not os.path.getsize(path):
+        raise MeshletError(EMPTY, EXPORT_AGAIN)
+    try:
+        contents = READERS[path.suffix.lower()](path, new_rows)
+    except MeshletError:
+        raise
+    except ValueError as error:  # of _codec.scan_lines
+        raise MeshletError(str(error), EXPORT_AGAIN) from None
+    contents.meshes = [mesh for mesh in contents.meshes if mesh.triangle_count]
+    if not contents.meshes:
+        raise MeshletError("holds no triangles", "there is nothing to compress")
+    return contents
+
+
+def document_of(
+    path: str | os.PathLike[str], contents: MeshFile, meshes: Sequence[IndexedMesh]
+) -> Document:
+    """Return a document of these meshes, with the files and warnings of what was read."""
+    document = to_document(meshes)
+    document.base, document.import_warnings = Path(path).parent, tuple(contents.warnings)
+    document.import_files = tuple(filter(os.path.isfile, contents.others))
+    return document

@@ -1,0 +1,45 @@
+"""Names say what a value is: no participle stands for a noun."""
+
+import ast
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+PACKAGES = ("gltf_ext", "gltf_scene", "gltf_meshlet")
+# Words for any value. Those of the industry, such as compressed, encoded and used, are not here.
+WORDS = set(
+    "asked begun built carried chosen counted done dropped found given gone held here joined kept "
+    "known left lost made named needed opened own placed shown stated taken there waiting wanted "
+    "written".split()
+)
+
+
+def names_of(tree):
+    """(name, line) of all variables, attributes, parameters, functions and classes."""
+    for node in ast.walk(tree):
+        if isinstance(node, (ast.Name, ast.Attribute)) and isinstance(node.ctx, ast.Store):
+            yield node.id if isinstance(node, ast.Name) else node.attr, node.lineno
+        elif isinstance(node, ast.arg):
+            yield node.arg, node.lineno
+        elif isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)):
+            yield node.name, node.lineno
+
+
+def is_forbidden(name):
+    return not name.isupper() and name.strip("_").lower() in WORDS  # constants may be statuses
+
+
+def test_no_participle_is_a_name():
+    problems = [
+        f"{path.relative_to(ROOT)}:{line}: {name}"
+        for package in PACKAGES
+        for path in sorted((ROOT / package).rglob("*.py"))
+        for name, line in names_of(ast.parse(path.read_text(encoding="utf-8")))
+        if is_forbidden(name)
+    ]
+    assert not problems, "\n".join(problems)
+
+
+def test_participles_are_noticed():
+    source = "class Found:\n def kept(self, given):\n  self.left = made = given\nDONE = used = 1\n"
+    names = [name for name, _ in names_of(ast.parse(source)) if is_forbidden(name)]
+    assert sorted(names) == ["Found", "given", "kept", "left", "made"]
