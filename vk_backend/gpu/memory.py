@@ -46,7 +46,7 @@ class Buffer(Resource):
         if usage & ADDRESSED:
             info = vk.VkBufferDeviceAddressInfo(buffer=self.handle)
             self.address = vk.vkGetBufferDeviceAddress(device.handle, info)
-        super().__init__(device)
+        self.register(device)
 
     def write(self, data: np.ndarray | bytes | memoryview, offset: int = 0) -> Buffer:
         """Copies the data's bytes to byte `offset`; waits. Returns the buffer.
@@ -188,7 +188,7 @@ class Image(Resource):
             ),
             None,
         )
-        super().__init__(device)
+        self.register(device)
 
     def to_layout(self, commands: Any, layout: int, *, keep: bool = True) -> None:
         """Records a layout transition.
