@@ -22,7 +22,7 @@ layout(push_constant) uniform RasterPush {
   uvec2 summaries;     // per slot: see decode_buffers.glsl
   uvec2 connectivity;  // per slot
   uvec2 places;        // per slot, for bulk passes
-  uvec2 segments;      // of the batch, see stream_push.glsl
+  uvec2 segments;      // of the batch, see slot_jobs.glsl
   uint segment_count;
   // Only path `visibility` (vk_backend/visibility), see visibility.glsl:
   uint batch;      // BATCH_

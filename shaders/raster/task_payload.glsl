@@ -3,7 +3,8 @@
 //
 // Every device has room for 16 KiB (maxTaskPayloadSize); `mesh` needs 128 bytes, `mesh-paper`
 // 2,400. Mesh workgroups have 28 KiB or more for the payload and their shared memory together
-// (maxMeshPayloadAndSharedMemorySize). The host checks both: MeshPath.payload in vk_backend/raster/mesh.py.
+// (maxMeshPayloadAndSharedMemorySize). The host checks both: MeshPath.payload in
+// vk_backend/raster/mesh.py.
 
 struct Payload {
   uint words[TASK_MESHLETS * PAYLOAD_WORDS];

@@ -1,6 +1,6 @@
 """The meshlets of all instances in batches that fit the slots, for paths that keep none of them.
 
-shaders/raster/stream_push.glsl describes the decoding of a batch.
+shaders/decoders/slot_jobs.glsl describes the decoding of a batch.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ BULK_MESHLETS = 4000
 class Segment:
     """Meshlets [first, first + meshlets) of an instance, in the slots from `slot` on.
 
-    Same fields as the structure of shaders/raster/stream_push.glsl.
+    Same fields as the structure of shaders/decoders/slot_jobs.glsl.
     """
 
     instance: int

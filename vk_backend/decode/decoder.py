@@ -1,6 +1,6 @@
 """Compute shaders decode meshlets into slots: the one call of all paths that keep them there.
 
-shaders/scene/slots.glsl describes a slot.
+shaders/decoders/slots.glsl describes a slot.
 """
 
 from __future__ import annotations

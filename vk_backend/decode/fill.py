@@ -1,6 +1,6 @@
 """Decodes meshlets by their numbers into slots: for the ray tracer, whose slots hold a part each.
 
-shaders/scene/slots.glsl describes a slot.
+shaders/decoders/slots.glsl describes a slot.
 """
 
 from __future__ import annotations

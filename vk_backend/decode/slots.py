@@ -1,4 +1,4 @@
-"""The layout of slots: one decoded meshlet each (shaders/scene/slots.glsl).
+"""The layout of slots: one decoded meshlet each (shaders/decoders/slots.glsl).
 
 The ray tracer's cache and the ring of path stream consist of slots.
 """
