@@ -93,11 +93,11 @@ wheel: .venv/wheel  ## wheels in dist for eight platforms that install without a
 blender: wheel  ## the Blender extension as a zip per platform in dist
 	@$(BIN)/python -m tools.build_blender
 
-amalgamation: .venv/installed  ## the decoder for C and C++ as one header and one source in dist/decoder
-	@$(BIN)/python -m tools.amalgamate
+amalgamation:  ## the decoder for C and C++ as one header and one source in dist/decoder; needs only Python
+	@$(PYTHON) -m tools.amalgamate
 
-shader-package: .venv/installed  ## the GPU decoder for engines, in GLSL and HLSL, as a zip in dist
-	@$(BIN)/python -m tools.build_shader_package
+shader-package:  ## the GPU decoder for engines, in GLSL and HLSL, as a zip in dist; needs only Python
+	@$(PYTHON) -m tools.build_shader_package
 
 web: .venv/web .venv/browser  ## build the npm package's decoder and the viewer's page, and open it (MODEL=FILE)
 	@command -v node >/dev/null || { echo "make: node is not installed (Debian: apt install nodejs npm)"; exit 1; }

@@ -33,8 +33,9 @@ def measure(path: str) -> dict:
     sources = {(p.mesh, p.primitive): p for p in peers.read_primitives(Path(path))}
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
     scales: dict[tuple[int, int], float] = {}
-    for placed in scene.primitives:
-        key, matrix = (placed.mesh, placed.primitive), placed.matrix
+    places = [(placed, matrix) for placed in scene.primitives for matrix in placed.matrices]
+    for placed, matrix in places:
+        key = placed.mesh, placed.primitive
         points = sources[key].attributes["POSITION"] @ matrix[:3, :3].T + matrix[:3, 3]
         low, high = np.minimum(low, points.min(axis=0)), np.maximum(high, points.max(axis=0))
         scales[key] = max(scales.get(key, 0.0), float(np.linalg.norm(matrix[:3, :3], 2)))

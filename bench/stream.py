@@ -23,7 +23,7 @@ from bench.large_model import write_displaced
 from bench.lod import DISPLACED
 from bench.models import real_model
 from gltf_ext.document.accessors import stated_bounds
-from gltf_ext.document.nodes import placed
+from gltf_ext.document.nodes import placed_nodes
 from gltf_ext.lod import LodPrimitive, View, cut_for_view, open_lod
 from gltf_ext.lod.cuts import held_bytes
 from gltf_ext.sources.importers import open_model
@@ -166,7 +166,7 @@ def best_error(path: Path, run: dict) -> float:
     offset = np.eye(4)
     offset[:3, 3] = setting["offset"]
     matrices: dict[int, list[np.ndarray]] = {}
-    for node, matrix in placed(open_model(path)):
+    for node, matrix in placed_nodes(open_model(path)):
         if "mesh" in node:
             matrices.setdefault(node["mesh"], []).append(offset @ matrix)
     pixels, sizes = [], []

@@ -16,7 +16,6 @@ from typing import Any, ClassVar
 import numpy as np
 
 import bench.compiled_shaders  # noqa: F401  before their structures
-from vk_backend.decode.batches import meshlets_of
 from vk_backend.decode.bounds import fill_bounds
 from vk_backend.decode.fill import Filler
 from vk_backend.decode.slots import SlotLayout
@@ -30,7 +29,7 @@ from vk_backend.gpu.memory import Buffer
 from vk_backend.gpu.pipelines import ComputePipeline, push_record
 from vk_backend.gpu.reflection import structure
 from vk_backend.gpu.targets import Targets
-from vk_backend.raster.graphics import SURFACE, Graphics, raster_constants
+from vk_backend.raster.graphics import SURFACE, Graphics, parts_of_run, raster_constants
 from vk_backend.raster.instances import GeometryDrawing, VertexDrawing
 from vk_backend.raster.mesh import MESH_PATHS, MeshDrawing
 from vk_backend.raster.pipeline import MESH, TASK
@@ -154,11 +153,15 @@ class PlainDrawing(Drawing):
     def _draw(self, commands: Any, targets: Targets) -> None:
         slots = self._model.table.address
         with self._graphics.rendering(commands, targets):
-            for number, meshlets in enumerate(meshlets_of(self.scene)):
-                self._graphics.set_sides(commands, number)
-                data = push_record(RASTER_PUSH, frame=self.view.frame, slots=slots, instance=number)
-                workgroups = -(-meshlets // PLAIN_MESHLETS)
-                self._graphics.draw_tasks(commands, data, workgroups, first=PLAIN_MESHLETS)
+            data = push_record(RASTER_PUSH, frame=self.view.frame, slots=slots)
+            for run, instance in self._graphics.runs(commands, data):
+                meshlets = self.scene.primitives[instance.primitive].meshlets
+                count = -(-meshlets // PLAIN_MESHLETS)
+                for part in parts_of_run(run, count):
+                    data["instance"] = part.first
+                    self._graphics.draw_tasks(
+                        commands, data, count, part.count, first=PLAIN_MESHLETS
+                    )
 
 
 POOLED = "visibility-pool"

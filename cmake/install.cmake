@@ -7,6 +7,7 @@ set_target_properties(gltf_meshlet PROPERTIES VERSION 1.${PROJECT_VERSION} SOVER
 set_target_properties(gltf_meshlet_static PROPERTIES EXCLUDE_FROM_ALL OFF)
 install(TARGETS gltf_meshlet gltf_meshlet_static EXPORT gltf_meshlet)
 install(FILES codec/c/gltf_meshlet.h TYPE INCLUDE)
+install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/licenses/gltf_meshlet)
 
 set(package ${CMAKE_INSTALL_LIBDIR}/cmake/gltf_meshlet)
 set(config ${CMAKE_CURRENT_BINARY_DIR}/gltf_meshlet-config.cmake)

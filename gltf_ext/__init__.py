@@ -40,7 +40,7 @@ __all__ = [
 _MODULES = {
     "MeshletDecoder": "commands.load",
     "MeshletError": "errors",
-    "Primitive": "compression.primitives",
+    "Primitive": "sources.primitives",
     "batch": "batches.run",
     "compress": "commands.compress",
     "decoders": "commands.load",

@@ -23,13 +23,13 @@ from gltf_ext._library import (
     Arrays,
     Blob,
     Cancelled,
-    Carried,
     Counts,
     Groups,
     Handle,
     Mesh,
     MeshletOptions,
     Result,
+    SampleArrays,
     Statistics,
     StreamRow,
     Struct,
@@ -160,14 +160,15 @@ class Header(_View):
         super().__init__(blob)
         if self._counts.blobs > 1:
             raise ValueError("the header's byte length is not the blob's")
-        self.meshlet_triangles = np.empty(self.meshlet_count, np.uint32)  # of each meshlet
-        functions.get_meshlet_triangles(self, 0, self.meshlet_triangles.ctypes, self.meshlet_count)
+        begins = np.empty(self.meshlet_count + 1, np.uint32)
+        functions.get_begins(self, 1, begins.ctypes, None, len(begins))
+        self.meshlet_triangles: UInt32s = np.diff(begins)  # of each meshlet
 
 
 class Decoder(_View):
     """Decodes single meshlets of a view, numbered on through its blobs.
 
-    Only one thread may use it at a time; another one gets a ValueError.
+    It holds a scratch, so only one thread may use it at a time; another one gets a ValueError.
 
     Attributes:
         buffers: the arrays that decode_kept writes, (uint8[64, 3], [uint32[64, elements] per
@@ -176,6 +177,8 @@ class Decoder(_View):
 
     def __init__(self, view: Bytes) -> None:
         super().__init__(view)
+        self._scratch = Handle()
+        functions.open_scratch(self._scratch.out)
         elements = [stream.elements for stream in self.streams]
         integers = np.empty(MESHLET_VERTICES * sum(elements), np.uint32)
         ends = np.cumsum(elements) * MESHLET_VERTICES
@@ -184,7 +187,8 @@ class Decoder(_View):
         self._numbers = (c_uint32 * 3)()  # of a meshlet, of its triangles, of its vertices
         meshlet = ctypes.addressof(self._numbers)
         arrays = meshlet + 4, address(self.buffers[0]), address(integers)
-        arguments = self._as_parameter_.value, meshlet, 1, *arrays
+        handles = self._as_parameter_.value, self._scratch._as_parameter_.value
+        arguments = *handles, meshlet, 1, *arrays
         # Converts the arguments once, for a function without types and check: to do it in each call
         # would take a tenth of the time.
         function = library["gltf_meshlet_decode_meshlets"]
@@ -215,7 +219,7 @@ class Decoder(_View):
 
 
 def decode(view: Bytes, threads: int = 0) -> tuple[UInt32s, list[UInt32s]]:
-    """Decode a view: one blob or several, one on each thread.
+    """Decode a view: one blob or several. Threads share out blobs, and parts of large ones.
 
     Returns (triangles: uint32[T, 3], [uint32[V, elements] per stream]).
     """
@@ -310,6 +314,20 @@ def scan_lines(
         (result.array(3 * i, dtype), result.array(3 * i + 1), result.array(3 * i + 2))
         for i, dtype in enumerate(types)
     ]
+
+
+def triangulate(points: NDArray[np.float32], sizes: NDArray[np.integer[Any]]) -> UInt32s:
+    """uint32[T, 3]: corners of triangles, numbered over all polygons, one polygon after the other.
+
+    points: float32[corners, 3], one polygon after the other; sizes: corners of each polygon, of
+    which those with fewer than 3 give no triangle. Convex polygons become fans around their first
+    corner, others lose their ears.
+    """
+    points = _array(points, np.float32, -1, 3)
+    sizes = np.ascontiguousarray(sizes, np.uint32)
+    result = Result()
+    functions.triangulate(points.ctypes, len(points), sizes.ctypes, len(sizes), result.out)
+    return result.array(0).reshape(-1, 3)
 
 
 def _row_of(stream: Stream) -> StreamRow:
@@ -547,7 +565,7 @@ class ReplacementErrors(Handle):
             raise ValueError("begins do not rise from 0 to the number of vertices")
         if len(areas) != len(sample_vertices):
             raise ValueError("areas differ in length")
-        vertices = Carried(
+        vertices = SampleArrays(
             vertices=sample_vertices, begin=sample_begin, areas=areas, count=len(sample_vertices)
         )
         groups, result = (

@@ -22,8 +22,9 @@ _ARRAYS = (c_uint32 * 4, c_uint64 * 5, c_float * 4, c_uint64 * BLOB_MAX_STREAMS)
 _TYPES: dict[str, Any] = dict(zip("buqifzpc45os", (*_NUMBERS, c_void_p, PROGRESS, *_ARRAYS)))
 FUNCTIONS = """
 close p, get_array pupp, open pzp, get_counts pp, get_blob pup, get_stream puup, validate pi,
-get_meshlet_triangles pupz, get_statistics pp, decode pip, decode_meshlets ppzppp, encode pppp,
-weld pzzpp, scan_lines pzppzp, generate pppp, sort_points pzp, open_surface puqpfip,
+open_scratch p, get_begins pippz, get_statistics pp, decode pip, decode_range ppqqpp,
+decode_meshlets pppzppp, encode pppp,
+weld pzzpp, scan_lines pzppzp, triangulate pzpzp, generate pppp, sort_points pzp, open_surface puqpfip,
 measure ppppzpip, get_distances pzppqfipp, get_unpacked_bytes pzp, unpack pzipz, pack pzip
 """
 
@@ -74,8 +75,9 @@ Statistics = _struct(
     "iterations histogram connectivity references streams symbols disks owned private foreign",
 )
 Arrays = _struct(
-    "uqqpppqq",
-    "first_vertex triangle_room vertex_room triangles integers values triangles_out vertices_out",
+    "uqqppppp",
+    "first_vertex triangle_room vertex_room triangles integers values triangle_begins "
+    "vertex_begins",
 )
 Mesh = _struct(
     "upqqppppppppqqq",
@@ -89,7 +91,7 @@ MeshletOptions = _struct(
     "page_bytes progress user",
 )
 Groups = _struct("ppqq", "triangles begin triangle_count begin_count")
-Carried = _struct("pppq", "vertices begin areas count")
+SampleArrays = _struct("pppq", "vertices begin areas count")
 
 
 class Cancelled(Exception):

@@ -108,7 +108,7 @@ class Option:
             )
 
     def plain(self, value: Any) -> Any:
-        """Return a value that the option accepts as one of JSON, if it is a path or of NumPy too."""
+        """Return a value that the option accepts as one of JSON, not a path or of NumPy."""
         if value is None or self.type is bool:
             return value
         if self.type is not str:
@@ -235,6 +235,11 @@ class Options:
         "--transport",
         "pack the result for download, about a third smaller (EXT_meshlet_transport, a draft); "
         "readers unpack it when they open it",
+    )
+    obj_groups: bool = _declare(
+        False,
+        "--obj-groups",
+        "groups (g) of an .obj become nodes, too, below those of its objects (o)",
     )
     threads: int = _declare(
         0,

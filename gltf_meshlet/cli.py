@@ -188,8 +188,9 @@ def _inspect(options: argparse.Namespace) -> int:
 
 
 def _verify(options: argparse.Namespace) -> int:
-    limits = {"max_memory": options.max_memory, "work_dir": options.work_dir}
-    report = gltf_ext.verify(options.input, options.compressed, progress=True, **limits)
+    names = ("max_memory", "work_dir", "obj_groups")
+    chosen = {name: getattr(options, name) for name in names}
+    report = gltf_ext.verify(options.input, options.compressed, progress=True, **chosen)
     if options.json:
         print(json.dumps(report_text.verify_json(report), indent=2))
     else:
@@ -302,9 +303,9 @@ def _add_transcode(command: argparse.ArgumentParser) -> None:
 def _add_inspect(command: argparse.ArgumentParser) -> None:
     command.add_argument("input", metavar="IN", help=COMPRESSED_HELP)
     command.add_argument("--json", action="store_true", help=JSON_HELP)
-    shown = report_text.MAX_PRIMITIVES
+    limit = report_text.MAX_PRIMITIVES
     command.add_argument(
-        "--all", action="store_true", help=f"all primitives, not the {shown} largest"
+        "--all", action="store_true", help=f"all primitives, not the {limit} largest"
     )
 
 
@@ -321,6 +322,9 @@ def _add_verify(command: argparse.ArgumentParser) -> None:
         "--work-dir",
         metavar="FOLDER",
         help="folder for the work files of --max-memory; by default the system's",
+    )
+    command.add_argument(
+        "--obj-groups", action="store_true", help="for an .obj that was compressed with it"
     )
     command.add_argument("--json", action="store_true", help=JSON_HELP)
 
@@ -372,6 +376,11 @@ COMMANDS: dict[str, tuple[Command, AddArguments, str]] = {
     "view": (
         *_of_module("gltf_meshlet.view_command"),
         "show a model in the browser, compressed and beside its original",
+    ),
+    "gpu-check": (
+        *_of_module("gltf_meshlet.gpu_check_command"),
+        "draw a generated scene in every way with Vulkan, and compare it with the CPU; exit "
+        "status 1 when a path draws it wrong",
     ),
     "demo": (
         *_of_module("gltf_meshlet.demo.run"),

@@ -49,7 +49,7 @@ class Camera:
         up: Sequence[float] = (0.0, 1.0, 0.0),
         **options: Any,
     ) -> AnyCamera:
-        """A camera at `origin` that looks at `target`; options: yfov, xmag, near, far."""
+        """Return a camera at `origin` that looks at `target`; options: yfov, xmag, near, far."""
         back = unit(np.subtract(origin, target, dtype=np.float64))
         if np.linalg.norm(np.cross(up, back)) < 1e-6:
             up = (0.0, 0.0, 1.0)
@@ -67,7 +67,7 @@ class Camera:
         height: int,
         view: Sequence[float] = DEFAULT_VIEW,
     ) -> AnyCamera:
-        """A camera that shows the whole box. view: direction from the box towards the camera."""
+        """Return a camera that shows the whole box. view: direction from the box to the camera."""
         center = (low + high) / 2
         radius = max(float(np.linalg.norm(high - low)) / 2, SMALLEST_RADIUS)
         smaller = np.radians(DEFAULT_FIELD_OF_VIEW)
@@ -91,7 +91,7 @@ class Camera:
         *,
         orthographic: bool = False,
     ) -> AnyCamera:
-        """A camera whose picture of the points fills FILLED of its tighter side, centred.
+        """Return a camera whose picture of the points fills FILLED of its tighter side, centred.
 
         points: float64[n, 3], at least one; view: direction from the scene towards the camera.
         """
@@ -118,13 +118,13 @@ class Camera:
         return cls.look_at(eye, eye - direction, **options)
 
     def light_direction(self) -> tuple[float, float, float]:
-        """Unit vector towards the default light, over the viewer's shoulder."""
+        """Return the unit vector towards the default light, over the viewer's shoulder."""
         x, y, z = unit(self.to_world[:3, :3] @ LIGHT_OVER_SHOULDER)
         return float(x), float(y), float(z)
 
 
 def _fitted_place(local: np.ndarray, slopes: np.ndarray) -> tuple[float, np.ndarray]:
-    """(distance, centre): where a perspective camera along -z sees the points within the slopes.
+    """Return (distance, centre) of a perspective camera along -z that sees the points.
 
     local: float64[n, 3] in the camera's axes; slopes: tangents of half the angles that the points
     fill at most, horizontally and vertically.
@@ -132,8 +132,8 @@ def _fitted_place(local: np.ndarray, slopes: np.ndarray) -> tuple[float, np.ndar
     distance = -np.inf
     for axis, slope in enumerate(slopes):
         leaning = slope * local[:, 2]
-        right, left = (local[:, axis] + leaning).max(), (leaning - local[:, axis]).max()
-        distance = max(distance, (right + left) / (2 * slope))
+        right_bound, left_bound = (local[:, axis] + leaning).max(), (leaning - local[:, axis]).max()
+        distance = max(distance, (right_bound + left_bound) / (2 * slope))
     depth = np.maximum(distance - local[:, 2], 1e-30)
     center = np.zeros(2)
     for axis in range(2):
@@ -149,9 +149,9 @@ def _fitted_place(local: np.ndarray, slopes: np.ndarray) -> tuple[float, np.ndar
 
 
 def read_camera(camera: gltf.Camera, matrix: np.ndarray) -> Camera:
-    """A node's camera. matrix: float64[4, 4], the node's; its scale does not count, as glTF says.
+    """Return a node's camera. Raises MeshletError.
 
-    Raises MeshletError.
+    matrix: float64[4, 4], the node's; as glTF says, its scale is ignored.
     """
     to_world = matrix.copy()
     to_world[:3, :3] /= np.maximum(np.linalg.norm(matrix[:3, :3], axis=0), 1e-30)
@@ -187,5 +187,5 @@ def _is_usable(camera: Camera, orthographic: bool) -> bool:
 
 
 def unit(vector: np.ndarray) -> np.ndarray:
-    """The vector with length 1; zero stays zero."""
+    """Return the vector with length 1; zero stays zero."""
     return np.asarray(vector, np.float64) / max(float(np.linalg.norm(vector)), 1e-30)

@@ -16,7 +16,7 @@ KEY = (0.58, 0.56, 0.52)
 
 
 def sky_radiance(directions: np.ndarray) -> np.ndarray:
-    """float64[..., 3] radiance from unit directions, float[..., 3]; y is up.
+    """Return float64[..., 3] radiance from unit directions, float[..., 3]; y is up.
 
     Radiance a + b y makes a diffuse surface with normal n reflect a + 2/3 b n.y.
     """

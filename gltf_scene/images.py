@@ -13,7 +13,7 @@ from gltf_ext.errors import MeshletError
 
 
 def read_image(document: Document, index: int) -> np.ndarray:
-    """uint8[height, width, 4], sRGB and alpha, of an image whose size is plausible.
+    """Return uint8[height, width, 4], sRGB and alpha, of an image whose size is plausible.
 
     Raises MeshletError.
     """
@@ -28,10 +28,10 @@ def read_image(document: Document, index: int) -> np.ndarray:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            with Image.open(io.BytesIO(data), formats=FORMATS) as opened:
-                if opened.mode.startswith("I;16"):
-                    high = (np.asarray(opened) >> 8).astype(np.uint8)
+            with Image.open(io.BytesIO(data), formats=FORMATS) as picture:
+                if picture.mode.startswith("I;16"):
+                    high = (np.asarray(picture) >> 8).astype(np.uint8)
                     return np.asarray(Image.fromarray(high).convert("RGBA"))
-                return np.asarray(opened.convert("RGBA"))
+                return np.asarray(picture.convert("RGBA"))
     except Exception:  # Pillow's readers raise anything
         raise MeshletError("it cannot be read") from None

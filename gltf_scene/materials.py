@@ -59,7 +59,7 @@ class Material:
 
     @property
     def texcoord(self) -> int:
-        """n of the TEXCOORD_n that the back ends read; they have one set per primitive.
+        """N of the TEXCOORD_n that the back ends read; they have one set per primitive.
 
         The textures that show most come first: base colour, emission, then the others.
         """
@@ -73,7 +73,7 @@ class Material:
 
 
 def read_material(document: Document, index: int | None) -> Material:
-    """A material of the document, glTF's default one for None. Raises MeshletError."""
+    """Return a material of the document, glTF's default one for None. Raises MeshletError."""
     if index is None:
         return Material()
     source = item(document.materials, index, "material")
@@ -130,7 +130,7 @@ def _transform_matrix(transform: dict[str, Any]) -> tuple[float, float, float, f
 
 
 def _sampler(document: Document, index: int | None) -> tuple[tuple[int, int], bool]:
-    """((wrapS, wrapT), whether it takes the nearest texel)."""
+    """Return ((wrapS, wrapT), whether it takes the nearest texel)."""
     if index is None:
         return TextureUse.wrap, False
     sampler = item(document.samplers, index, "sampler")

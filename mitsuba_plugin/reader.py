@@ -17,11 +17,14 @@ from gltf_ext.lod.reading import LodPrimitive, read_lod
 from gltf_ext.sources.importers import open_model
 from gltf_ext.sources.primitives import EXTENSION, is_compressed
 from gltf_scene.materials import read_material
-from gltf_scene.scene import ValueFormat, read_scene, value_format
+from gltf_scene.scene import PlacedPrimitive, read_scene
+from gltf_scene.values import ValueFormat, value_format
 
 from .lod import LodView
 
 MAX_NAME = 95  # bytes, of primitive.h's Attribute
+# Primitives in their places. Mitsuba has an object for each: 6 kB, and 60 microseconds to load.
+MAX_INSTANCES = 1 << 18
 MAX_COMPONENTS = 4  # of an attribute, see queries.h
 # Attributes with a place of their own in the shape, and those that Mitsuba has no use for.
 OWN_PLACE = ("POSITION", "NORMAL", "TEXCOORD_0", "TANGENT")
@@ -121,16 +124,28 @@ def _sources(path: str, mesh: int | None, primitive: int | None) -> list[tuple[S
     return sources
 
 
+def require_few(primitives: Sequence[PlacedPrimitive]) -> None:
+    """Raises MeshletError for more instances than Mitsuba takes as objects."""
+    count = sum(len(placed.matrices) for placed in primitives)
+    if count > MAX_INSTANCES:
+        raise MeshletError(
+            f"{count:,} instances are too many for Mitsuba, which takes {MAX_INSTANCES:,}",
+            "split the scene, or render it with --backend vulkan",
+        )
+
+
 def _sources_of_scene(document: Document) -> list[tuple[Source, np.ndarray]]:
     require_compressed(document)
     known: dict[tuple[int, int], Source] = {}
     sources = []
-    for placed in read_scene(document).primitives:
+    primitives = read_scene(document).primitives
+    require_few(primitives)
+    for placed in primitives:
         place = placed.mesh, placed.primitive
         if is_compressed(document.primitive(placed.mesh, placed.primitive)):
             if place not in known:
                 known[place] = Source(document, *place)
-            sources.append((known[place], placed.matrix))
+            sources += [(known[place], matrix) for matrix in placed.matrices]
     if not sources:
         raise MeshletError(
             "no node of its scene shows a compressed primitive", "give mesh and primitive"

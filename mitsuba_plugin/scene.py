@@ -7,6 +7,7 @@ import os
 import warnings
 from collections import Counter
 from collections.abc import Hashable
+from dataclasses import dataclass
 from itertools import groupby
 from typing import Any
 
@@ -22,9 +23,22 @@ from gltf_ext.sources.importers import open_model
 from gltf_ext.sources.primitives import is_compressed
 from gltf_scene.camera import Camera, unit
 from gltf_scene.default_light import KEY, sky_radiance
+from gltf_scene.features import (
+    CLEARCOAT,
+    IOR,
+    LIGHTS,
+    METALS,
+    NORMALS,
+    ROUGHNESS,
+    SHEEN,
+    STRENGTH,
+    TRANSMISSION,
+    UNLIT,
+    undrawn,
+)
 from gltf_scene.materials import read_material
 from gltf_scene.scene import Light, PlacedPrimitive, is_mirrored, read_scene
-from gltf_scene.scene import value_format as format_of
+from gltf_scene.values import value_format as format_of
 from gltf_scene.view_points import view_points
 
 from . import reader
@@ -34,6 +48,10 @@ from .materials import Materials
 PLUGIN = "meshlet_edgebreaker"
 # glTF cameras look along -z, Mitsuba's along +z with x to the left.
 FLIP_CAMERA = np.diag([-1.0, 1.0, -1.0, 1.0])
+# Of gltf_scene.features.
+DRAWN = frozenset(
+    {LIGHTS, METALS, ROUGHNESS, NORMALS, UNLIT, STRENGTH, IOR, TRANSMISSION, CLEARCOAT, SHEEN}
+)
 LEAST_NEAR_CLIP = 1e-5
 FAR_CLIP = 1e6  # of cameras without a far plane
 SKY_ROWS = 64  # of the environment map of the default sky
@@ -75,6 +93,31 @@ def scene_dict(path: str | os.PathLike[str], **options: Any) -> dict[str, Any]:
     """
     path = os.path.abspath(path)
     return _Builder(path, open_model(path), **options).result()
+
+
+@dataclass(frozen=True)
+class _Shown:
+    """A primitive in one of its places. node: name of the node, or of its instance."""
+
+    node: str
+    mesh: int
+    primitive: int
+    material: int | None
+    matrix: np.ndarray
+
+
+def _nodes(primitives: list[PlacedPrimitive]) -> list[list[_Shown]]:
+    """The primitives of each node, or of each instance of a node."""
+    result = []
+    for node, group in groupby(primitives, lambda p: p.node):
+        of_node = list(group)
+        count = len(of_node[0].matrices)
+        for k in range(count):
+            name = f"node_{node}" if count == 1 else f"node_{node}_instance_{k}"
+            result.append(
+                [_Shown(name, p.mesh, p.primitive, p.material, p.matrices[k]) for p in of_node]
+            )
+    return result
 
 
 class _Builder:
@@ -121,6 +164,7 @@ class _Builder:
     def result(self) -> dict[str, Any]:
         if not self._source.primitives:
             raise MeshletError("its scene shows no triangles", "there is nothing to render")
+        reader.require_few(self._source.primitives)
         camera = self._source.camera(self._camera) or self._default_camera()
         if self._lod_error > 0:
             size = self._film["width"], self._film["height"]
@@ -133,14 +177,16 @@ class _Builder:
             self._scene["default_key_light"] = _key_light(camera, self._default_light)
         self._scene["sensor"] = self._sensor(camera)
         levels = missing_levels(self._document) if self._lod else []
-        for warning in [*self._source.warnings, *self._materials.warnings, *levels]:
+        ignored = undrawn(self._document, DRAWN)
+        found = [*self._source.warnings, *self._materials.warnings, *ignored, *levels]
+        for warning in found:
             warnings.warn(f"{self._path}: {warning}", stacklevel=4)
         return self._scene
 
     # --- meshes ---
 
     def _add_meshes(self) -> None:
-        nodes = [list(group) for _, group in groupby(self._source.primitives, lambda p: p.node)]
+        nodes = _nodes(self._source.primitives)
         shown = [self._what_is_shown(primitives) for primitives in nodes]
         places = Counter(shown)
         groups = {key: f"group_{i}" for i, key in enumerate(places)}
@@ -151,11 +197,9 @@ class _Builder:
                 self._add_instance(primitives, groups[key])
             else:
                 for p in primitives:
-                    self._scene[f"node_{p.node}_{p.primitive}"] = self._shape(
-                        p, p.matrix, self._lod
-                    )
+                    self._scene[f"{p.node}_{p.primitive}"] = self._shape(p, p.matrix, self._lod)
 
-    def _what_is_shown(self, primitives: list[PlacedPrimitive]) -> tuple[Hashable, ...]:
+    def _what_is_shown(self, primitives: list[_Shown]) -> tuple[Hashable, ...]:
         """Equal for nodes that can be instances of one shape group: same mesh, same details."""
         key: list[Hashable] = [primitives[0].mesh]
         for p in primitives:
@@ -168,7 +212,7 @@ class _Builder:
             key.append(self._lod.cut(levels, p.matrix).drawn.tobytes())
         return tuple(key)
 
-    def _levels(self, placed: PlacedPrimitive) -> LodPrimitive | None:
+    def _levels(self, placed: _Shown) -> LodPrimitive | None:
         place = placed.mesh, placed.primitive
         if not is_compressed(self._document.primitive(placed.mesh, placed.primitive)):
             return None
@@ -176,7 +220,7 @@ class _Builder:
             self._sources[place] = reader.Source(self._document, *place)
         return self._sources[place].levels
 
-    def _add_instance(self, primitives: list[PlacedPrimitive], group: str) -> None:
+    def _add_instance(self, primitives: list[_Shown], group: str) -> None:
         """All primitives of a node, as an instance of a shape group."""
         node, matrix = primitives[0].node, primitives[0].matrix
         if group not in self._scene:
@@ -185,14 +229,14 @@ class _Builder:
                 f"primitive_{p.primitive}": self._shape(p, np.eye(4), lod) for p in primitives
             }
             self._scene[group] = {"type": "shapegroup", **members}
-        self._scene[f"node_{node}"] = {
+        self._scene[node] = {
             "type": "instance",
             "group": {"type": "ref", "id": group},
             "to_world": mi.ScalarTransform4f(matrix),
         }
 
     def _shape(
-        self, placed: PlacedPrimitive, matrix: np.ndarray, lod: LodView | None
+        self, placed: _Shown, matrix: np.ndarray, lod: LodView | None
     ) -> dict[str, Any] | mi.Mesh:
         """lod: the camera in the coordinates to which the matrix leads."""
         primitive = self._document.primitive(placed.mesh, placed.primitive)
@@ -221,7 +265,7 @@ class _Builder:
 
     def _plain_mesh(
         self,
-        placed: PlacedPrimitive,
+        placed: _Shown,
         matrix: np.ndarray,
         lod: LodView | None,
         inside: dict[str, Any],

@@ -1,7 +1,8 @@
 """Writes the decoder as one header and one source: python -m tools.amalgamate [FOLDER]
 
-FOLDER (default dist/decoder) receives gltf_meshlet.h and gltf_meshlet.cpp: the decoding half of the
-C interface, without dependencies, for engines that compile everything themselves.
+FOLDER (default dist/decoder) receives gltf_meshlet.h, gltf_meshlet.cpp and LICENSE: the decoding
+half of the C interface, without dependencies, for engines that compile everything themselves. Needs
+nothing but Python.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ HEADER = "gltf_meshlet.h"
 SOURCES = (
     "format/blob.cpp",
     "format/problem.cpp",
+    "decode/memory.cpp",
     "decode/bulk_decoder.cpp",
     "decode/decoder.cpp",
     "decode/bit_statistics.cpp",
@@ -29,6 +31,12 @@ SOURCES = (
     "c/decode.cpp",
 )
 INCLUDE = re.compile(r'^#include "([^"]+)"')
+# An unnamed namespace around the codec's: the object file defines no symbol of it, which could
+# clash with one of the engine.
+NAMESPACE = (
+    (re.compile(r"^namespace gltf_meshlet_codec {$"), "namespace { namespace gltf_meshlet_codec {"),
+    (re.compile(r"^}(?=  // namespace gltf_meshlet_codec$)"), "}}"),
+)
 NOTE = """\
 // gltf-meshlet {version}: the decoder, made by `make amalgamation`. Manual: docs/c.md.
 //
@@ -49,13 +57,23 @@ SOURCE_HEAD = """\
 #error "compile this file without -ffast-math: values would depend on the compiler"
 #endif
 #ifdef __clang__
+#ifdef __wasm__
+#pragma clang fp reassociate(off)
+#else
+#pragma float_control(precise, on)
+#endif
 #pragma STDC FP_CONTRACT OFF
 #elif defined(__GNUC__)
+#if __GCC_IEC_559 < 1
+#error "compile this file without -funsafe-math-optimizations and what it consists of"
+#endif
 #pragma GCC optimize("fp-contract=off")
-#pragma GCC diagnostic ignored "-Wpsabi"  // no function that passes vectors is called from outside
 #else
 #error "compile this file with GCC, Clang or clang-cl"
 #endif
+#pragma GCC diagnostic ignored "-Wpsabi"  // no function that passes vectors is called from outside
+#pragma GCC diagnostic ignored "-Wunused-function"  // of the encoder
+#pragma GCC diagnostic ignored "-Wshadow"  // of members, which the decoder's GLSL has at file scope
 #define MESHLET_NO_THREADS  // the engine's threads decode: `threads` has no effect
 """
 
@@ -78,6 +96,8 @@ def _expanded(name: str, done: set[str]) -> str:
     for line in (CODEC / name).read_text().splitlines(keepends=True):
         found = INCLUDE.match(line)
         if found is None:
+            for pattern, text in NAMESPACE:
+                line = pattern.sub(text, line)
             lines.append("" if line.startswith("#pragma once") else line)
         elif found[1] != f"c/{HEADER}" and found[1] not in done:
             done.add(found[1])
@@ -88,7 +108,9 @@ def _expanded(name: str, done: set[str]) -> str:
 def main(arguments: list[str]) -> None:
     folder = Path(arguments[0]) if arguments else ROOT / "dist" / "decoder"
     folder.mkdir(parents=True, exist_ok=True)
-    for name, text in ((HEADER, header()), ("gltf_meshlet.cpp", source())):
+    licence = (ROOT / "LICENSE").read_text()
+    texts = {HEADER: header(), "gltf_meshlet.cpp": source(), "LICENSE": licence}
+    for name, text in texts.items():
         (folder / name).write_text(text)
         print(os.path.relpath(folder / name))
 

@@ -44,6 +44,8 @@ HLSL_NAMES = {
     "triangle": "triangle_",
 }
 HLSL_FIND_MSB = "#define findMSB(x) int(firstbithigh(x))\n"
+# A link to another file of the project, which the package does not have.
+LINK = re.compile(r"\[([^\]]+)\]\((?!https?:|#)[^)]*\)")
 VARIABLE = re.compile(r"^(?:ALIGNED )?((?:uint|bool|small_uint|mask64|[A-Z]\w+) \w+(?:\[.*\])?;)")
 STRUCT = re.compile(r"^struct (\w+)", re.MULTILINE)
 
@@ -89,7 +91,7 @@ def files() -> dict[str, str]:
     return {
         "gltf_meshlet.glsl": glsl(),
         "gltf_meshlet.hlsl": hlsl(),
-        "README.md": (ROOT / "docs" / "shaders.md").read_text(),
+        "README.md": LINK.sub(r"\1", (ROOT / "docs" / "shaders.md").read_text()),
         "LICENSE": (ROOT / "LICENSE").read_text(),
         **{f"examples/{path.name}": path.read_text() for path in sorted(EXAMPLES.iterdir())},
     }

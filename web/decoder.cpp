@@ -10,16 +10,16 @@ void out_of_memory() { host_refuse("the decoded arrays do not fit into memory", 
 
 namespace {
 
-meshlet::Blob* blob = nullptr;        // that is open
-meshlet::Decoder* decoder = nullptr;  // open on it; made when it is needed
+gltf_meshlet_codec::Blob* blob = nullptr;        // that is open
+gltf_meshlet_codec::Decoder* decoder = nullptr;  // open on it; made when it is needed
 
-void check(const meshlet::Problem& p) {
+void check(const gltf_meshlet_codec::Problem& p) {
   if (p) host_refuse(p.text, p.number, p.meshlet);
 }
 
-meshlet::Decoder& open_decoder() {
+gltf_meshlet_codec::Decoder& open_decoder() {
   if (!decoder) {
-    decoder = meshlet::make_decoder().release();
+    decoder = gltf_meshlet_codec::make_decoder().release();
     decoder->open(*blob);
   }
   return *decoder;
@@ -36,8 +36,8 @@ EXPORT(reset) void reset() {
 
 // Opens a blob, which must stay in memory; checks its header and tables.
 EXPORT(open_blob) void open_blob(const uint8_t* data, size_t size) {
-  blob = new meshlet::Blob{data, size, {}};
-  check(meshlet::read_blob_header(data, size, blob->header));
+  blob = new gltf_meshlet_codec::Blob{data, size, {}};
+  check(gltf_meshlet_codec::read_blob_header(data, size, blob->header));
 }
 
 // The functions below need an open blob.
@@ -47,7 +47,7 @@ EXPORT(decode)
 const uint32_t* decode(uint32_t first, uint32_t count, uint32_t first_vertex, uint32_t* triangles,
                        uint32_t* const* integers, void* const* values) {
   static uint32_t words[2];
-  meshlet::DecodedCounts counts;
+  gltf_meshlet_codec::DecodedCounts counts;
   check(
       open_decoder().decode(first, count, {}, {triangles, integers, values, first_vertex}, counts));
   words[0] = counts.triangles;
@@ -59,7 +59,7 @@ const uint32_t* decode(uint32_t first, uint32_t count, uint32_t first_vertex, ui
 // packed triangles, then per stream the address of the first vertex's integers.
 EXPORT(decode_meshlet) const uint32_t* decode_meshlet(uint32_t m) {
   static uint32_t words[3 + BLOB_MAX_STREAMS];
-  meshlet::DecodedMeshlet decoded;
+  gltf_meshlet_codec::DecodedMeshlet decoded;
   check(open_decoder().meshlet(m, decoded));
   words[0] = decoded.triangle_count;
   words[1] = decoded.vertex_count;

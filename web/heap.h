@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <new>
 
+#include "decode/memory.h"
+
 #define EXPORT(name) extern "C" __attribute__((export_name(#name)))
 
 extern "C" unsigned char __heap_base;  // by the linker
@@ -43,6 +45,12 @@ void operator delete(void*, size_t) noexcept {}
 void operator delete[](void*, size_t) noexcept {}
 void operator delete(void*, std::align_val_t) noexcept {}
 void operator delete(void*, size_t, std::align_val_t) noexcept {}
+
+namespace gltf_meshlet_codec {
+void* allocate(size_t bytes) { return take(bytes); }
+void release(void*) {}
+void out_of_memory() { ::out_of_memory(); }
+}  // namespace gltf_meshlet_codec
 
 // Called by the standard library for errors that cannot happen here. Its own would bring printf.
 extern "C" void abort() { __builtin_trap(); }

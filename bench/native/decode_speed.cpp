@@ -31,10 +31,10 @@ struct Output {
   std::vector<std::vector<float>> values;
   std::vector<void*> pointers;
 
-  explicit Output(const meshlet::BlobHeader& header)
+  explicit Output(const gltf_meshlet_codec::BlobHeader& header)
       : triangles(3 * size_t(header.triangle_count)) {
-    for (const meshlet::Stream& stream : header.streams) {
-      values.emplace_back(size_t(header.vertex_count) * meshlet::value_count(stream));
+    for (const gltf_meshlet_codec::Stream& stream : header.streams) {
+      values.emplace_back(size_t(header.vertex_count) * gltf_meshlet_codec::value_count(stream));
       pointers.push_back(values.back().data());
     }
   }
@@ -44,10 +44,11 @@ double processor_seconds() { return double(std::clock()) / CLOCKS_PER_SEC; }
 
 // A decoder, open on a blob.
 struct OpenDecoder {
-  std::shared_ptr<const meshlet::Blob> blob;
-  std::unique_ptr<meshlet::Decoder> decoder = meshlet::make_decoder();
+  std::shared_ptr<const gltf_meshlet_codec::Blob> blob;
+  std::unique_ptr<gltf_meshlet_codec::Decoder> decoder = gltf_meshlet_codec::make_decoder();
 
-  explicit OpenDecoder(std::shared_ptr<const meshlet::Blob> given) : blob(std::move(given)) {
+  explicit OpenDecoder(std::shared_ptr<const gltf_meshlet_codec::Blob> given)
+      : blob(std::move(given)) {
     decoder->open(*blob);
   }
 };
@@ -55,14 +56,14 @@ struct OpenDecoder {
 double decode_all(std::vector<OpenDecoder>& decoders, std::vector<Output>& outputs) {
   const double start = processor_seconds();
   for (size_t i = 0; i < decoders.size(); i++)
-    meshlet::throw_if(decoders[i].decoder->decode(
+    gltf_meshlet_codec::throw_if(decoders[i].decoder->decode(
         {outputs[i].triangles.data(), nullptr, outputs[i].pointers.data()}));
   return processor_seconds() - start;
 }
 
-void decode_one(meshlet::Decoder& decoder, uint32_t number) {
-  meshlet::DecodedMeshlet decoded;
-  meshlet::throw_if(decoder.meshlet(number, decoded));
+void decode_one(gltf_meshlet_codec::Decoder& decoder, uint32_t number) {
+  gltf_meshlet_codec::DecodedMeshlet decoded;
+  gltf_meshlet_codec::throw_if(decoder.meshlet(number, decoded));
 }
 
 double decode_meshlets(std::vector<OpenDecoder>& decoders,
@@ -91,7 +92,7 @@ std::vector<Range> ranges_of(const std::vector<OpenDecoder>& decoders) {
 
 double decode_parallel(std::vector<Range>& ranges) {
   const auto start = std::chrono::steady_clock::now();
-  meshlet::parallel_for(0, ranges.size(), [&](size_t i) {
+  gltf_meshlet_codec::parallel_for(0, ranges.size(), [&](size_t i) {
     for (uint32_t m = ranges[i].begin; m < ranges[i].end; m++)
       decode_one(*ranges[i].open.decoder, m);
   });
@@ -120,10 +121,11 @@ int main(int argc, char** argv) {
   for (size_t i = 0; i < blobs.size(); i++) {
     const uint8_t* data = blobs[i].data();
     const size_t size = blobs[i].size();
-    auto blob = std::make_shared<meshlet::Blob>(meshlet::Blob{data, size, {}});
-    meshlet::throw_if(meshlet::read_blob_header(data, size, blob->header));
+    auto blob =
+        std::make_shared<gltf_meshlet_codec::Blob>(gltf_meshlet_codec::Blob{data, size, {}});
+    gltf_meshlet_codec::throw_if(gltf_meshlet_codec::read_blob_header(data, size, blob->header));
     decoders.emplace_back(std::move(blob));
-    const meshlet::BlobHeader& header = decoders[i].blob->header;
+    const gltf_meshlet_codec::BlobHeader& header = decoders[i].blob->header;
     outputs.emplace_back(header);
     for (uint32_t m = 0; m < header.meshlet_count; m++) order.emplace_back(i, m);
   }

@@ -6,7 +6,7 @@
 #include "decode/view.h"
 #include "transport/transport.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 namespace {
 
 static_assert(sizeof(gltf_meshlet_stream) == BLOB_STREAM_BYTES);
@@ -24,44 +24,54 @@ static_assert(GLTF_MESHLET_GEO == PREDICT_GEO && GLTF_MESHLET_AFFINE == PREDICT_
 struct OpenView : Object {
   static constexpr Kind kKind = Kind::kView;
   View view;
-  std::atomic_flag in_use = ATOMIC_FLAG_INIT;  // the decoder is
-  std::unique_ptr<Decoder> decoder;            // made when it is needed
-  size_t open_blob = SIZE_MAX;                 // in the decoder
+  const size_t number = next_number();  // of this view among all: addresses are given again
 
   OpenView() : Object(kKind) {}
 
-  // Returns the decoder with the blob that holds meshlet m, which must exist.
-  Decoder& decoder_at(uint64_t m) {
-    const size_t number = view.blob_of_meshlet(m);
-    if (!decoder) decoder = make_decoder();
-    if (number != open_blob) decoder->open(view.blobs[number]);
-    open_blob = number;
-    return *decoder;
+  static size_t next_number() {
+    static std::atomic<size_t> last{0};
+    return ++last;
   }
 };
 
-int malformed(const Problem& problem) {
-  return problem ? fail(GLTF_MESHLET_MALFORMED, sentence(problem).c_str()) : kOk;
-}
+// A decoder and the blob that it is open on.
+struct Scratch : Object {
+  static constexpr Kind kKind = Kind::kScratch;
+  std::atomic_flag in_use = ATOMIC_FLAG_INIT;
+  std::unique_ptr<Decoder> decoder;  // made when it is needed
+  size_t view = 0, blob = 0;
 
-// Runs action(number) for all blobs; returns the status of the first one that is malformed.
-template <class Action>
-int for_blobs(const View& view, int32_t threads, const Action& action) {
-  std::vector<Problem> problems(view.blobs.size());
-  parallel_for(thread_count(threads), problems.size(), [&](size_t b) { problems[b] = action(b); });
-  for (const Problem& problem : problems)
-    if (problem) return malformed(problem);
-  return kOk;
-}
+  Scratch() : Object(kKind) {}
 
-// Runs action(view), if no other thread decodes with it.
+  // Returns the decoder, open on the blob; null if there is no memory.
+  Decoder* decoder_at(const OpenView& open, size_t number) {
+    if (!decoder) decoder = make_decoder();
+    if (!decoder) return nullptr;
+    if (view != open.number || blob != number) open.view.open_decoder(*decoder, number);
+    view = open.number;
+    blob = number;
+    return decoder.get();
+  }
+};
+
+// Runs action(view, scratch), if no other thread uses the scratch. Null: one for this call.
 template <class Action>
-int alone_with(const void* handle, const Action& action) {
-  return with<OpenView>(handle, [&](OpenView& open) {
-    if (open.in_use.test_and_set()) return fail(GLTF_MESHLET_BUSY, "another thread uses the view");
-    const std::unique_ptr<std::atomic_flag, void (*)(std::atomic_flag*)> end(
-        &open.in_use, [](std::atomic_flag* flag) { flag->clear(); });
-    return action(open);
+int with_scratch(const gltf_meshlet_view* view, gltf_meshlet_scratch* scratch,
+                 const Action& action) {
+  return with<const OpenView>(view, [&](const OpenView& open) {
+    if (!scratch) {
+      Scratch own;
+      return action(open, own);
+    }
+    Scratch* const kept = object_of<Scratch>(scratch);
+    if (!kept) return bad_argument(kWrongObject);
+    if (kept->in_use.test_and_set(std::memory_order_acquire))
+      return fail(GLTF_MESHLET_BUSY, "another thread uses the scratch");
+    struct End {
+      std::atomic_flag& flag;
+      ~End() { flag.clear(std::memory_order_release); }
+    } end{kept->in_use};
+    return action(open, *kept);
   });
 }
 
@@ -76,7 +86,7 @@ void copy_vertices(const uint32_t* from, uint32_t vertices, uint32_t* to) {
     for (uint32_t c = 0; c < elements; c++) to[c] = from[c];
 }
 
-void copy_meshlet(const DecodedMeshlet& m, const std::vector<Stream>& streams, uint8_t* triangles,
+void copy_meshlet(const DecodedMeshlet& m, const StreamTable& streams, uint8_t* triangles,
                   uint32_t* integers) {
   constexpr decltype(&copy_vertices<1>) copy[] = {copy_vertices<1>, copy_vertices<2>,
                                                   copy_vertices<3>, copy_vertices<4>};
@@ -90,12 +100,50 @@ void copy_meshlet(const DecodedMeshlet& m, const std::vector<Stream>& streams, u
   }
 }
 
+bool are_begins(const uint32_t* begins, uint64_t first, uint64_t count, uint64_t total) {
+  for (uint64_t m = first; m < first + count; m++)
+    if (begins[m] > begins[m + 1]) return false;
+  return begins[first + count] <= total;
+}
+
+// Decodes a range to the caller's arrays of the whole view.
+int decode_to_view(const View& view, Decoder& decoder, uint64_t first, uint64_t count,
+                   const gltf_meshlet_arrays& to, DecodedCounts& decoded) {
+  if (!to.vertex_begins || !to.triangle_begins) return bad_argument(kNull);
+  if (to.first_vertex) return bad_argument("the first vertex of a whole view is not 0");
+  if (to.triangle_room < view.triangle_count || to.vertex_room < view.vertex_count)
+    return bad_argument(kRoom);
+  if (!are_begins(to.triangle_begins, first, count, view.triangle_count) ||
+      !are_begins(to.vertex_begins, first, count, view.vertex_count))
+    return bad_argument("the begins are not those of the view");
+  Outputs out{to.triangles, to.integers, to.values};
+  out.triangle_begins = to.triangle_begins;
+  out.vertex_begins = to.vertex_begins;
+  return status_of(view.decode_range(decoder, first, count, out, decoded));
+}
+
+// Decodes a range to arrays that hold nothing else.
+int decode_alone(const View& view, Decoder& decoder, uint64_t first, uint64_t count,
+                 const gltf_meshlet_arrays& to, DecodedCounts& decoded) {
+  const size_t number = view.blob_of_meshlet(first);
+  const ViewBlob& blob = view.blobs[number];
+  const bool whole = count == blob.meshlet_count;
+  if (to.triangle_room < (whole ? blob.triangle_count : MESHLET_TRIANGLES * count) ||
+      to.vertex_room < (whole ? blob.vertex_count : MESHLET_VERTICES * count))
+    return bad_argument(kRoom);
+  decoder.restart();
+  return status_of(
+      view.located(decoder.decode(uint32_t(first - blob.first_meshlet), uint32_t(count), {},
+                                  {to.triangles, to.integers, to.values, to.first_vertex}, decoded),
+                   number));
+}
+
 }  // namespace
 
 void copy_statistics(const BitStatistics& from, gltf_meshlet_statistics& to) {
   to.connectivity_bits = from.connectivity;
   to.reference_bits = from.references;
-  std::copy(from.streams.begin(), from.streams.end(), to.stream_bits);
+  std::copy(from.streams, from.streams + BLOB_MAX_STREAMS, to.stream_bits);
   std::copy(from.symbols, from.symbols + 5, to.symbols);
   to.disks = from.disks;
   to.owned_references = from.owned_references;
@@ -103,55 +151,62 @@ void copy_statistics(const BitStatistics& from, gltf_meshlet_statistics& to) {
   to.foreign_references = from.foreign_references;
 }
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec
 
-using namespace meshlet;
+using namespace gltf_meshlet_codec;
 
 int gltf_meshlet_open(const void* bytes, size_t size, gltf_meshlet_view** view) {
   return guarded([&] {
     if (!bytes || !view) return bad_argument(kNull);
     *view = nullptr;
-    auto opened = std::make_shared<OpenView>();
+    std::unique_ptr<OpenView> opened(new OpenView);
+    if (!opened) return fail({kNoMemory});
     if (const Problem p = opened->view.open(static_cast<const uint8_t*>(bytes), size))
-      return malformed(p);
-    *view = static_cast<gltf_meshlet_view*>(new_handle(std::move(opened)));
-    return kOk;
+      return fail(p);
+    return give_object(std::move(opened), view);
+  });
+}
+
+int gltf_meshlet_open_scratch(gltf_meshlet_scratch** scratch) {
+  return guarded([&] {
+    if (!scratch) return bad_argument(kNull);
+    *scratch = nullptr;
+    return give_object(std::unique_ptr<Scratch>(new Scratch), scratch);
   });
 }
 
 int gltf_meshlet_get_counts(const gltf_meshlet_view* view, gltf_meshlet_counts* counts) {
-  return with<OpenView>(view, [&](const OpenView& open) {
+  return with<const OpenView>(view, [&](const OpenView& open) {
     const View& v = open.view;
     uint64_t decoded = 0, bytes = 0;
-    for (const Blob& blob : v.blobs) {
-      decoded += decoded_bytes(blob.header);
+    for (const ViewBlob& blob : v.blobs) {
+      decoded += decoded_bytes(blob, v.streams);
       bytes += blob.size;
     }
-    return give({0, uint32_t(v.blobs.size()), uint32_t(v.streams().size()),
-                 needs_proof(decoded, bytes), v.triangle_count, v.vertex_count, v.meshlet_count},
+    return give({0, uint32_t(v.blobs.size()), v.streams.size(), needs_proof(decoded, bytes),
+                 v.triangle_count, v.vertex_count, v.meshlet_count},
                 counts);
   });
 }
 
 int gltf_meshlet_get_blob(const gltf_meshlet_view* view, uint32_t blob, gltf_meshlet_blob* out) {
-  return with<OpenView>(view, [&](const OpenView& open) {
+  return with<const OpenView>(view, [&](const OpenView& open) {
     if (blob >= open.view.blobs.size()) return no_such("there is no such blob");
-    const Blob& b = open.view.blobs[blob];
-    const BlobHeader& h = b.header;
+    const ViewBlob& b = open.view.blobs[blob];
     return give(
-        {0, h.data_offset, uint64_t(b.data - open.view.blobs[0].data), b.size, h.triangle_count,
-         h.vertex_count, h.meshlet_count, b.first_triangle, b.first_vertex, b.first_meshlet},
+        {0, b.data_offset, uint64_t(b.data - open.view.blobs[0].data), b.size, b.triangle_count,
+         b.vertex_count, b.meshlet_count, b.first_triangle, b.first_vertex, b.first_meshlet},
         out);
   });
 }
 
 int gltf_meshlet_get_stream(const gltf_meshlet_view* view, uint32_t blob, uint32_t stream,
                             gltf_meshlet_stream* out) {
-  return with<OpenView>(view, [&](const OpenView& open) {
+  return with<const OpenView>(view, [&](const OpenView& open) {
     if (!out) return bad_argument(kNull);
-    if (blob >= open.view.blobs.size() || stream >= open.view.streams().size())
+    if (blob >= open.view.blobs.size() || stream >= open.view.streams.size())
       return no_such("there is no such stream");
-    const Stream& s = open.view.blobs[blob].header.streams[stream];
+    const Stream s = read_stream(open.view.blobs[blob].data, stream);
     *out = {s.kind,          s.elements,    s.bits, s.predictor, s.chain_base,
             s.interior_base, s.anchor_base, 0,      s.step,      {}};
     std::copy(s.offset, s.offset + STREAM_MAX_ELEMENTS, out->offset);
@@ -159,25 +214,21 @@ int gltf_meshlet_get_stream(const gltf_meshlet_view* view, uint32_t blob, uint32
   });
 }
 
-int gltf_meshlet_get_meshlet_triangles(const gltf_meshlet_view* view, uint32_t blob,
-                                       uint32_t* triangles, size_t room) {
-  return with<OpenView>(view, [&](const OpenView& open) {
-    if (!triangles) return bad_argument(kNull);
-    if (blob >= open.view.blobs.size()) return no_such("there is no such blob");
-    const Blob& b = open.view.blobs[blob];
-    if (room < b.header.meshlet_count) return bad_argument(kRoom);
-    const std::vector<uint32_t> counts = meshlet_triangle_counts(b.data, b.header);
-    std::copy(counts.begin(), counts.end(), triangles);
-    return kOk;
+int gltf_meshlet_get_begins(const gltf_meshlet_view* view, int32_t threads,
+                            uint32_t* triangle_begins, uint32_t* vertex_begins, size_t room) {
+  return with<const OpenView>(view, [&](const OpenView& open) {
+    if (threads < 0) return bad_argument(kThreads);
+    if (room <= open.view.meshlet_count) return bad_argument(kRoom);
+    return status_of(open.view.list_begins(thread_count(threads), triangle_begins, vertex_begins));
   });
 }
 
 int gltf_meshlet_get_statistics(const gltf_meshlet_view* view, gltf_meshlet_statistics* out) {
-  return with<OpenView>(view, [&](const OpenView& open) {
+  return with<const OpenView>(view, [&](const OpenView& open) {
     BitStatistics bits, one;
     for (size_t b = 0; b < open.view.blobs.size(); b++) {
-      if (const Problem problem = count_bits(open.view.blobs[b], one))
-        return malformed(open.view.located(problem, b));
+      if (const Problem p = count_bits(open.view.blobs[b].data, open.view.blobs[b].size, one))
+        return fail(open.view.located(p, b));
       bits.add(one);
     }
     gltf_meshlet_statistics found{};
@@ -187,67 +238,71 @@ int gltf_meshlet_get_statistics(const gltf_meshlet_view* view, gltf_meshlet_stat
 }
 
 int gltf_meshlet_validate(const gltf_meshlet_view* view, int32_t threads) {
-  return with<OpenView>(view, [&](const OpenView& open) {
-    return for_blobs(open.view, threads, [&](size_t b) { return open.view.validate(b); });
+  return with<const OpenView>(view, [&](const OpenView& open) {
+    if (threads < 0) return bad_argument(kThreads);
+    return status_of(open.view.validate(thread_count(threads)));
   });
 }
 
 int gltf_meshlet_decode(const gltf_meshlet_view* view, int32_t threads,
-                        gltf_meshlet_arrays* arrays) {
-  return with<OpenView>(view, [&](const OpenView& open) {
+                        const gltf_meshlet_arrays* arrays) {
+  return with<const OpenView>(view, [&](const OpenView& open) {
     const View& v = open.view;
     gltf_meshlet_arrays to;
+    if (threads < 0) return bad_argument(kThreads);
     if (!take(arrays, to)) return bad_argument(kWrongSize);
     if (!to.triangles) return bad_argument(kNull);
     if (to.first_vertex) return bad_argument("the first vertex of a whole view is not 0");
     if (to.triangle_room < v.triangle_count || to.vertex_room < v.vertex_count)
       return bad_argument(kRoom);
-    const Outputs out{to.triangles, to.integers, to.values};
-    arrays->triangles_out = v.triangle_count;
-    arrays->vertices_out = v.vertex_count;
-    return for_blobs(v, threads, [&](size_t b) { return v.decode(b, out); });
+    return status_of(v.decode(thread_count(threads), {to.triangles, to.integers, to.values}));
   });
 }
 
-int gltf_meshlet_decode_range(gltf_meshlet_view* view, uint64_t first, uint64_t count,
-                              gltf_meshlet_arrays* arrays) {
-  return alone_with(view, [&](OpenView& open) {
+int gltf_meshlet_decode_range(const gltf_meshlet_view* view, gltf_meshlet_scratch* scratch,
+                              uint64_t first, uint64_t count, const gltf_meshlet_arrays* arrays,
+                              uint32_t* sizes) {
+  return with_scratch(view, scratch, [&](const OpenView& open, Scratch& s) {
     gltf_meshlet_arrays to;
     if (!take(arrays, to)) return bad_argument(kWrongSize);
     if (!to.triangles) return bad_argument(kNull);
     if (count == 0 || first >= open.view.meshlet_count)
       return no_such("there are no such meshlets");
-    const Blob& blob = open.view.blobs[open.view.blob_of_meshlet(first)];
-    const uint64_t local = first - blob.first_meshlet, meshlets = blob.header.meshlet_count;
-    if (count > meshlets - local) return no_such("the blob has fewer meshlets");
-    const bool whole = count == meshlets;
-    if (to.triangle_room < (whole ? blob.header.triangle_count : MESHLET_TRIANGLES * count) ||
-        to.vertex_room < (whole ? blob.header.vertex_count : MESHLET_VERTICES * count))
-      return bad_argument(kRoom);
+    const size_t number = open.view.blob_of_meshlet(first);
+    const ViewBlob& blob = open.view.blobs[number];
+    if (count > blob.meshlet_count - (first - blob.first_meshlet))
+      return no_such("the blob has fewer meshlets");
+    Decoder* const decoder = s.decoder_at(open, number);
+    if (!decoder) return fail({kNoMemory});
     DecodedCounts decoded;
-    const Problem problem = open.decoder_at(first).decode(
-        uint32_t(local), uint32_t(count), {},
-        {to.triangles, to.integers, to.values, to.first_vertex}, decoded);
-    arrays->triangles_out = decoded.triangles;
-    arrays->vertices_out = decoded.vertices;
-    return malformed(open.view.located(problem, open.open_blob));
+    const int status = to.vertex_begins || to.triangle_begins
+                           ? decode_to_view(open.view, *decoder, first, count, to, decoded)
+                           : decode_alone(open.view, *decoder, first, count, to, decoded);
+    if (sizes) {
+      sizes[0] = decoded.triangles;
+      sizes[1] = decoded.vertices;
+    }
+    return status;
   });
 }
 
-int gltf_meshlet_decode_meshlets(gltf_meshlet_view* view, const uint32_t* meshlets, size_t count,
-                                 uint32_t* sizes, uint8_t* triangles, uint32_t* integers) {
-  return alone_with(view, [&](OpenView& open) {
+int gltf_meshlet_decode_meshlets(const gltf_meshlet_view* view, gltf_meshlet_scratch* scratch,
+                                 const uint32_t* meshlets, size_t count, uint32_t* sizes,
+                                 uint8_t* triangles, uint32_t* integers) {
+  return with_scratch(view, scratch, [&](const OpenView& open, Scratch& s) {
     if (!meshlets && count) return bad_argument(kNull);
-    const std::vector<Stream>& streams = open.view.streams();
+    const StreamTable& streams = open.view.streams;
     size_t elements = 0;
-    for (const Stream& s : streams) elements += s.elements;
+    for (const Stream& stream : streams) elements += stream.elements;
     for (size_t i = 0; i < count; i++) {
       if (meshlets[i] >= open.view.meshlet_count) return no_such("no such meshlet");
-      Decoder& decoder = open.decoder_at(meshlets[i]);
-      const uint64_t first = open.view.blobs[open.open_blob].first_meshlet;
+      const size_t blob = open.view.blob_of_meshlet(meshlets[i]);
+      Decoder* const decoder = s.decoder_at(open, blob);
+      if (!decoder) return fail({kNoMemory});
       DecodedMeshlet m;
-      if (const Problem problem = decoder.meshlet(uint32_t(meshlets[i] - first), m))
-        return malformed(open.view.located(problem, open.open_blob));
+      if (const Problem problem =
+              decoder->meshlet(uint32_t(meshlets[i] - open.view.blobs[blob].first_meshlet), m))
+        return fail(open.view.located(problem, blob));
       copy_meshlet(m, streams, triangles ? triangles + 3 * MESHLET_TRIANGLES * i : nullptr,
                    integers ? integers + MESHLET_VERTICES * elements * i : nullptr);
       if (!sizes) continue;
@@ -261,9 +316,9 @@ int gltf_meshlet_decode_meshlets(gltf_meshlet_view* view, const uint32_t* meshle
 int gltf_meshlet_get_unpacked_bytes(const void* packed, size_t size, size_t* bytes) {
   return guarded([&] {
     if (!packed || !bytes) return bad_argument(kNull);
-    std::vector<PackedPage> pages;
+    List<PackedPage> pages;
     if (const Problem p = read_page_table(static_cast<const uint8_t*>(packed), size, pages))
-      return malformed(p);
+      return fail(p);
     *bytes = pages.back().begin + pages.back().bytes;
     return kOk;
   });
@@ -272,21 +327,25 @@ int gltf_meshlet_get_unpacked_bytes(const void* packed, size_t size, size_t* byt
 int gltf_meshlet_unpack(const void* packed, size_t size, int32_t threads, void* view, size_t room) {
   return guarded([&] {
     if (!packed || !view) return bad_argument(kNull);
+    if (threads < 0) return bad_argument(kThreads);
     const auto* bytes = static_cast<const uint8_t*>(packed);
-    std::vector<PackedPage> pages;
-    if (const Problem p = read_page_table(bytes, size, pages)) return malformed(p);
+    List<PackedPage> pages;
+    if (const Problem p = read_page_table(bytes, size, pages)) return fail(p);
     if (room < pages.back().begin + pages.back().bytes) return bad_argument(kRoom);
-    std::vector<Problem> problems(pages.size());
-    const size_t workers = std::min<size_t>(resolve_threads(thread_count(threads)), pages.size());
+    List<Problem> problems;
+    if (!problems.resize(pages.size())) return fail({kNoMemory});
+    const size_t workers =
+        std::min<size_t>(size_t(resolve_threads(thread_count(threads))), pages.size());
     std::atomic<size_t> next{0};
     parallel_for(int(workers), workers, [&](size_t) {
       const auto unpacker = make_page_unpacker();
       for (size_t p; (p = next++) < pages.size();)
-        problems[p] =
-            unpacker->unpack(bytes, pages[p], static_cast<uint8_t*>(view) + pages[p].begin);
+        problems[p] = unpacker ? unpacker->unpack(bytes, pages[p],
+                                                  static_cast<uint8_t*>(view) + pages[p].begin)
+                               : Problem{kNoMemory};
     });
     for (const Problem& problem : problems)
-      if (problem) return malformed(problem);
+      if (problem) return fail(problem);
     return kOk;
   });
 }

@@ -3,7 +3,9 @@
 #include <optional>
 
 #include "c/objects.h"
+#include "common/array.h"
 #include "common/curve.h"
+#include "common/polygons.h"
 #include "common/text_lines.h"
 #include "common/weld.h"
 #include "encode/pages.h"
@@ -12,7 +14,7 @@
 #include "segment/check_meshlets.h"
 #include "transport/transport.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 namespace {
 
 constexpr size_t kPointsAtOnce = 1024;
@@ -62,6 +64,12 @@ T taken(const T* from) {
   return to;
 }
 
+// Opens a new T and gives it to the caller.
+template <class T, class Handle, class... Arguments>
+int open_object(Handle** out, Arguments&&... arguments) {
+  return give_object(std::unique_ptr<T>(new T(std::forward<Arguments>(arguments)...)), out);
+}
+
 std::vector<uint32_t> vector_of(const uint32_t* numbers, uint64_t count) {
   require(numbers || count == 0, kNull);
   return {numbers, numbers + count};
@@ -87,12 +95,29 @@ void check_triangles(const uint32_t* triangles, uint64_t count, uint64_t vertice
   }
 }
 
+// Vertices of one id have one position: seams would be closed that are open, or the reverse.
+void check_position_ids(const gltf_meshlet_mesh& m) {
+  Array<uint32_t> first(size_t(m.vertex_count));  // vertex of each id, with `known` ids
+  std::vector<bool> known(size_t(m.vertex_count));
+  for (uint64_t v = 0; v < m.vertex_count; v++) {
+    const uint32_t id = m.position_ids[v];
+    require(id < m.vertex_count, "a position id is out of range");
+    if (!known[id]) {
+      known[id] = true;
+      first[id] = uint32_t(v);
+      continue;
+    }
+    const float *a = m.positions + 3 * size_t(first[id]), *b = m.positions + 3 * v;
+    require(a[0] == b[0] && a[1] == b[1] && a[2] == b[2],
+            "vertices with one position id have different positions");
+  }
+}
+
 MeshView mesh_of(const gltf_meshlet_mesh& m, const uint32_t* triangles, uint64_t triangle_count) {
   check_points(m.positions, m.vertex_count);
   check_triangles(triangles, triangle_count, m.vertex_count, true);
   require(m.position_ids || m.vertex_count == 0, kNull);
-  for (uint64_t v = 0; v < m.vertex_count; v++)
-    require(m.position_ids[v] < m.vertex_count, "a position id is out of range");
+  check_position_ids(m);
   return {triangles, size_t(triangle_count), m.position_ids, m.positions, size_t(m.vertex_count)};
 }
 
@@ -101,6 +126,7 @@ std::vector<Stream> streams_of(const gltf_meshlet_mesh& m) {
   std::vector<Stream> streams;
   for (uint32_t i = 0; i < m.stream_count && i <= BLOB_MAX_STREAMS; i++) {
     const gltf_meshlet_stream& from = m.streams[i];
+    require(from.reserved == 0, "a reserved field of a stream is not 0");
     Stream s;
     s.kind = from.kind;
     s.elements = from.elements;
@@ -144,6 +170,7 @@ EncodeOptions options_of(const gltf_meshlet_options& o) {
   if (o.fill > 0) out.fill = o.fill;
   out.weight = o.weight_of_choe ? Weight::kChoe : Weight::kPaper;
   out.share_seams = !o.separate_seams;
+  require(o.threads >= 0, kThreads);
   out.threads = thread_count(o.threads);
   if (o.progress)
     out.progress = [call = o.progress, user = o.user](float fraction) {
@@ -216,9 +243,9 @@ CarriedVertices carried_of(const gltf_meshlet_carried* carried, size_t groups, u
 }
 
 }  // namespace
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec
 
-using namespace meshlet;
+using namespace gltf_meshlet_codec;
 
 int gltf_meshlet_get_array(const gltf_meshlet_result* result, uint32_t array, const void** items,
                            size_t* bytes) {
@@ -253,10 +280,11 @@ int gltf_meshlet_pack(const void* view, size_t size, int32_t threads,
   return guarded([&] {
     if (!view || !result) return bad_argument(kNull);
     *result = nullptr;
+    require(threads >= 0, kThreads);
     std::vector<uint8_t> packed;
     if (const Problem p =
             pack_view(static_cast<const uint8_t*>(view), size, thread_count(threads), packed))
-      return fail(GLTF_MESHLET_MALFORMED, sentence(p).c_str());
+      return fail(p);
     return open_object<Result>(result, std::move(packed));
   });
 }
@@ -286,6 +314,21 @@ int gltf_meshlet_scan_lines(const char* text, size_t size, const char* const* ke
       taken.push_back({keywords[i], kKinds[words[i]]});
     }
     return open_object<Result>(result, scan_lines({text, size}, taken));
+  });
+}
+
+int gltf_meshlet_triangulate(const float* points, size_t corners, const uint32_t* sizes,
+                             size_t count, gltf_meshlet_result** result) {
+  return guarded([&] {
+    require(result, kNull);
+    *result = nullptr;
+    require((points || corners == 0) && (sizes || count == 0), kNull);
+    require(corners <= UINT32_MAX, "there are too many corners");
+    size_t left = corners;
+    for (size_t i = 0; i < count; left -= sizes[i++])
+      require(sizes[i] <= left, "the polygons have more corners than there are");
+    require(left == 0, "the polygons have fewer corners than there are");
+    return open_object<Result>(result, triangulate(points, sizes, count));
   });
 }
 
@@ -326,6 +369,7 @@ int gltf_meshlet_open_surface(const float* const* shapes, uint32_t shape_count,
     require(surface && shapes, kNull);
     *surface = nullptr;
     require(shape_count, "there are no shapes");
+    require(threads >= 0, kThreads);
     std::vector<const float*> all(shapes, shapes + shape_count);
     for (const float* shape : all) check_points(shape, vertex_count);
     return open_object<Surface>(surface, std::move(all), vertex_count,
@@ -341,6 +385,7 @@ int gltf_meshlet_measure(const gltf_meshlet_surface* surface, const gltf_meshlet
   return with<Surface>(surface, [&](const Surface& level_0) {
     require(result, kNull);
     *result = nullptr;
+    require(threads >= 0, kThreads);
     const GroupTriangles was = groups_of(before, level_0.vertices, false);
     const GroupTriangles is = groups_of(after, level_0.vertices, false);
     require(was.groups() == is.groups(), "before and after differ in their number of groups");
@@ -359,6 +404,7 @@ int gltf_meshlet_get_distances(const float* points, size_t point_count,
                                float* distances, uint32_t* nearest) {
   return guarded([&] {
     require(distances || point_count == 0, kNull);
+    require(threads >= 0, kThreads);
     check_points(points, point_count);
     check_points(positions, vertex_count);
     const GroupTriangles surface = groups_of(triangles, vertex_count, false);

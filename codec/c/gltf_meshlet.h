@@ -1,19 +1,21 @@
 /* gltf-meshlet: the codec's C interface, for C99, C++ and whatever calls C. Manual: docs/c.md.
  *
- * Memory: results go to arrays of the caller, but for three kinds of opaque objects, which the
- * caller closes. Objects are numbers, not addresses: a closed or made-up one is refused. What an
- * object borrows must stay unchanged until it is closed.
+ * Memory: results go to arrays of the caller, but for opaque objects, which the caller closes. An
+ * object of another kind is refused; one that is closed must not be used. What an object borrows
+ * must stay unchanged until it is closed.
  *
- * Errors: no function throws or aborts. Each returns a status; unless it is GLTF_MESHLET_OK,
- * gltf_meshlet_error() is one sentence, and results are unspecified.
+ * Errors: no function throws or aborts, without memory either. Each returns a status; unless it is
+ * GLTF_MESHLET_OK, gltf_meshlet_error() is one sentence, and results are unspecified.
  *
- * Threads: any function may be called on any thread. Two that decode meshlets or ranges of one
- * view do not run at the same time: the second returns GLTF_MESHLET_BUSY. Closing an object that
- * another thread uses is safe; what it borrows must outlive that use. Functions with an argument
- * `threads` start so many themselves (0: one per processor); it changes no result.
+ * Threads: any function may be called on any thread, and any number of threads share a view, with
+ * no lock. Only a scratch is for one thread at a time: another one gets GLTF_MESHLET_BUSY.
+ * Functions with an argument `threads` start so many themselves (0: one per processor; negative
+ * ones are refused); it changes no result.
  *
  * Structs with a field `size` begin with it: the caller sets it to sizeof the struct. Later
- * versions append fields, for which 0 has the meaning of the version without them. */
+ * versions append fields, for which 0 has the meaning of the version without them. So a size may be
+ * larger than a library knows, up to 4096: what it does not know must be 0 where it reads, and
+ * becomes 0 where it writes. */
 #ifndef GLTF_MESHLET_H
 #define GLTF_MESHLET_H
 
@@ -43,7 +45,7 @@ enum {
   GLTF_MESHLET_MALFORMED = 1, /* the bytes break a rule of the format */
   GLTF_MESHLET_ARGUMENT = 2,  /* a mistake of the caller */
   GLTF_MESHLET_NUMBER = 3,    /* there is no meshlet, blob, stream or array of this number */
-  GLTF_MESHLET_BUSY = 4,      /* another thread decodes with this view */
+  GLTF_MESHLET_BUSY = 4,      /* another thread decodes with this scratch */
   GLTF_MESHLET_LIMIT = 5,     /* beyond a limit of the format */
   GLTF_MESHLET_MEMORY = 6,
   GLTF_MESHLET_CANCELLED = 7, /* by the progress function */
@@ -81,6 +83,7 @@ enum {
 enum { GLTF_MESHLET_NORMAL = 0, GLTF_MESHLET_FAST = 1, GLTF_MESHLET_HIGH = 2 }; /* efforts */
 
 typedef struct gltf_meshlet_view gltf_meshlet_view;       /* compressed bytes that are open */
+typedef struct gltf_meshlet_scratch gltf_meshlet_scratch; /* what a thread needs to decode parts */
 typedef struct gltf_meshlet_result gltf_meshlet_result;   /* arrays whose size a function finds */
 typedef struct gltf_meshlet_surface gltf_meshlet_surface; /* level 0, to measure other levels */
 
@@ -92,6 +95,18 @@ GLTF_MESHLET_API uint32_t gltf_meshlet_abi(void);
 /* One sentence in English, UTF-8, about the last call on this thread that failed; "" before. Valid
  * until the next one that fails. */
 GLTF_MESHLET_API const char* gltf_meshlet_error(void);
+
+/* Where the functions that decode take memory, on any thread; functions that encode do not ask it.
+ * A null result is a failure that they return. */
+typedef struct gltf_meshlet_allocator {
+  uint32_t size;
+  void* (*allocate)(void* user, size_t bytes); /* aligned as malloc does */
+  void (*release)(void* user, void* memory);
+  void* user;
+} gltf_meshlet_allocator;
+
+/* Sets it for the whole program, before any object is open; null: the C++ library's again. */
+GLTF_MESHLET_API int gltf_meshlet_set_allocator(const gltf_meshlet_allocator* allocator);
 
 /* Closes any object. Null is allowed and does nothing. */
 GLTF_MESHLET_API int gltf_meshlet_close(void* object);
@@ -136,8 +151,12 @@ typedef struct gltf_meshlet_statistics {
 } gltf_meshlet_statistics;
 
 /* Opens bytes and borrows them. Checks headers and tables, so that counts are true of the tables;
- * takes memory in proportion to the bytes. */
+ * takes memory in proportion to the bytes. A view does not change once it is open. */
 GLTF_MESHLET_API int gltf_meshlet_open(const void* bytes, size_t size, gltf_meshlet_view** view);
+
+/* Opens a scratch, for one thread and any views, which it does not borrow. Its memory, 0.1 to 0.3
+ * MB and some kB for each meshlet that references reach, is taken when it is needed. */
+GLTF_MESHLET_API int gltf_meshlet_open_scratch(gltf_meshlet_scratch** scratch);
 
 GLTF_MESHLET_API int gltf_meshlet_get_counts(const gltf_meshlet_view* view,
                                              gltf_meshlet_counts* counts);
@@ -148,11 +167,14 @@ GLTF_MESHLET_API int gltf_meshlet_get_blob(const gltf_meshlet_view* view, uint32
 GLTF_MESHLET_API int gltf_meshlet_get_stream(const gltf_meshlet_view* view, uint32_t blob,
                                              uint32_t stream, gltf_meshlet_stream* out);
 
-/* Writes the number of triangles of each meshlet of a blob. room: of `triangles`, at least the
- * blob's meshlets. */
-GLTF_MESHLET_API int gltf_meshlet_get_meshlet_triangles(const gltf_meshlet_view* view,
-                                                        uint32_t blob, uint32_t* triangles,
-                                                        size_t room);
+/* Writes the numbers of the first triangle and of the first vertex of each meshlet of the view, and
+ * the view's counts behind them: a meshlet has the vertices from its begin to the next one and, in
+ * common with earlier meshlets, others. room: of either array, in numbers; more than the view's
+ * meshlets. Null arrays are skipped. Triangles are read from tables; vertices cost a part of the
+ * decoding, once: a program may keep them with its file. */
+GLTF_MESHLET_API int gltf_meshlet_get_begins(const gltf_meshlet_view* view, int32_t threads,
+                                             uint32_t* triangle_begins, uint32_t* vertex_begins,
+                                             size_t room);
 
 /* Decodes every meshlet, to count bits. */
 GLTF_MESHLET_API int gltf_meshlet_get_statistics(const gltf_meshlet_view* view,
@@ -166,37 +188,48 @@ GLTF_MESHLET_API int gltf_meshlet_validate(const gltf_meshlet_view* view, int32_
  * array for each stream of the view, which may be null, too. */
 typedef struct gltf_meshlet_arrays {
   uint32_t size;
-  uint32_t first_vertex;                /* is added to vertex numbers; 0 to decode whole views */
-  uint64_t triangle_room;               /* of `triangles`, in triangles */
-  uint64_t vertex_room;                 /* of the other arrays, in vertices */
-  uint32_t* triangles;                  /* three vertex numbers each */
-  uint32_t* const* integers;            /* vertices x elements */
-  void* const* values;                  /* INTEGER: uint32_t, vertices x elements; others: float,
-                                           vertices x elements, but x 3 for OCT */
-  uint64_t triangles_out, vertices_out; /* receive the numbers that were written */
+  uint32_t first_vertex;     /* is added to the numbers of a range; 0 for arrays of a view */
+  uint64_t triangle_room;    /* of `triangles`, in triangles */
+  uint64_t vertex_room;      /* of the other arrays, in vertices */
+  uint32_t* triangles;       /* three vertex numbers each */
+  uint32_t* const* integers; /* vertices x elements */
+  void* const* values;       /* INTEGER: uint32_t, vertices x elements; others: float,
+                                vertices x elements, but x 3 for OCT */
+  const uint32_t *triangle_begins, *vertex_begins; /* of gltf_meshlet_get_begins, to decode ranges
+                                                      to arrays of the view; or null */
 } gltf_meshlet_arrays;
 
-/* Decodes everything; needs room for the view's triangles and vertices. */
+/* Decodes everything; needs room for the view's triangles and vertices. Threads share out the
+ * blobs, and parts of large ones. */
 GLTF_MESHLET_API int gltf_meshlet_decode(const gltf_meshlet_view* view, int32_t threads,
-                                         gltf_meshlet_arrays* arrays);
+                                         const gltf_meshlet_arrays* arrays);
 
-/* Decodes meshlets [first, first + count), at least one, of one blob. Needs room for 64 triangles
- * and 64 vertices for each, or for the blob's if it is all of it.
+/* Decodes meshlets [first, first + count), at least one, of one blob. The result depends on nothing
+ * that was decoded before. sizes, or null: receives the numbers of triangles and of vertices that
+ * were written. scratch: null takes one for this call, at 10 to 30 us.
  *
- * Vertices are numbered in the order of their first meshlets, from arrays->first_vertex. A call
- * that begins where the last one on this view ended continues its numbers, unless meshlets of
- * another blob were decoded since. Any other call begins anew, and has copies of the vertices that
- * its meshlets share with those before `first`. */
-GLTF_MESHLET_API int gltf_meshlet_decode_range(gltf_meshlet_view* view, uint64_t first,
-                                               uint64_t count, gltf_meshlet_arrays* arrays);
+ * With begins, arrays are those of the whole view, with room for all of it: a range writes its
+ * triangles and its new vertices to their places, as gltf_meshlet_decode does, and nothing else.
+ * Threads decode different ranges of a view to the same arrays at the same time.
+ *
+ * Without, the arrays hold the range alone: vertices are numbered in the order of their first
+ * meshlets, from arrays->first_vertex, with copies of those that meshlets before `first` have, too.
+ * Needs room for 64 triangles and 64 vertices for each meshlet, or for the blob's if it is all of
+ * it. */
+GLTF_MESHLET_API int gltf_meshlet_decode_range(const gltf_meshlet_view* view,
+                                               gltf_meshlet_scratch* scratch, uint64_t first,
+                                               uint64_t count, const gltf_meshlet_arrays* arrays,
+                                               uint32_t* sizes);
 
-/* Decodes `count` meshlets alone, in any order. Null arrays are skipped.
+/* Decodes `count` meshlets alone, in any order. Null arrays are skipped. scratch: as above.
  * sizes: 2 for each meshlet, its number of triangles and of vertices.
  * triangles: room for 64 x 3 for each meshlet; local vertex numbers, below 64.
  * integers: room for 64 x (sum of all streams' elements) for each meshlet: 64 x elements of stream
  * 0, of which its vertices x elements are written; then those of stream 1, and so on. */
-GLTF_MESHLET_API int gltf_meshlet_decode_meshlets(gltf_meshlet_view* view, const uint32_t* meshlets,
-                                                  size_t count, uint32_t* sizes, uint8_t* triangles,
+GLTF_MESHLET_API int gltf_meshlet_decode_meshlets(const gltf_meshlet_view* view,
+                                                  gltf_meshlet_scratch* scratch,
+                                                  const uint32_t* meshlets, size_t count,
+                                                  uint32_t* sizes, uint8_t* triangles,
                                                   uint32_t* integers);
 
 /* ---- Views packed for download: EXT_meshlet_transport ---- */
@@ -275,6 +308,15 @@ enum { GLTF_MESHLET_ANY = 0, GLTF_MESHLET_NUMBERS = 1, GLTF_MESHLET_CORNERS = 2 
 GLTF_MESHLET_API int gltf_meshlet_scan_lines(const char* text, size_t size,
                                              const char* const* keywords, const uint32_t* words,
                                              size_t count, gltf_meshlet_result** result);
+
+/* Cuts `count` polygons into triangles. points: 3 floats of each corner, one polygon after the
+ * other; sizes: corners of each polygon, `corners` in all, less than 2^32. Convex polygons become
+ * fans, others lose their ears. Array 0 of the result: uint32_t, three corners, numbered over all
+ * polygons, of each triangle; size - 2 triangles for each polygon with at least three corners, one
+ * polygon after the other. */
+GLTF_MESHLET_API int gltf_meshlet_triangulate(const float* points, size_t corners,
+                                              const uint32_t* sizes, size_t count,
+                                              gltf_meshlet_result** result);
 
 /* ---- Levels of detail ---- */
 

@@ -9,28 +9,39 @@
 
 #include "c/gltf_meshlet.h"
 #include "decode/bit_statistics.h"
+#include "decode/memory.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 
-// An object of the caller, who has a handle: a number that is not given again, in the guise of a
-// pointer. Calls on other threads keep an object alive that is closed meanwhile.
-struct Object {
-  enum class Kind { kView, kResult, kSurface };
-  const Kind kind;
+// An object of the caller. Its first words tell its kind, so that one of another kind is refused.
+class Object : public Allocated {
+ public:
+  enum class Kind : uint32_t {
+    kNone = 0,
+    kView = 0x6D760001,
+    kScratch = 0x6D760002,
+    kResult = 0x6D760003,
+    kSurface = 0x6D760004
+  };
 
-  explicit Object(Kind k) : kind(k) {}
-  virtual ~Object() = default;
+  explicit Object(Kind kind) : kind_(kind) {}
+  virtual ~Object() { kind_ = Kind::kNone; }
+  Object(const Object&) = delete;
+
+  bool is(Kind kind) const { return kind_ == kind; }
+  bool is_open() const { return kind_ >= Kind::kView && kind_ <= Kind::kSurface; }
+
+ private:
+  Kind kind_;
 };
 
 constexpr int kOk = GLTF_MESHLET_OK;
 
 // Notes the sentence for gltf_meshlet_error and returns the status.
-int fail(int status, const char* sentence);
-inline int bad_argument(const char* s) { return fail(GLTF_MESHLET_ARGUMENT, s); }
-
-void* new_handle(std::shared_ptr<Object> object);
-// Returns null if the handle is not that of an open object of this kind.
-std::shared_ptr<Object> find_object(const void* handle, Object::Kind kind);
+int fail(int status, const char* text);
+int fail(const Problem& problem);
+inline int bad_argument(const char* text) { return fail(GLTF_MESHLET_ARGUMENT, text); }
+inline int status_of(const Problem& problem) { return problem ? fail(problem) : kOk; }
 
 // Thrown by the progress function's caller.
 struct Cancelled {};
@@ -46,7 +57,7 @@ int guarded(const Action& action) noexcept {
   } catch (const std::length_error& e) {
     return fail(GLTF_MESHLET_LIMIT, e.what());
   } catch (const std::bad_alloc&) {
-    return fail(GLTF_MESHLET_MEMORY, "there is not enough memory");
+    return fail({kNoMemory});
   } catch (const Cancelled&) {
     return fail(GLTF_MESHLET_CANCELLED, "the progress function cancelled");
   } catch (const std::exception& e) {
@@ -57,21 +68,29 @@ int guarded(const Action& action) noexcept {
 #endif
 }
 
-// Runs action(object) on the open object of a handle.
-template <class T, class Action>
-int with(const void* handle, const Action& action) noexcept {
+constexpr const char* kWrongObject = "an object is null, closed or of another kind";
+
+// The caller's object; null if it is of another kind.
+template <class T, class Handle>
+T* object_of(Handle* handle) {
+  auto* const object = reinterpret_cast<Object*>(const_cast<std::remove_const_t<Handle>*>(handle));
+  return object && object->is(T::kKind) ? static_cast<T*>(object) : nullptr;
+}
+
+// Runs action(object) on the caller's object.
+template <class T, class Handle, class Action>
+int with(Handle* handle, const Action& action) noexcept {
   return guarded([&] {
-    const std::shared_ptr<Object> object = find_object(handle, T::kKind);
-    if (!object) return bad_argument("an object is null, closed or of another kind");
-    return action(static_cast<T&>(*object));
+    T* const object = object_of<T>(handle);
+    return object ? action(*object) : bad_argument(kWrongObject);
   });
 }
 
-// Opens a new T and gives its handle to the caller.
-template <class T, class Handle, class... Arguments>
-int open_object(Handle** out, Arguments&&... arguments) {
-  *out =
-      static_cast<Handle*>(new_handle(std::make_shared<T>(std::forward<Arguments>(arguments)...)));
+// Gives an object, which may be null for the lack of memory, to the caller.
+template <class T, class Handle>
+int give_object(std::unique_ptr<T> object, Handle** out) {
+  if (!object) return fail({kNoMemory});
+  *out = reinterpret_cast<Handle*>(static_cast<Object*>(object.release()));
   return kOk;
 }
 
@@ -108,8 +127,9 @@ int give(const T& from, T* to) {
 void copy_statistics(const BitStatistics& from, gltf_meshlet_statistics& to);
 
 constexpr const char* kNull = "a pointer is null";
+constexpr const char* kThreads = "the number of threads is below 0";
 
 // More threads than any machine has gain nothing.
 inline int thread_count(int32_t threads) { return std::min(threads, 1024); }
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

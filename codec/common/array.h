@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 
 template <class T>
 struct Uninitialised : std::allocator<T> {
@@ -41,4 +41,4 @@ struct Span {
   const T& operator[](size_t i) const { return data[i]; }
 };
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 namespace {
 
 constexpr size_t kBlock = 1 << 15;  // codes per parallel item
@@ -42,4 +42,4 @@ Array<uint32_t> sorted_by_code(Array<uint32_t> codes, int threads) {
   return order;
 }
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

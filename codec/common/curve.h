@@ -10,7 +10,7 @@
 #include "common/parallel.h"
 #include "common/vec3.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 
 constexpr int kCurveBits = 10;  // per axis
 constexpr int kCurveCells = 1 << kCurveBits;
@@ -105,4 +105,4 @@ Array<uint32_t> order_along_curve(size_t count, int threads, Point&& point) {
   return sorted_by_code(std::move(codes), threads);
 }
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

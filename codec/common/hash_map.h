@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 
 // Slots of a table for at most `count` keys: a power of two, at most half of it in use.
 inline size_t slots_for(size_t count) {
@@ -86,4 +86,4 @@ class LocalNumbers {
   std::vector<uint32_t> numbers_;
 };
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

@@ -13,7 +13,7 @@
 #include <vector>
 #endif
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 
 #ifdef MESHLET_NO_THREADS
 inline int resolve_threads(int) { return 1; }
@@ -75,4 +75,4 @@ void for_blocks(int threads, size_t count, size_t size, Body&& body) {
   });
 }
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

@@ -7,7 +7,7 @@
 #include <string>
 #include <type_traits>
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 namespace {
 
 bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
@@ -146,4 +146,4 @@ std::vector<TextLines> scan_lines(std::string_view text, const std::vector<Keywo
   return found;
 }
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 
 // What the words after a line's keyword are.
 enum class Words {
@@ -35,4 +35,4 @@ struct TextLines {
 // The text must be shorter than 2^32 bytes.
 std::vector<TextLines> scan_lines(std::string_view text, const std::vector<Keyword>& keywords);
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

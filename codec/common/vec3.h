@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 
 struct Vec3 {
   float x, y, z;
@@ -49,4 +49,4 @@ inline Box box_of(const std::vector<Vec3>& points) {
   return box;
 }
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

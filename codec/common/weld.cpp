@@ -6,7 +6,7 @@
 
 #include "common/hash_map.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 namespace {
 
 uint64_t mix(uint64_t hash, uint64_t word) {
@@ -67,4 +67,4 @@ uint32_t weld_rows(const uint8_t* rows, size_t count, size_t stride, uint32_t* r
   return unique;
 }
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

@@ -5,7 +5,7 @@
 #include "decode/decoder.h"
 #include "decode/serial_decoder.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 namespace {
 
 // Bits that the decoder moves over in `skip`.
@@ -55,22 +55,23 @@ void add_meshlet(SerialDecoder& d, BitStatistics& out) {
 
 }  // namespace
 
-Problem count_bits(const Blob& blob, BitStatistics& out) {
-  const uint32_t streams = uint32_t(blob.header.streams.size());
+Problem count_bits(const uint8_t* data, size_t size, BitStatistics& out) {
+  struct Counter : SerialDecoder, Allocated {};  // not for the stack
   out = {};
-  out.streams.assign(streams, 0);
-  const auto decoder = std::make_unique<SerialDecoder>();
-  decoder->data = blob.data;
-  decoder->size = uint32_t(blob.size);
-  decoder->load_streams(0, streams);
-  for (uint32_t m = 0; m < blob.header.meshlet_count; m++) {
+  const std::unique_ptr<Counter> decoder(new Counter);
+  if (!decoder) return {kNoMemory};
+  decoder->data = data;
+  decoder->size = uint32_t(size);
+  decoder->load_tables();
+  decoder->load_streams(0, decoder->stream_total);
+  for (uint32_t m = 0; m < decoder->meshlet_total; m++) {
     decoder->decode_meshlet(m);
     if (decoder->error != ERROR_NONE) return {error_text(decoder->error), 0, m};
     add_meshlet(*decoder, out);
   }
-  out.references = 8 * uint64_t(blob.size) - out.connectivity;
+  out.references = 8 * uint64_t(size) - out.connectivity;
   for (uint64_t bits : out.streams) out.references -= bits;
   return {};
 }
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

@@ -1,25 +1,23 @@
 // Counts the bits of a blob's sections.
 #pragma once
 #include <cstdint>
-#include <vector>
 
 #include "format/blob.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 
 struct BitStatistics {
-  uint64_t connectivity = 0;              // symbols, bits
-  uint64_t references = 0;                // header, tables, references, codes, padding, bits
-  std::vector<uint64_t> streams;          // anchors and residuals, bits
-  uint64_t symbols[5] = {0, 0, 0, 0, 0};  // number of C, L, E, R, S
+  uint64_t connectivity = 0;                // symbols, bits
+  uint64_t references = 0;                  // header, tables, references, codes, padding, bits
+  uint64_t streams[BLOB_MAX_STREAMS] = {};  // anchors and residuals, bits
+  uint64_t symbols[5] = {0, 0, 0, 0, 0};    // number of C, L, E, R, S
   uint64_t disks = 0;
   uint64_t owned_references = 0, private_references = 0, foreign_references = 0;
 
   void add(const BitStatistics& other) {
     connectivity += other.connectivity;
     references += other.references;
-    streams.resize(other.streams.size());
-    for (size_t s = 0; s < streams.size(); s++) streams[s] += other.streams[s];
+    for (size_t s = 0; s < BLOB_MAX_STREAMS; s++) streams[s] += other.streams[s];
     for (int i = 0; i < 5; i++) symbols[i] += other.symbols[i];
     disks += other.disks;
     owned_references += other.owned_references;
@@ -28,8 +26,8 @@ struct BitStatistics {
   }
 };
 
-// Decodes every meshlet. The bits sum to the blob's size. Returns the rule that the blob breaks, if
-// any.
-Problem count_bits(const Blob& blob, BitStatistics& out);
+// Decodes every meshlet of a checked blob. The bits sum to its size. Returns the rule that it
+// breaks, if any.
+Problem count_bits(const uint8_t* data, size_t size, BitStatistics& out);
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

@@ -7,10 +7,16 @@
 #include "decode/dequantise.h"
 #include "decode/serial_decoder.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 inline namespace MESHLET_BUILD {
 namespace {
 
+// Does anyone decode with begins? Without, WebAssembly has 1.6 kB less.
+#ifdef MESHLET_NO_BEGINS
+constexpr bool kBegins = false;
+#else
+constexpr bool kBegins = true;
+#endif
 // Boundary vertices, local ids and slots of owned references per meshlet.
 constexpr uint32_t kPlaces = 64;
 // Values of one stream of a vertex and of all vertices, as the serial decoder stores them.
@@ -24,7 +30,7 @@ void copy_stored(const uint32_t* from, uint32_t* to) {
 }
 
 // Memory for numbers, freed all at once: allocations for each meshlet took 3 % of the decoding
-// time.
+// time. Blocks are linked by their first bytes.
 class NumberStore {
  public:
   NumberStore() = default;
@@ -34,33 +40,145 @@ class NumberStore {
   void clear() {
     while (block_ != nullptr) {
       Block* before = block_->before;
-      delete[] block_->numbers;
-      delete block_;
+      release(block_);
       block_ = before;
     }
     left_ = 0;
   }
 
+  // Returns null if there is no memory.
   uint32_t* take(size_t count) {
     if (count > left_) {
       const size_t size = count > kBlockSize ? count : kBlockSize;
-      block_ = new Block{block_, nullptr};
-      left_ = 0;
-      block_->numbers = new uint32_t[size];
+      void* const memory = allocate(sizeof(Block) + size * sizeof(uint32_t));
+      if (!memory) return nullptr;
+      Block* const block = static_cast<Block*>(memory);
+      block->before = block_;
+      block_ = block;
       left_ = size;
     }
     left_ -= count;
-    return block_->numbers + left_;
+    return reinterpret_cast<uint32_t*>(block_ + 1) + left_;
   }
 
  private:
   static constexpr size_t kBlockSize = 1 << 14;
   struct Block {
     Block* before;
-    uint32_t* numbers;
   };
   Block* block_ = nullptr;
   size_t left_ = 0;  // numbers in block_ that are not taken
+};
+
+// A vertex on the owned references of a meshlet. Of a meshlet in the history: its number among
+// them, both ends of each reference included, in loop order. Of an earlier one: the reference's
+// slot
+// << kSlotShift, and the edges from the reference's start.
+struct Place {
+  uint32_t meshlet, place;
+};
+constexpr uint32_t kSlotShift = 8;
+
+// The vertices of a meshlet that are those of an owner, by local id: aliases.
+struct Aliases {
+  Place of[kPlaces]{};
+  uint64_t mask = 0;
+
+  void clear() { mask = 0; }
+
+  // Adds the vertices of a foreign reference without seams, from the place of its owner's first
+  // vertex to that of its last one.
+  void add(const SerialDecoder& d, uint32_t r, uint32_t owner, uint32_t start, uint32_t end) {
+    const uint32_t n = d.reference_length[r], rank = d.reference_rank[r];
+    uint64_t inner = 0;  // vertices that are no corners
+    for (uint32_t i = 1; i < n; i++) {
+      const uint32_t id = d.loop_vertex[rank + i];
+      of[id] = {owner, start + n - i};
+      inner |= 1ull << id;
+    }
+    mask |= inner;
+    add_corner(d.loop_vertex[rank], {owner, end}, true);
+    add_corner(d.reference_end[r], {owner, start}, false);
+  }
+
+  // Two references share a corner: the one with the smaller owner wins; on a tie, the one that
+  // starts there.
+  void add_corner(uint32_t id, Place target, bool starts) {
+    const bool wins = !(mask >> id & 1) | (target.meshlet < of[id].meshlet + uint32_t(starts));
+    of[id] = {SerialDecoder::choose(wins, target.meshlet, of[id].meshlet),
+              SerialDecoder::choose(wins, target.place, of[id].place)};
+    mask |= 1ull << id;
+  }
+};
+
+// The part of connect_meshlet that tells which vertices are those of owners.
+void locate_boundary(SerialDecoder& d) {
+  d.find_seams(d.opened);
+  d.place_references(d.opened);
+}
+
+// Numbers of the vertices of meshlets before those that are decoded, from vertex_begins and their
+// connectivity.
+class EarlierNumbers : public Allocated {
+ public:
+  void open(const uint8_t* data, uint32_t size) {
+    d_.data = data;
+    d_.size = size;
+    d_.load_tables();
+    d_.load_streams(0, d_.stream_total);
+    connected_ = NO_MESHLET;
+  }
+
+  // Before a range: what hostile references may cost is in proportion to its meshlets. Valid ones
+  // lead to a vertex's number by a few of them.
+  void begin(const uint32_t* vertex_begins, uint32_t meshlets) {
+    vertex_begins_ = vertex_begins;
+    steps_ = kStepsOfMeshlet * (uint64_t(meshlets) + 16);
+  }
+
+  static constexpr uint32_t kNone = ~0u;
+
+  // Returns kNone if there is no such vertex.
+  uint32_t number(Place place) {
+    while (steps_ > 0) {
+      steps_--;
+      if (place.meshlet != connected_ && !connect(place.meshlet)) return kNone;
+      const uint32_t r = d_.slot_reference(d_.opened, place.place >> kSlotShift);
+      const uint32_t edges = place.place & ((1u << kSlotShift) - 1);
+      if (d_.error != ERROR_NONE || edges > d_.reference_length[r]) return kNone;
+      const uint32_t id = edges < d_.reference_length[r]
+                              ? d_.loop_vertex[d_.reference_rank[r] + edges]
+                              : d_.reference_end[r];
+      if (!(aliases_.mask >> id & 1))
+        return vertex_begins_[place.meshlet] + d_.mask_count(~aliases_.mask & d_.mask_below(id));
+      place = aliases_.of[id];
+    }
+    return kNone;
+  }
+
+ private:
+  static constexpr uint64_t kStepsOfMeshlet = 64;
+
+  bool connect(uint32_t m) {
+    connected_ = NO_MESHLET;
+    d_.open_meshlet(m);
+    if (d_.error == ERROR_NONE) locate_boundary(d_);
+    if (d_.error != ERROR_NONE) return false;
+    aliases_.clear();
+    for (uint64_t rest = d_.opened.foreign_refs; rest; rest &= rest - 1) {
+      const uint32_t r = d_.mask_lsb(rest), start = uint32_t(d_.reference_slot[r]) << kSlotShift;
+      if (!(d_.seamed_refs >> r & 1))
+        aliases_.add(d_, r, d_.reference_owner[r], start, start + d_.reference_length[r]);
+    }
+    connected_ = m;
+    return true;
+  }
+
+  SerialDecoder d_{};
+  Aliases aliases_;
+  const uint32_t* vertex_begins_ = nullptr;
+  uint64_t steps_ = 0;
+  uint32_t connected_ = NO_MESHLET;
 };
 
 // Vertex numbers and values of earlier meshlets: foreign vertices are copied, not decoded again.
@@ -72,15 +190,19 @@ class History {
   History(const History&) = delete;
 
   // Begins with meshlet `begin`, whose first new vertex gets this number. References to earlier
-  // meshlets are not followed.
-  void start(uint32_t begin, uint32_t first_number);
+  // meshlets lead to the numbers of `earlier`, or are not followed if it is null. Returns false if
+  // there is no memory.
+  bool start(uint32_t begin, uint32_t first_number, EarlierNumbers* earlier);
   void clear();
 
-  // Makes room for meshlet m, the next one.
-  void reserve(uint32_t m) {
-    if (m - begin_ > d_.ring_mask && !complete()) grow(m);
+  // Makes room for meshlet m, the next one. Returns false if there is no memory.
+  bool reserve(uint32_t m) {
+    if (m - begin_ > d_.ring_mask && !complete() && !grow(m)) return false;
     d_.chain_lengths = lengths_;
+    return true;
   }
+
+  void continue_at(uint32_t number) { next_ = number; }
 
   // Is there room for all meshlets that references may reach?
   bool complete() const { return d_.ring_mask >= reach_; }
@@ -100,9 +222,13 @@ class History {
   // receives the local ids without alias, in order, and kBatch zeros. Returns the number of new
   // vertices, or kCircle.
   uint32_t number(uint32_t* global, uint32_t* new_ids);
+  // The number of new vertices after look_up, without their numbers.
+  uint32_t count_new() const {
+    return d_.mask_count(d_.mask_below(d_.vertex_count) & ~aliases_.mask);
+  }
 
-  // Keeps the decoded meshlet.
-  void append(const uint32_t* global);
+  // Keeps the decoded meshlet. Returns false if there is no memory.
+  bool append(const uint32_t* global);
 
   // Does the meshlet, decoded and appended, agree with the owners of its foreign references on
   // their shared vertices?
@@ -111,17 +237,12 @@ class History {
   static constexpr uint32_t kCircle = ~0u;  // aliases form a cycle, or more than MAX_HOPS hops
 
  private:
-  // A vertex on the owned references of a meshlet in the ring: its number among them, both ends of
-  // each reference included, in loop order.
-  struct Place {
-    uint32_t meshlet, place;
-  };
   struct Kept {
-    uint32_t numbers[kPlaces];   // by place
-    uint8_t start[kPlaces];      // per owned reference: place of its first vertex
-    uint8_t end[kPlaces];        // per owned reference: place of its last vertex
-    uint32_t* values = nullptr;  // kStored for each stream of each place
-    uint32_t capacity = 0;       // places that `values` holds
+    uint32_t numbers[kPlaces];  // by place
+    uint8_t start[kPlaces];     // per owned reference: place of its first vertex
+    uint8_t end[kPlaces];       // per owned reference: place of its last vertex
+    uint32_t* values;           // kStored for each stream of each place
+    uint32_t capacity;          // places that `values` holds
   };
 
   Kept& kept(uint32_t meshlet) { return ring_[meshlet & d_.ring_mask]; }
@@ -135,7 +256,6 @@ class History {
   void copy_own_corner(uint32_t corner);
   bool same_vertex(uint32_t r, uint32_t place, uint32_t id);
   void keep_references();
-  void alias_corner(uint32_t id, Place target, bool starts);
   uint32_t resolve(uint32_t id, const uint32_t* global);
 
   // Calls visit(place on the owner's boundary, local id) for the vertices of foreign reference r,
@@ -143,9 +263,10 @@ class History {
   template <class Visit>
   void for_vertices(uint32_t r, Visit visit);
 
-  void grow(uint32_t m);
+  bool grow(uint32_t m);
 
   SerialDecoder& d_;
+  EarlierNumbers* earlier_ = nullptr;
   uint32_t begin_ = 0;
   uint32_t reach_ = 0;  // references lead to at most this many meshlets back
   uint32_t next_ = 0;   // number of the next new vertex
@@ -153,16 +274,16 @@ class History {
   Kept* ring_ = nullptr;
   NumberStore store_;
   uint8_t* lengths_ = nullptr;  // kPlaces for each meshlet in the ring
-  Place alias_[kPlaces]{};      // per local id of the current meshlet
-  uint64_t is_alias_ = 0;       // mask of local ids
+  Aliases aliases_;             // of the current meshlet
   uint64_t own_refs_ = 0;       // foreign references whose owner is the current meshlet
   uint64_t owned_ = 0;          // mask of the loop's vertices that have a place
 };
 
-void History::start(uint32_t begin, uint32_t first_number) {
+bool History::start(uint32_t begin, uint32_t first_number, EarlierNumbers* earlier) {
   clear();
   begin_ = d_.first_listed = begin;
   next_ = first_number;
+  earlier_ = earlier;
   reach_ = 0;
   for (uint32_t m = 0; m < d_.meshlet_total; m += BLOB_GROUP_MESHLETS) {
     const uint32_t fields =
@@ -170,12 +291,12 @@ void History::start(uint32_t begin, uint32_t first_number) {
     reach_ = d_.max(reach_, (1u << (fields >> GROUP_DELTA_SHIFT & 31u)) - 1);
   }
   reach_ = d_.min(reach_, d_.meshlet_total - 1);
-  grow(begin);
+  return grow(begin);
 }
 
 void History::clear() {
-  delete[] ring_;
-  delete[] lengths_;
+  release(ring_);
+  release(lengths_);
   ring_ = nullptr;
   lengths_ = nullptr;
   store_.clear();
@@ -185,24 +306,34 @@ void History::clear() {
 // kMeshletBytes on average, fewer than encoders write: the header's count and the widths of
 // references prove nothing. If there are more meshlets, it doubles once they are decoded and found
 // not to share bytes.
-void History::grow(uint32_t m) {
+bool History::grow(uint32_t m) {
   constexpr uint32_t kMeshletBytes = 64, kLeast = 4096;
   const uint32_t before = ring_ ? d_.ring_mask + 1 : 0;
   const uint32_t wanted = d_.max(d_.max(2 * before, kLeast), d_.size / kMeshletBytes);
   uint32_t size = 1;
   while (size <= reach_ && size < wanted) size *= 2;
-  Kept* ring = new Kept[size];
-  uint8_t* lengths = new uint8_t[kPlaces * size_t(size)];
+  Kept* const ring = static_cast<Kept*>(allocate(sizeof(Kept) * size_t(size)));
+  uint8_t* const lengths = static_cast<uint8_t*>(allocate(kPlaces * size_t(size)));
+  if (!ring || !lengths) {
+    release(ring);
+    release(lengths);
+    return false;
+  }
+  for (uint32_t i = 0; i < size; i++) {
+    ring[i].values = nullptr;
+    ring[i].capacity = 0;
+  }
   for (uint32_t i = m - before; i < m; i++) {
     const uint32_t from = i & (before - 1), to = i & (size - 1);
     ring[to] = ring_[from];
     std::memcpy(lengths + kPlaces * size_t(to), lengths_ + kPlaces * size_t(from), kPlaces);
   }
-  delete[] ring_;
-  delete[] lengths_;
+  release(ring_);
+  release(lengths_);
   ring_ = ring;
   lengths_ = lengths;
   d_.ring_mask = size - 1;
+  return true;
 }
 
 template <class Visit>
@@ -313,67 +444,51 @@ void History::keep_references() {
   }
 }
 
-// Two references share a corner: the one with the smaller owner wins; on a tie, the one that starts
-// there.
-void History::alias_corner(uint32_t id, Place target, bool starts) {
-  Place& alias = alias_[id];
-  const bool wins = !(is_alias_ >> id & 1) | (target.meshlet < alias.meshlet + uint32_t(starts));
-  alias = {d_.choose(wins, target.meshlet, alias.meshlet),
-           d_.choose(wins, target.place, alias.place)};
-  is_alias_ |= 1ull << id;
-}
-
 void History::look_up(bool provide) {
   keep_references();
-  is_alias_ = own_refs_ = 0;
+  aliases_.clear();
+  own_refs_ = 0;
   has_values_ = provide;
   for (uint64_t rest = d_.opened.foreign_refs; rest; rest &= rest - 1) {
-    uint32_t r = d_.mask_lsb(rest), owner = d_.reference_owner[r],
-             corners[2] = {d_.loop_vertex[d_.reference_rank[r]], d_.reference_end[r]};
+    const uint32_t r = d_.mask_lsb(rest), owner = d_.reference_owner[r];
     if (owner < begin_) {
       has_values_ = false;
+      const uint32_t start = uint32_t(d_.reference_slot[r]) << kSlotShift;
+      if (kBegins && earlier_ && !(d_.seamed_refs >> r & 1))
+        aliases_.add(d_, r, owner, start, start + d_.reference_length[r]);
       continue;
     }
     const uint32_t slot = d_.reference_slot[r], start = kept(owner).start[slot],
                    end = kept(owner).end[slot];
     if (has_values_ && owner != d_.opened.meshlet) copy_reference(r, kept(owner).values);
     own_refs_ |= uint64_t(owner == d_.opened.meshlet) << r;
-    if (d_.seamed_refs >> r & 1) continue;
-    const uint32_t n = d_.reference_length[r], rank = d_.reference_rank[r];
-    uint64_t inner = 0;  // vertices that are no corners
-    for (uint32_t i = 1; i < n; i++) {
-      const uint32_t id = d_.loop_vertex[rank + i];
-      alias_[id] = {owner, start + n - i};
-      inner |= 1ull << id;
-    }
-    is_alias_ |= inner;
-    alias_corner(corners[0], {owner, end}, true);
-    alias_corner(corners[1], {owner, start}, false);
+    if (!(d_.seamed_refs >> r & 1)) aliases_.add(d_, r, owner, start, end);
   }
 }
 
 uint32_t History::resolve(uint32_t id, const uint32_t* global) {
-  Place target = alias_[id];
+  Place target = aliases_.of[id];
   for (uint32_t hops = 0; target.meshlet == d_.opened.meshlet; hops++) {
     const uint64_t place = d_.mask_scatter(d_.mask_bit(target.place), owned_);
     const uint32_t other = d_.loop_vertex[d_.mask_lsb(place)];
-    if (!(is_alias_ >> other & 1)) return global[other];
+    if (!(aliases_.mask >> other & 1)) return global[other];
     if (hops >= MAX_HOPS) return kCircle;
-    target = alias_[other];
+    target = aliases_.of[other];
   }
+  if (kBegins && target.meshlet < begin_) return earlier_->number(target);
   return kept(target.meshlet).numbers[target.place];
 }
 
 uint32_t History::number(uint32_t* global, uint32_t* new_ids) {
   uint32_t count = 0;
-  for (uint64_t rest = d_.mask_below(d_.vertex_count) & ~is_alias_; rest; rest &= rest - 1) {
+  for (uint64_t rest = d_.mask_below(d_.vertex_count) & ~aliases_.mask; rest; rest &= rest - 1) {
     uint32_t id = d_.mask_lsb(rest);
     global[id] = next_ + count;
     new_ids[count++] = id;
   }
   for (uint32_t i = 0; i < kBatch; i++) new_ids[count + i] = 0;
   next_ += count;
-  for (uint64_t rest = is_alias_; rest; rest &= rest - 1) {
+  for (uint64_t rest = aliases_.mask; rest; rest &= rest - 1) {
     uint32_t id = d_.mask_lsb(rest);
     global[id] = resolve(id, global);
     if (global[id] == kCircle) return kCircle;
@@ -381,12 +496,15 @@ uint32_t History::number(uint32_t* global, uint32_t* new_ids) {
   return count;
 }
 
-void History::append(const uint32_t* global) {
+bool History::append(const uint32_t* global) {
   Kept& self = kept(d_.opened.meshlet);
   const uint32_t places = d_.mask_count(owned_);
   if (self.capacity < places) {  // rounded up, or a hostile blob could take many times the memory
-    self.capacity = (places + 7u) / 8u * 8u;
-    self.values = store_.take(place_size() * self.capacity);
+    const uint32_t capacity = (places + 7u) / 8u * 8u;
+    uint32_t* const values = store_.take(place_size() * capacity);
+    if (!values) return false;
+    self.values = values;
+    self.capacity = capacity;
   }
   uint32_t* to = self.values;
   uint32_t* number = self.numbers;
@@ -397,6 +515,7 @@ void History::append(const uint32_t* global) {
     for (uint32_t* end = to + place_size(); to != end; to += kStored, from += kStream)
       copy_stored(from, to);
   }
+  return true;
 }
 
 bool History::same_vertex(uint32_t r, uint32_t place, uint32_t id) {
@@ -429,7 +548,7 @@ struct AsReal {
   using Out = float;
   double step, offset[kStored];
   void operator()(const uint32_t* q, float* out) const {
-#ifdef __wasm__  // -Os would leave a loop
+#ifdef __wasm_simd128__  // -Os would leave a loop
     SerialDecoder::Doubles offsets;
     std::memcpy(&offsets, offset, sizeof offsets);
     const auto integers = SerialDecoder::SignedVertex(SerialDecoder::load_vertex(q));
@@ -586,16 +705,23 @@ constexpr const char* kTooFewVertices = "the blob has fewer vertices than its he
 
 // Not for the stack: more than 100 kB.
 class BlobDecoder : public Decoder {
+ public:
+  ~BlobDecoder() override { delete earlier_; }
+
+ private:
   size_t bytes() const override { return sizeof(*this); }
   void opened() override;
+  void restart() override { next_ = NO_MESHLET; }
   using Decoder::decode;
   Problem decode(uint32_t first, uint32_t count, StreamRange streams, const Outputs& out,
                  DecodedCounts& counts) override;
+  Problem count_vertices(uint32_t first, uint32_t count, uint32_t* vertices) override;
   Problem validate() override;
 
   Problem decode_alone(uint32_t first, uint32_t count, StreamRange streams, DecodedMeshlet& out);
   void load_streams(StreamRange streams);
-  void start(uint32_t begin, uint32_t first_number);
+  bool start(uint32_t begin, uint32_t first_number, const uint32_t* vertex_begins);
+  bool open_earlier();
   // Of a meshlet's vertices: their numbers, and the new ones' local ids.
   struct Numbers {
     uint32_t global[kPlaces], new_ids[kPlaces + kBatch];
@@ -603,13 +729,18 @@ class BlobDecoder : public Decoder {
   };
   Problem decode_next(uint32_t m, bool alone, Numbers& out);
   void decode_values(uint32_t m);
+  Problem count_room(uint32_t m, uint32_t end, const Outputs& out, const Numbers& numbers,
+                     uint32_t& room) const;
 
   SerialDecoder d_{};
   History history_{d_};
+  EarlierNumbers* earlier_ = nullptr;  // made when it is needed
+  bool earlier_open_ = false;          // on the open blob
   StreamRange loaded_;
   // Of calls that continue each other, to arrays: the first meshlet of the first one; the next
-  // meshlet, or NO_MESHLET if no call can continue; the vertices so far.
+  // meshlet, or NO_MESHLET if no call can continue; the vertices so far; their vertex_begins.
   uint32_t begin_ = 0, next_ = NO_MESHLET, vertices_ = 0;
+  const uint32_t* vertex_begins_ = nullptr;
 };
 
 void BlobDecoder::opened() {
@@ -618,6 +749,7 @@ void BlobDecoder::opened() {
   d_.load_tables();
   loaded_ = {0, 0};
   next_ = NO_MESHLET;
+  earlier_open_ = false;
   history_.clear();
 }
 
@@ -640,12 +772,23 @@ Problem BlobDecoder::decode_alone(uint32_t first, uint32_t count, StreamRange st
   return {};
 }
 
-// Begins to decode to arrays.
-void BlobDecoder::start(uint32_t begin, uint32_t first_number) {
+bool BlobDecoder::open_earlier() {
+  if (!earlier_) earlier_ = new EarlierNumbers;
+  if (!earlier_) return false;
+  if (!earlier_open_) earlier_->open(data_, size_);
+  earlier_open_ = true;
+  return true;
+}
+
+// Begins to decode to arrays. Returns false if there is no memory.
+bool BlobDecoder::start(uint32_t begin, uint32_t first_number, const uint32_t* vertex_begins) {
   begin_ = begin;
   next_ = NO_MESHLET;
   vertices_ = 0;
-  history_.start(begin, first_number);
+  vertex_begins_ = vertex_begins;
+  const bool looks_back = kBegins && vertex_begins && begin > 0;
+  if (looks_back && !open_earlier()) return false;
+  return history_.start(begin, first_number, looks_back ? earlier_ : nullptr);
 }
 
 // Decodes the values and lists the triangles of meshlet m with the vertices of earlier meshlets
@@ -665,7 +808,7 @@ void BlobDecoder::decode_values(uint32_t m) {
 
 // Decodes meshlet m, numbers its vertices and keeps it. alone: without the values of earlier ones.
 Problem BlobDecoder::decode_next(uint32_t m, bool alone, Numbers& out) {
-  history_.reserve(m);
+  if (!history_.reserve(m)) return {kNoMemory};
   if (alone)
     d_.decode_meshlet(m);
   else
@@ -676,35 +819,59 @@ Problem BlobDecoder::decode_next(uint32_t m, bool alone, Numbers& out) {
   if (alone) history_.look_up(false);
   out.new_count = history_.number(out.global, out.new_ids);
   if (out.new_count == History::kCircle) return malformed(m, ERROR_HOPS);
-  history_.append(out.global);
+  if (!history_.append(out.global)) return {kNoMemory};
+  return {};
+}
+
+// Finds how many vertices the outputs hold for meshlet m and those up to `end`, which overwrite
+// what m writes too much. More than a meshlet needs makes no difference.
+Problem BlobDecoder::count_room(uint32_t m, uint32_t end, const Outputs& out,
+                                const Numbers& numbers, uint32_t& room) const {
+  if (kBegins && out.vertex_begins) {
+    const uint32_t* begins = out.vertex_begins;
+    room = begins[end] - begins[m];
+    if (begins[m + 1] - begins[m] != numbers.new_count || numbers.new_count > room ||
+        out.triangle_begins[m + 1] - out.triangle_begins[m] != d_.triangle_count)
+      return {"the meshlet has not the vertices and triangles that its begins say", 0, m};
+    return {};
+  }
+  room = MESHLET_VERTICES * SerialDecoder::min(end - m, 2);
+  if (begin_ > 0) return {};
+  room = SerialDecoder::min(room, vertex_count_ - vertices_);
+  if (numbers.new_count > room) return {kTooManyVertices};
   return {};
 }
 
 Problem BlobDecoder::decode(uint32_t first, uint32_t count, StreamRange streams, const Outputs& out,
                             DecodedCounts& counts) {
   if (out.meshlet) return decode_alone(first, count, streams, *out.meshlet);
-  if (first != next_) start(first, out.first_vertex);
+  if ((first != next_ || out.vertex_begins != vertex_begins_) &&
+      !start(first, out.first_vertex, out.vertex_begins))
+    return {kNoMemory};
   next_ = NO_MESHLET;
+  if (kBegins && out.vertex_begins && begin_ > 0) earlier_->begin(out.vertex_begins, count);
   load_streams({});
   if (streams.end > stream_count_) streams.end = stream_count_;
   const uint32_t end = first + count, vertices_before = vertices_;
   uint32_t* triangles = out.triangles;
+  uint32_t triangle_count = 0;
   for (uint32_t m = first; m < end; m++) {
     Numbers numbers;
+    uint32_t room;
+    if (kBegins && out.vertex_begins) history_.continue_at(out.vertex_begins[m]);
     if (const Problem problem = decode_next(m, false, numbers)) return problem;
-    // Of the outputs, from vertices_ on. More than a meshlet needs makes no difference.
-    uint32_t room = MESHLET_VERTICES * d_.min(end - m, 2);
-    if (begin_ == 0) {
-      room = d_.min(room, vertex_count_ - vertices_);
-      if (numbers.new_count > room) return {kTooManyVertices};
-    }
+    if (const Problem problem = count_room(m, end, out, numbers, room)) return problem;
+    if (kBegins && out.triangle_begins)
+      triangles = out.triangles + 3 * size_t(out.triangle_begins[m]);
     write_triangles(d_, numbers.global, triangles);
     triangles += 3 * d_.triangle_count;
-    write_vertices(d_, streams_, streams,
-                   {numbers.new_ids, numbers.new_count, vertices_ - vertices_before, room}, out);
+    triangle_count += d_.triangle_count;
+    const uint32_t at =
+        kBegins && out.vertex_begins ? out.vertex_begins[m] : vertices_ - vertices_before;
+    write_vertices(d_, streams_, streams, {numbers.new_ids, numbers.new_count, at, room}, out);
     vertices_ += numbers.new_count;
   }
-  counts = {uint32_t(triangles - out.triangles) / 3, vertices_ - vertices_before};
+  counts = {triangle_count, vertices_ - vertices_before};
   if (end < meshlet_count_) {
     next_ = end;
     return {};
@@ -714,9 +881,26 @@ Problem BlobDecoder::decode(uint32_t first, uint32_t count, StreamRange streams,
   return {};
 }
 
+Problem BlobDecoder::count_vertices(uint32_t first, uint32_t count, uint32_t* vertices) {
+  if (!kBegins) return {"this build cannot count vertices"};
+  load_streams({});
+  if (!open_earlier() || !history_.start(first, 0, earlier_)) return {kNoMemory};
+  next_ = NO_MESHLET;
+  for (uint32_t m = first; m - first < count; m++) {
+    if (!history_.reserve(m)) return {kNoMemory};
+    d_.open_meshlet(m);
+    if (d_.error == ERROR_NONE) locate_boundary(d_);
+    if (d_.error != ERROR_NONE) return malformed(m, d_.error);
+    history_.look_up(false);
+    vertices[m - first] = history_.count_new();
+  }
+  history_.clear();
+  return {};
+}
+
 Problem BlobDecoder::validate() {
   load_streams({});
-  start(0, 0);
+  if (!start(0, 0, nullptr)) return {kNoMemory};
   for (uint32_t m = 0; m < meshlet_count_; m++) {
     Numbers numbers;
     if (const Problem problem = decode_next(m, true, numbers)) return problem;
@@ -734,4 +918,4 @@ Problem BlobDecoder::validate() {
 Decoder* new_decoder() { return new BlobDecoder(); }
 
 }  // namespace MESHLET_BUILD
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

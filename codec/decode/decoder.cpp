@@ -5,7 +5,7 @@
 #include <cpuid.h>
 #endif
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 
 // The caller deletes the decoder. bulk_decoder.cpp defines one for each build.
 inline namespace MESHLET_BUILD {
@@ -19,7 +19,7 @@ Decoder* new_decoder();
 // Does the processor have the instruction sets of avx2_options (codec/CMakeLists.txt), and does the
 // system save AVX registers? Not by __builtin_cpu_supports: with Zig's run-time library it answers
 // no to everything.
-bool supported() {
+bool detect() {
   unsigned a, b, c, d;
   if (!__get_cpuid(1, &a, &b, &c, &d)) return false;
   constexpr unsigned kFirst = bit_OSXSAVE | bit_AVX | bit_POPCNT;
@@ -31,6 +31,12 @@ bool supported() {
   constexpr unsigned kSeventh = bit_AVX2 | bit_BMI | bit_BMI2;
   if ((b & kSeventh) != kSeventh) return false;
   return __get_cpuid(0x80000001u, &a, &b, &c, &d) && (c & bit_LZCNT);
+}
+
+// Asks once: a virtual machine answers each of these instructions in some microseconds.
+bool supported() {
+  static const bool all = detect();
+  return all;
 }
 }  // namespace avx2
 #endif
@@ -58,13 +64,13 @@ const char* error_text(uint32_t error) {
 
 Decoder::~Decoder() = default;
 
-void Decoder::open(const Blob& blob) {
-  data_ = blob.data;
-  size_ = uint32_t(blob.size);
-  vertex_count_ = blob.header.vertex_count;
-  meshlet_count_ = blob.header.meshlet_count;
-  stream_count_ = uint32_t(blob.header.streams.size());
-  streams_ = blob.header.streams.data();
+void Decoder::open(const uint8_t* data, size_t size, const BlobCounts& counts) {
+  data_ = data;
+  size_ = uint32_t(size);
+  vertex_count_ = counts.vertex_count;
+  meshlet_count_ = counts.meshlet_count;
+  stream_count_ = data[kStreamCountByte];
+  for (uint32_t s = 0; s < stream_count_; s++) streams_[s] = read_stream(data, s);
   opened();
 }
 
@@ -80,4 +86,4 @@ Problem Decoder::meshlet(uint32_t m, DecodedMeshlet& out, StreamRange streams) {
   return decode(m, 1, streams, outputs, counts);
 }
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

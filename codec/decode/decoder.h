@@ -2,9 +2,10 @@
 #pragma once
 #include <memory>
 
+#include "decode/memory.h"
 #include "format/blob.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 
 // The streams [first, end) of a blob, without those that it does not have.
 struct StreamRange {
@@ -30,6 +31,10 @@ struct Outputs {
   uint32_t* const* integers = nullptr;  // vertices x elements
   void* const* values = nullptr;  // vertices x value_count floats, or uint32 for INTEGER streams
   uint32_t first_vertex = 0;      // is added to vertex numbers; later calls keep it
+  // The numbers of the first triangle and of the first new vertex of each meshlet of the blob, and
+  // of what follows the last one. With them, numbers and places are those of the whole view
+  // whatever was decoded before, and first_vertex has no meaning.
+  const uint32_t *triangle_begins = nullptr, *vertex_begins = nullptr;
   DecodedMeshlet* meshlet = nullptr;  // instead of arrays: receives the last meshlet
 };
 
@@ -40,12 +45,13 @@ struct DecodedCounts {
 // Decodes one blob at a time. Not thread-safe: use one per thread. There is an implementation for
 // each build (decode/build.h), with two ways inside: whole ranges reuse the vertices of earlier
 // meshlets; a single meshlet is decoded alone.
-class Decoder {
+class Decoder : public Allocated {
  public:
   virtual ~Decoder();
 
-  // Opens a blob and borrows it.
-  void open(const Blob& blob);
+  // Opens a checked blob and borrows its bytes.
+  void open(const uint8_t* data, size_t size, const BlobCounts& counts);
+  void open(const Blob& blob) { open(blob.data, blob.size, blob.header); }
 
   // Decodes the meshlets [first, first + count), which must exist, and writes the given streams.
   // Returns the rule that the blob breaks, if any; then arrays and counts are not valid.
@@ -58,9 +64,19 @@ class Decoder {
   // With the last meshlet, calls since meshlet 0 must have written as many vertices as the header
   // says.
   //
+  // To arrays of the whole view, with begins: each vertex and triangle once, at its number.
+  //
   // To out.meshlet: each meshlet is decoded alone.
   virtual Problem decode(uint32_t first, uint32_t count, StreamRange streams, const Outputs& out,
                          DecodedCounts& counts) = 0;
+
+  // The next call to decode to arrays begins anew.
+  virtual void restart() = 0;
+
+  // Counts the new vertices of the meshlets [first, first + count), which must exist, into
+  // vertices[0] .. vertices[count - 1]: those that no earlier meshlet has. Decodes no values, and
+  // finds only the errors that hide these numbers.
+  virtual Problem count_vertices(uint32_t first, uint32_t count, uint32_t* vertices) = 0;
 
   // Decodes the whole blob to arrays.
   Problem decode(const Outputs& out);
@@ -82,13 +98,13 @@ class Decoder {
   // The open blob, without library types (bulk_decoder.cpp says why).
   const uint8_t* data_ = nullptr;
   uint32_t size_ = 0, vertex_count_ = 0, meshlet_count_ = 0, stream_count_ = 0;
-  const Stream* streams_ = nullptr;
+  Stream streams_[BLOB_MAX_STREAMS];
 };
 
-// A decoder by the fastest build that the processor runs.
+// A decoder by the fastest build that the processor runs; null if there is no memory.
 std::unique_ptr<Decoder> make_decoder();
 
 // One sentence for an ERROR_ constant.
 const char* error_text(uint32_t error);
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

@@ -5,7 +5,12 @@
 
 #include "decode/build.h"
 
-namespace meshlet {
+// Not with registers of 80 bits (x87): roundings in between would go, and floats differ.
+#if defined(__FLT_EVAL_METHOD__) && __FLT_EVAL_METHOD__ != 0
+#error "compile for SSE2 (-msse2 -mfpmath=sse): values would depend on the compiler"
+#endif
+
+namespace gltf_meshlet_codec {
 inline namespace MESHLET_BUILD {
 
 // GRID. One rounding, at the end: offset + q * step is exact enough in double.
@@ -37,4 +42,4 @@ inline void octahedral_direction(uint32_t u, uint32_t v, float scale, float& out
 }
 
 }  // namespace MESHLET_BUILD
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

@@ -14,7 +14,7 @@
 #include "decode/build.h"
 #include "format/constants.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 
 inline namespace MESHLET_BUILD {
 
@@ -394,4 +394,4 @@ struct SerialDecoder {
 static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__,
               "the codec reads little-endian words in place");
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

@@ -4,7 +4,7 @@
 #include <cstring>
 #include <vector>
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 
 // Appends strings of bits that each begin at a byte.
 class BitWriter {
@@ -51,4 +51,4 @@ class BitWriter {
   uint32_t filled_ = 0;  // bits of word_, below 32
 };
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

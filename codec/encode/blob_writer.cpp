@@ -5,7 +5,7 @@
 
 #include "common/parallel.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 namespace {
 
 uint32_t count_of(uint64_t mask) { return uint32_t(__builtin_popcountll(mask)); }
@@ -158,7 +158,6 @@ void BlobWriter::count(size_t c) {
 
 void BlobWriter::write_chunk(size_t c) {
   PlanChunk& chunk = chunks_[c];
-  statistics_[c].streams.assign(streams_.size(), 0);
   MeshletWriter writer(streams_, owners_, chunk.out, statistics_[c].streams);
   for (size_t i = 0; i < chunk.plans.size(); i++) {
     const size_t before = chunk.out.bytes().size();
@@ -225,4 +224,4 @@ WrittenBlob write_blob(std::vector<PlanChunk>& chunks, const std::vector<Stream>
   return BlobWriter(chunks, streams, boundaries, threads).write();
 }
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

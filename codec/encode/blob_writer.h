@@ -8,7 +8,7 @@
 #include "encode/plan.h"
 #include "format/blob.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 
 struct WrittenBlob {
   std::vector<uint8_t> bytes;
@@ -22,4 +22,4 @@ struct WrittenBlob {
 WrittenBlob write_blob(std::vector<PlanChunk>& chunks, const std::vector<Stream>& streams,
                        const Boundaries& boundaries, int threads);
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

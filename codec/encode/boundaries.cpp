@@ -6,7 +6,7 @@
 #include "format/blob.h"
 #include "common/parallel.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 namespace {
 
 constexpr size_t kChunk = 256;  // disks per parallel item
@@ -344,4 +344,4 @@ Boundaries find_boundaries(const MeshView& mesh, const HalfEdges& half_edges,
   return Builder(mesh, half_edges, meshlets, values, share_seams, threads).build();
 }
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

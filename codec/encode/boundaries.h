@@ -8,7 +8,7 @@
 #include "segment/generate_meshlets.h"
 #include "segment/half_edges.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 
 constexpr uint32_t kNone = 0xFFFFFFFFu;
 
@@ -78,4 +78,4 @@ Boundaries find_boundaries(const MeshView& mesh, const HalfEdges& half_edges,
                            const Meshlets& meshlets, const VertexValues& values, bool share_seams,
                            int threads);
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

@@ -1,6 +1,6 @@
 #include "encode/edgebreaker.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 
 void Symbols::append(const Symbols& other) {
   r |= other.r << count;
@@ -76,4 +76,4 @@ uint32_t packed_triangle(const LocalMeshlet& meshlet, Introduction introduction)
   return meshlet.start(introduction) | meshlet.start(b) << 8 | meshlet.start(v) << 16 | o << 24;
 }
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

@@ -4,7 +4,7 @@
 
 #include "encode/local_meshlet.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 
 // CLERS symbols of up to 64 triangles as masks, in stream order.
 struct Symbols {
@@ -33,4 +33,4 @@ void traverse(const LocalMeshlet& meshlet, uint32_t gate, uint64_t waiting, Trav
 // across the gate, packed as in the decoder: a | b << 8 | v << 16 | o << 24.
 uint32_t packed_triangle(const LocalMeshlet& meshlet, Introduction introduction);
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

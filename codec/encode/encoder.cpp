@@ -8,7 +8,7 @@
 #include "encode/blob_writer.h"
 #include "encode/planner.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 namespace {
 
 // The choices that the second half of the encoder tries. kFast compares gates by positions alone
@@ -73,7 +73,7 @@ void check_input(const MeshView& mesh, const std::vector<Stream>& streams) {
   std::vector<Stream> known = streams;
   for (Stream& s : known)
     if (s.predictor == kChoosePredictor) s.predictor = kCopy;
-  if (const Problem problem = streams_problem(known))
+  if (const Problem problem = streams_problem(known.data(), known.size()))
     throw std::invalid_argument(sentence(problem));
 }
 
@@ -124,4 +124,4 @@ std::vector<uint8_t> encode(const MeshView& mesh, const std::vector<Stream>& str
                          rest, stats);
 }
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

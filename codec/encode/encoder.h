@@ -10,7 +10,7 @@
 #include "format/blob.h"
 #include "segment/generate_meshlets.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 
 struct EncodeOptions : GenerationOptions {
   // Off: data on both sides of a seam are stored twice. Only to measure the gain of sharing.
@@ -60,4 +60,4 @@ SegmentedMesh segment_for_encoder(const MeshView& mesh, const EncodeOptions& opt
 std::vector<uint8_t> encode_meshlets(const EncoderInput& input, const std::vector<Stream>& streams,
                                      const EncodeOptions& options, EncoderStats& stats);
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

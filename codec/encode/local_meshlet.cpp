@@ -4,7 +4,7 @@
 
 #include "common/hash_map.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 
 void LocalMeshlet::add_disk(uint32_t disk) {
   const Meshlets& meshlets = input_.meshlets;
@@ -50,4 +50,4 @@ void LocalMeshlet::add_disk(uint32_t disk) {
   triangle_count_ += count;
 }
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

@@ -5,7 +5,7 @@
 #include "encode/boundaries.h"
 #include "format/constants.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 
 // The encoder's input.
 struct EncoderInput {
@@ -55,4 +55,4 @@ class LocalMeshlet {
   uint8_t loop_half_edge_[MESHLET_VERTICES];
 };
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

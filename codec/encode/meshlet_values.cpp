@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 
 MeshletValues::MeshletValues(const std::vector<Stream>& streams, const VertexValues& values)
     : streams_(streams), values_(values), decoder_(new SerialDecoder) {
@@ -150,4 +150,4 @@ void MeshletValues::seams(uint32_t s, uint32_t predictor, std::vector<uint32_t>&
   append_chains(s, predictor, seams, out);
 }
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

@@ -9,7 +9,7 @@
 #include "encode/plan.h"
 #include "format/blob.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 
 // Copies the integers of a vertex: 1 to 4, too few for a call of memmove.
 inline void copy_elements(const uint32_t* from, uint32_t elements, uint32_t* to) {
@@ -64,4 +64,4 @@ class MeshletValues {
   std::unique_ptr<SerialDecoder> decoder_;
 };
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

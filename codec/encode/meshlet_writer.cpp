@@ -5,7 +5,7 @@
 
 #include "decode/serial_decoder.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 
 void MeshletWriter::write(const PlanChunk& chunk, size_t i, uint32_t m, const Group& group) {
   const Plan& plan = chunk.plans[i];
@@ -125,4 +125,4 @@ void MeshletWriter::write_lists(bool chains) {
   }
 }
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

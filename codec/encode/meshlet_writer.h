@@ -6,7 +6,7 @@
 #include "encode/plan.h"
 #include "format/blob.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 
 // The fields that the meshlets of a group share.
 struct Group {
@@ -32,7 +32,7 @@ class MeshletWriter {
   // All must outlive this object. Adds the bits of anchors and residuals of each stream to
   // stream_bits.
   MeshletWriter(const std::vector<Stream>& streams, const Owners& owners, BitWriter& out,
-                std::vector<uint64_t>& stream_bits)
+                uint64_t* stream_bits)
       : streams_(streams),
         owners_(owners),
         out_(out),
@@ -58,9 +58,9 @@ class MeshletWriter {
   const std::vector<Stream>& streams_;
   const Owners& owners_;
   BitWriter& out_;
-  std::vector<uint64_t>& stream_bits_;
+  uint64_t* stream_bits_;
   std::vector<StreamLists> lists_;  // of the meshlet
   std::vector<Codes> codes_;
 };
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

@@ -5,7 +5,7 @@
 
 #include "common/curve.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 namespace {
 
 constexpr uint32_t kNone = ~0u;
@@ -134,4 +134,4 @@ void PageGrowth::count_finished(uint32_t m, bool finished) {
   }
 }
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

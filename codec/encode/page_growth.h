@@ -9,7 +9,7 @@
 #include "segment/generate_meshlets.h"
 #include "segment/half_edges.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 
 // Items that no page has taken are free.
 class PageItems {
@@ -101,4 +101,4 @@ class PageGrowth final : public PageItems {
   bool seeding_ = false;
 };
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

@@ -9,7 +9,7 @@
 #include "encode/page_growth.h"
 #include "segment/check_meshlets.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 namespace {
 
 // Some meshlets of a mesh as a mesh of their own.
@@ -319,4 +319,4 @@ std::vector<Bytes> encode_given(const MeshView& mesh, const Meshlets& meshlets,
   return blobs;
 }
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

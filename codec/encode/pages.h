@@ -5,7 +5,7 @@
 
 #include "encode/encoder.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 
 using Bytes = std::vector<uint8_t>;
 
@@ -28,4 +28,4 @@ std::vector<Bytes> encode_given(const MeshView& mesh, const Meshlets& meshlets,
                                 const EncodeOptions& options, size_t page_bytes,
                                 EncoderStats& stats);
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

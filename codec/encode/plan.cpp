@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 
 const PlannedReference& PlannedReferences::before(uint32_t i) const {
   if (i == 0 || data[i - 1].loop_end)
@@ -38,4 +38,4 @@ void PlanChunk::lists_of(size_t i, std::vector<StreamLists>& lists) const {
     }
 }
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

@@ -8,7 +8,7 @@
 #include "encode/edgebreaker.h"
 #include "encode/residual_codes.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 
 struct PlannedReference {
   Reference reference;
@@ -77,4 +77,4 @@ struct PlanChunk {
 
 constexpr uint32_t kChunkMeshlets = 4 * BLOB_GROUP_MESHLETS;
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <iterator>
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 namespace {
 
 // Bits of the symbols that depend on the gate: table 0 writes L and S with one bit more than C and
@@ -158,4 +158,4 @@ void Planner::append_stream(uint32_t s, std::vector<uint32_t>& residuals,
     counts.push_back(uint32_t(size));
 }
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

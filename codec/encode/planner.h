@@ -5,7 +5,7 @@
 
 #include "encode/meshlet_values.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 
 struct PlannerOptions {
   uint32_t gates;       // tried per disk, at most
@@ -68,4 +68,4 @@ class Planner {
   std::vector<uint8_t> loop_vertices_;
 };
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

@@ -9,7 +9,7 @@
 #include "encode/bit_writer.h"
 #include "format/constants.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 
 constexpr uint64_t kImpossible = ~0ull >> 8;  // bits of a code that cannot hold the residuals
 
@@ -203,4 +203,4 @@ inline void write_low(BitWriter& out, Residuals residuals, const Code& code, uin
   }
 }
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

@@ -5,7 +5,7 @@
 
 #include "common/parallel.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 namespace {
 
 constexpr size_t kSampleChunk = 32;  // meshlets per parallel item
@@ -17,7 +17,7 @@ std::vector<uint8_t> allowed_predictors(const std::vector<Stream>& streams, uint
   for (uint8_t p = kGeo; p < PREDICTORS; p++) {
     std::vector<Stream> with = streams;
     with[s].predictor = p;
-    if (!streams_problem(with)) allowed.push_back(p);
+    if (!streams_problem(with.data(), with.size())) allowed.push_back(p);
   }
   return allowed;
 }
@@ -113,4 +113,4 @@ void BaseSizes::choose(Stream& stream) const {
   stream.interior_base = best(kInteriors);
 }
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

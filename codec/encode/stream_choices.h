@@ -7,7 +7,7 @@
 #include "encode/plan.h"
 #include "encode/planner.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 
 // In place of a stream's predictor: the encoder chooses.
 constexpr uint8_t kChoosePredictor = 255;
@@ -39,4 +39,4 @@ class BaseSizes {
   std::array<std::array<uint64_t, kBases>, kResidualLists> bits_{};
 };
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <cstring>
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 namespace {
 
 constexpr const char* kOverlap = "meshlets overlap or are out of order";
@@ -20,7 +20,7 @@ float real(const uint8_t* data, size_t byte) {
   return f;
 }
 
-Stream read_stream(const uint8_t* p) {
+Stream parse_stream(const uint8_t* p) {
   Stream s;
   s.kind = p[0];
   s.elements = p[1];
@@ -30,7 +30,7 @@ Stream read_stream(const uint8_t* p) {
   s.interior_base = p[5];
   s.anchor_base = p[6];
   s.step = real(p, 8);
-  for (int c = 0; c < 4; c++) s.offset[c] = real(p, 12 + 4 * c);
+  for (uint32_t c = 0; c < STREAM_MAX_ELEMENTS; c++) s.offset[c] = real(p, 12 + 4 * c);
   return s;
 }
 
@@ -50,14 +50,14 @@ struct Group {
   uint32_t base, stride, bias, fields;
   uint32_t meshlets;
 
-  Group(const uint8_t* data, const BlobHeader& h, uint32_t g) {
-    const size_t at =
-        BLOB_HEADER_BYTES + BLOB_STREAM_BYTES * h.streams.size() + BLOB_GROUP_BYTES * size_t(g);
+  Group(const uint8_t* data, uint32_t meshlet_count, uint32_t g) {
+    const size_t at = BLOB_HEADER_BYTES + BLOB_STREAM_BYTES * data[kStreamCountByte] +
+                      BLOB_GROUP_BYTES * size_t(g);
     base = word(data, at);
     stride = word(data, at + 4) & 0xFFFFu;
     bias = word(data, at + 4) >> 16;
     fields = word(data, at + 8);
-    const uint32_t rest = h.meshlet_count - g * BLOB_GROUP_MESHLETS;
+    const uint32_t rest = meshlet_count - g * BLOB_GROUP_MESHLETS;
     meshlets = rest < BLOB_GROUP_MESHLETS ? rest : BLOB_GROUP_MESHLETS;
   }
 
@@ -86,11 +86,11 @@ const char* group_problem(const uint8_t* data, const Group& g, uint64_t end) {
 }
 
 // The triangles sum to the header's count; meshlets lie in order and inside the blob.
-const char* groups_problem(const uint8_t* data, size_t size, const BlobHeader& h) {
+const char* groups_problem(const uint8_t* data, size_t size, const BlobCounts& h) {
   const uint64_t end = size - BLOB_PADDING_BYTES;
   uint64_t triangles = 0, least = h.data_offset;  // least: the next meshlet's smallest start
   for (uint32_t g = 0; g < group_count(h.meshlet_count); g++) {
-    const Group group(data, h, g);
+    const Group group(data, h.meshlet_count, g);
     if (group.base < least) return kOverlap;
     if (const char* problem = group_problem(data, group, end)) return problem;
     least = group.data_begin();
@@ -108,7 +108,7 @@ const char* groups_problem(const uint8_t* data, size_t size, const BlobHeader& h
 }
 
 // The header without its streams.
-const char* read_counts(const uint8_t* data, size_t size, BlobHeader& h) {
+const char* read_counts(const uint8_t* data, size_t size, BlobCounts& h) {
   if (size < BLOB_HEADER_BYTES + BLOB_PADDING_BYTES) return "the blob is too short for a header";
   if (size % 4 != 0) return "the blob's length is not a multiple of 4";
   if (size > BLOB_MAX_BYTES) return "the blob is longer than 448 MiB";
@@ -119,7 +119,7 @@ const char* read_counts(const uint8_t* data, size_t size, BlobHeader& h) {
            "names";
   if (data[4] != BLOB_VERSION)
     return "the blob is of an unknown version; a newer release may read it";
-  const uint32_t stream_count = data[5];
+  const uint32_t stream_count = data[kStreamCountByte];
   if (stream_count < 1 || stream_count > BLOB_MAX_STREAMS) return "the stream count is not 1 to 64";
   if (data[6] != 0 || data[7] != 0 || word(data, 28) != 0)
     return "a reserved field of the header is not 0";
@@ -170,28 +170,39 @@ Problem stream_problem(const Stream& s) {
   return {};
 }
 
-Problem streams_problem(const std::vector<Stream>& streams) {
+Problem streams_problem(const Stream* streams, size_t count) {
   bool from_positions = false;
-  for (const Stream& s : streams) {
-    if (const Problem problem = stream_problem(s)) return problem;
-    from_positions = from_positions || s.predictor >= kGeo;
+  for (size_t s = 0; s < count; s++) {
+    if (const Problem problem = stream_problem(streams[s])) return problem;
+    from_positions = from_positions || streams[s].predictor >= kGeo;
   }
-  const Stream& first = streams.front();
+  const Stream& first = streams[0];
   if (first.predictor >= kGeo) return {"stream 0 cannot be predicted from positions"};
   if (from_positions && (first.kind != kGrid || first.elements != 3))
     return {"prediction from positions needs a GRID stream of 3 elements as stream 0"};
   return {};
 }
 
+Stream read_stream(const uint8_t* data, uint32_t s) {
+  return parse_stream(data + BLOB_HEADER_BYTES + BLOB_STREAM_BYTES * s);
+}
+
 Problem read_blob_header(const uint8_t* data, size_t size, BlobHeader& h) {
+  StreamTable streams;
+  const Problem problem = read_blob_header(data, size, h, streams);
+  h.streams.assign(streams.begin(), streams.end());
+  return problem;
+}
+
+Problem read_blob_header(const uint8_t* data, size_t size, BlobCounts& h, StreamTable& streams) {
+  streams.count = 0;
   if (const char* problem = read_counts(data, size, h)) return {problem};
-  h.streams.clear();
-  for (uint32_t s = 0; s < data[5]; s++) {
-    const uint8_t* row = data + BLOB_HEADER_BYTES + BLOB_STREAM_BYTES * s;
-    if (row[7] != 0) return {"a reserved field of the stream table is not 0"};
-    h.streams.push_back(read_stream(row));
+  for (uint32_t s = 0; s < data[kStreamCountByte]; s++) {
+    if (data[BLOB_HEADER_BYTES + BLOB_STREAM_BYTES * s + 7] != 0)
+      return {"a reserved field of the stream table is not 0"};
+    streams.rows[streams.count++] = read_stream(data, s);
   }
-  if (const Problem problem = streams_problem(h.streams)) return problem;
+  if (const Problem problem = streams_problem(streams.rows, streams.count)) return problem;
   if (const char* problem = groups_problem(data, size, h)) return {problem};
   if (h.vertex_count < 3 || h.vertex_count > 3ull * h.triangle_count ||
       h.vertex_count > uint64_t(MESHLET_VERTICES) * h.meshlet_count)
@@ -199,21 +210,28 @@ Problem read_blob_header(const uint8_t* data, size_t size, BlobHeader& h) {
   return {};
 }
 
-uint64_t decoded_bytes(const BlobHeader& header) {
-  uint64_t numbers = 3ull * header.triangle_count;
-  for (const Stream& s : header.streams) numbers += uint64_t(header.vertex_count) * value_count(s);
+uint64_t decoded_bytes(const BlobCounts& counts, const StreamTable& streams) {
+  uint64_t numbers = 3ull * counts.triangle_count;
+  for (const Stream& s : streams) numbers += uint64_t(counts.vertex_count) * value_count(s);
   return sizeof(uint32_t) * numbers;
 }
 
 std::vector<uint32_t> meshlet_triangle_counts(const uint8_t* data, const BlobHeader& header) {
-  std::vector<uint32_t> counts;
-  counts.reserve(header.meshlet_count);
-  for (uint32_t g = 0; g < group_count(header.meshlet_count); g++) {
-    const Group group(data, header, g);
-    for (uint32_t i = 0; i < group.meshlets; i++)
-      counts.push_back(bits_at(data, 8ull * group.start(data, i), BLOB_TRIANGLE_BITS) + 1);
+  std::vector<uint32_t> numbers(header.meshlet_count + size_t(1));
+  list_triangle_begins(data, header.meshlet_count, 0, numbers.data());
+  for (uint32_t m = 0; m < header.meshlet_count; m++) numbers[m] = numbers[m + 1] - numbers[m];
+  numbers.pop_back();
+  return numbers;
+}
+
+void list_triangle_begins(const uint8_t* data, uint32_t meshlet_count, uint32_t first,
+                          uint32_t* begins) {
+  *begins = first;
+  for (uint32_t g = 0; g < group_count(meshlet_count); g++) {
+    const Group group(data, meshlet_count, g);
+    for (uint32_t i = 0; i < group.meshlets; i++, begins++)
+      begins[1] = *begins + bits_at(data, 8ull * group.start(data, i), BLOB_TRIANGLE_BITS) + 1;
   }
-  return counts;
 }
 
 void write_blob_header(const BlobHeader& h, std::vector<uint8_t>& blob) {
@@ -238,4 +256,4 @@ void write_blob_header(const BlobHeader& h, std::vector<uint8_t>& blob) {
   }
 }
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

@@ -8,7 +8,7 @@
 
 #include "format/constants.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 
 static_assert(BLOB_HEADER_BYTES == 4 * BLOB_HEADER_WORDS);
 static_assert(BLOB_STREAM_BYTES == 4 * BLOB_STREAM_WORDS);
@@ -49,16 +49,30 @@ struct Stream {
 // Numbers that a vertex of the stream decodes to; OCT decodes two elements to three floats.
 inline uint32_t value_count(const Stream& s) { return s.kind == kOct ? 3u : s.elements; }
 
-struct BlobHeader {
+struct BlobCounts {
   uint32_t triangle_count = 0;
   uint32_t vertex_count = 0;
   uint32_t meshlet_count = 0;
   uint32_t data_offset = 0;
+};
+
+struct BlobHeader : BlobCounts {
   std::vector<Stream> streams;
 };
 
+// The streams of a blob, for readers that allocate nothing.
+struct StreamTable {
+  uint32_t count = 0;
+  Stream rows[BLOB_MAX_STREAMS];
+
+  uint32_t size() const { return count; }
+  const Stream& operator[](size_t s) const { return rows[s]; }
+  const Stream* begin() const { return rows; }
+  const Stream* end() const { return rows + count; }
+};
+
 // Bytes of the arrays that a blob decodes to.
-uint64_t decoded_bytes(const BlobHeader& header);
+uint64_t decoded_bytes(const BlobCounts& counts, const StreamTable& streams);
 
 // Are these too many bytes to allocate by the headers of `size` bytes alone? Headers prove nothing:
 // validate the meshlets first. Models decode to 10 to 20 times their size.
@@ -71,10 +85,12 @@ struct Blob {
   const uint8_t* data;
   size_t size;
   BlobHeader header;
-  uint64_t first_vertex = 0, first_triangle = 0, first_meshlet = 0;  // in its view
 };
 
 constexpr uint32_t kNoBlob = ~0u;
+
+// The text of a Problem that is none of the bytes.
+inline constexpr char kNoMemory[] = "there is not enough memory";
 
 // A broken rule of the format. Readers return it and throw nothing: engines are built without
 // exceptions. No string is built before it is shown: that code would be a tenth of
@@ -88,8 +104,10 @@ struct [[nodiscard]] Problem {
   explicit operator bool() const { return text != nullptr; }
 };
 
-// A problem as one sentence.
+// A problem as one sentence; none is longer than kSentence.
 std::string sentence(const Problem& problem);
+constexpr size_t kSentence = 512;
+void write_sentence(const Problem& problem, char* out, size_t room);
 
 // Byte offset of the first byte after the tables.
 uint32_t data_offset(uint32_t streams, uint32_t meshlets);
@@ -98,18 +116,28 @@ uint32_t data_offset(uint32_t streams, uint32_t meshlets);
 Problem stream_problem(const Stream& stream);
 
 // Returns the rule that the streams of a blob break, if any.
-Problem streams_problem(const std::vector<Stream>& streams);
+Problem streams_problem(const Stream* streams, size_t count);
 
 // Reads and checks header and tables of an untrusted blob: the tables lie inside it, meshlets
 // follow one another without overlap, their triangle counts sum to the header's, and the counts are
 // small enough to allocate by. Returns the rule that the blob breaks, if any; `out` is then not
 // valid.
 Problem read_blob_header(const uint8_t* data, size_t size, BlobHeader& out);
+Problem read_blob_header(const uint8_t* data, size_t size, BlobCounts& counts,
+                         StreamTable& streams);
+
+constexpr uint32_t kStreamCountByte = 5;  // in the header
+
+// Row `s` of a checked blob's stream table.
+Stream read_stream(const uint8_t* data, uint32_t s);
 
 // Number of triangles of each meshlet of a checked blob.
 std::vector<uint32_t> meshlet_triangle_counts(const uint8_t* data, const BlobHeader& header);
+// Likewise, added up: writes meshlet_count + 1 numbers, of which the first is `first`.
+void list_triangle_begins(const uint8_t* data, uint32_t meshlet_count, uint32_t first,
+                          uint32_t* begins);
 
 // Appends header and stream table; leaves the header's byte length 0.
 void write_blob_header(const BlobHeader& header, std::vector<uint8_t>& blob);
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

@@ -4,7 +4,7 @@
 
 #include "format/blob.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 
 // what(): one sentence.
 struct Malformed : std::runtime_error {
@@ -15,4 +15,4 @@ inline void throw_if(const Problem& problem) {
   if (problem) throw Malformed(sentence(problem));
 }
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

@@ -5,7 +5,7 @@
 #include "segment/half_edges.h"
 #include "segment/spatial_mesh.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 namespace {
 
 // Simplified noise leaves many pieces of a few triangles. With this limit instead of 20 bits they
@@ -65,4 +65,4 @@ GroupMeshlets generate_in_groups(const MeshView& mesh, const std::vector<uint32_
   return all;
 }
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

@@ -5,7 +5,7 @@
 
 #include "segment/generate_meshlets.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 
 // Group g holds meshlets group_begin[g] .. group_begin[g + 1].
 struct GroupMeshlets : MeshletList {
@@ -17,4 +17,4 @@ struct GroupMeshlets : MeshletList {
 GroupMeshlets generate_in_groups(const MeshView& mesh, const std::vector<uint32_t>& triangle_begin,
                                  const GenerationOptions& options);
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

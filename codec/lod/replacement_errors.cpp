@@ -7,7 +7,7 @@
 #include "common/hash_map.h"
 #include "common/parallel.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 namespace {
 
 // Samples that go on to the next level, at most: of a group, or of few groups together. With half
@@ -261,4 +261,4 @@ std::vector<float> ReplacementErrors::measure(const GroupTriangles& before,
   return squared;
 }
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

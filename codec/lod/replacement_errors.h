@@ -5,7 +5,7 @@
 
 #include "lod/surface_distance.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 
 // Triangles of one group after the other: three vertices each, and begins with an end.
 struct GroupTriangles {
@@ -46,4 +46,4 @@ class ReplacementErrors {
   std::vector<TriangleTree> level_0_;  // of each shape
 };
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

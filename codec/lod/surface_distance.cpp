@@ -10,7 +10,7 @@
 #include "common/curve.h"
 #include "common/parallel.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 namespace {
 
 constexpr uint32_t kIsLeaf = 1u << 31;
@@ -320,4 +320,4 @@ float TriangleTree::search(uint32_t root, uint32_t without, Vec3 point, uint32_t
   return best;
 }
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

@@ -6,7 +6,7 @@
 
 #include "common/vec3.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 
 // Some triangles, for distances to them. Bounding volume hierarchy: nodes of four boxes, leaves of
 // four triangles, along a Hilbert curve.
@@ -68,4 +68,4 @@ class TriangleTree {
   uint32_t root_ = 0;
 };
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

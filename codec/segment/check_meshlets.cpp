@@ -7,7 +7,7 @@
 #include "format/constants.h"
 #include "segment/half_edges.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 namespace {
 
 [[noreturn]] void refuse(const char* problem) { throw std::invalid_argument(problem); }
@@ -115,4 +115,4 @@ void check_disks(const MeshView& mesh, const HalfEdges& half_edges, const Meshle
   }
 }
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

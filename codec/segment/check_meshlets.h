@@ -2,7 +2,7 @@
 #pragma once
 #include "segment/generate_meshlets.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 
 constexpr const char* kTooManyVertices = "a meshlet has more than 64 vertices";
 
@@ -16,4 +16,4 @@ bool are_begins(const std::vector<uint32_t>& begin, size_t end);
 void check_lists(const Meshlets& meshlets, size_t triangle_count);
 void check_disks(const MeshView& mesh, const HalfEdges& half_edges, const Meshlets& meshlets);
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 namespace {
 
 // Walks to the far end of the graph in the search for a node at the rim.
@@ -95,4 +95,4 @@ Graph build_graph(uint32_t node_count, const std::vector<std::pair<uint32_t, uin
 
 std::vector<uint32_t> cuthill_mckee(const Graph& graph) { return CuthillMcKee(graph).run(); }
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

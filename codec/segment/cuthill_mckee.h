@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 
 // Neighbours of node i: targets[begin[i] .. begin[i + 1]), ascending, each once.
 struct Graph {
@@ -24,4 +24,4 @@ Graph build_graph(uint32_t node_count, const std::vector<std::pair<uint32_t, uin
 // component, neighbours of small degree first.
 std::vector<uint32_t> cuthill_mckee(const Graph& graph);
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

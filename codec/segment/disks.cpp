@@ -3,7 +3,7 @@
 #include "common/hash_map.h"
 #include "format/constants.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 
 void DiskCutter::cut(const uint32_t* triangles, size_t count, Disks& disks) {
   static_assert(kMaxTriangles == MESHLET_TRIANGLES);
@@ -76,4 +76,4 @@ void DiskCutter::grow_disk(const uint32_t* triangles, uint32_t first, Disks& dis
   disks.begin.push_back(uint32_t(disks.triangles.size()));
 }
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

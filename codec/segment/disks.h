@@ -7,7 +7,7 @@
 
 #include "segment/half_edges.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 
 // Disks, each a range of `triangles` (numbers in the mesh).
 struct Disks {
@@ -50,4 +50,4 @@ class DiskCutter {
   uint64_t taken_;  // triangles that are in a disk
 };
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

@@ -14,7 +14,7 @@
 #include "segment/region_growing.h"
 #include "segment/region_refinement.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 namespace {
 
 // Triangles per patch: some hundred regions, and small enough for a core's own cache.
@@ -325,4 +325,4 @@ Meshlets generate_meshlets(const SpatialMesh& mesh, const HalfEdges& half_edges,
   return Generator(mesh, half_edges, options).run();
 }
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

@@ -11,7 +11,7 @@
 #include "segment/region_growing.h"
 #include "segment/spatial_mesh.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 
 // How much time goes into small files. kFast and kNormal shift the borders of regions, kHigh grows
 // regions anew in each round, as the paper.
@@ -50,4 +50,4 @@ struct Meshlets : MeshletList {
 Meshlets generate_meshlets(const SpatialMesh& mesh, const HalfEdges& half_edges,
                            const GenerationOptions& options);
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

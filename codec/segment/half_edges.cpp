@@ -6,7 +6,7 @@
 
 #include "common/parallel.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 namespace {
 
 // Up to this many half-edges are searched one by one; more are sorted.
@@ -213,4 +213,4 @@ HalfEdges match_half_edges(const MeshView& mesh, int threads) {
   return HalfEdges(std::move(opposite));
 }
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

@@ -8,7 +8,7 @@
 #include "common/array.h"
 #include "segment/mesh_view.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 
 inline uint32_t next_in_triangle(uint32_t half_edge) {
   return half_edge % 3 == 2 ? half_edge - 2 : half_edge + 1;
@@ -42,4 +42,4 @@ class HalfEdges {
 
 HalfEdges match_half_edges(const MeshView& mesh, int threads);
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

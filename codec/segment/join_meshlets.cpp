@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 namespace {
 
 // Half the number of consecutive sets along the curve that are packed together (best fit, largest
@@ -159,4 +159,4 @@ std::vector<uint32_t> join_meshlets(const std::vector<Load>& loads, std::vector<
   return packer.number_sets();
 }
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

@@ -7,7 +7,7 @@
 
 #include "common/array.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 
 // Size of a meshlet, and its box on a grid.
 struct Load {
@@ -28,4 +28,4 @@ std::vector<uint32_t> join_meshlets(const std::vector<Load>& loads, std::vector<
                                     const Array<uint32_t>& curve_order, uint32_t max_triangles,
                                     uint32_t max_vertices, int32_t max_spread);
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

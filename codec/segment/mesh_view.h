@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 
 // triangles: at least one, below 2^31 / 3; three different vertex numbers each. position_ids[v] <
 // vertex_count is equal for two vertices if and only if their positions are bit-identical.
@@ -17,4 +17,4 @@ struct MeshView {
   size_t vertex_count;
 };
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

@@ -1,6 +1,6 @@
 #include "segment/meshlet_list.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 
 void MeshletList::append(const MeshletList& other) {
   const uint32_t base = uint32_t(triangles.size());
@@ -34,4 +34,4 @@ void MeshletList::append_joined(const MeshletList& other, const std::vector<uint
   meshlet_begin.push_back(uint32_t(disk_begin.size() - 1));
 }
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

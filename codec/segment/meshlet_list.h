@@ -6,7 +6,7 @@
 
 #include "segment/disks.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 
 // A meshlet is a range of disks, a disk a range of triangles.
 struct MeshletList {
@@ -27,4 +27,4 @@ struct MeshletList {
   void append_joined(const MeshletList& other, const std::vector<uint32_t>& meshlets);
 };
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

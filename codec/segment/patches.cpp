@@ -5,7 +5,7 @@
 
 #include "common/parallel.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 
 namespace {
 
@@ -88,4 +88,4 @@ Patch extract_patch(const SpatialMesh& mesh, const HalfEdges& half_edges,
   return patch;
 }
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

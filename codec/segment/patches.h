@@ -9,7 +9,7 @@
 #include "segment/half_edges.h"
 #include "segment/spatial_mesh.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 
 // Some tens of thousands of triangles, with local numbers from 0.
 struct Patch {
@@ -37,4 +37,4 @@ ConnectedOrder order_by_component(const HalfEdges& half_edges, int threads);
 Patch extract_patch(const SpatialMesh& mesh, const HalfEdges& half_edges,
                     const ConnectedOrder& order, size_t first, size_t last);
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

@@ -5,7 +5,7 @@
 #include <cstring>
 #include <memory>
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 namespace {
 
 // Centres move this many times as far as the means of their regions: fewer rounds until they rest.
@@ -380,4 +380,4 @@ int grow_regions(Patch& patch, const GrowthOptions& options) {
   return RegionGrower(patch, options).run();
 }
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

@@ -5,7 +5,7 @@
 
 #include "segment/patches.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 
 // The weight that orders the attachment of triangles to regions: equation (1) of the paper, with
 // its penalty C(F) for full regions, or without, as in Choe et al.
@@ -33,4 +33,4 @@ struct GrowthOptions {
 // the curve, and most steps only shift borders.
 int grow_regions(Patch& patch, const GrowthOptions& options);
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

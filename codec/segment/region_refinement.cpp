@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 namespace {
 
 constexpr int32_t kNone = -1;
@@ -267,4 +267,4 @@ void refine_regions(Patch& patch, const RefinementOptions& options) {
   Refiner(patch, options).run();
 }
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

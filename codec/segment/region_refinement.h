@@ -4,7 +4,7 @@
 
 #include "segment/patches.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 
 struct RefinementOptions {
   int max_size;      // triangles per region
@@ -16,4 +16,4 @@ struct RefinementOptions {
 // all.
 void refine_regions(Patch& patch, const RefinementOptions& options);
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

@@ -4,7 +4,7 @@
 
 #include "common/curve.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 namespace {
 
 // Items per parallel task.
@@ -123,4 +123,4 @@ SpatialMesh sort_in_space(const MeshView& mesh, int threads) {
   return sorted;
 }
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

@@ -9,7 +9,7 @@
 #include "common/vec3.h"
 #include "segment/mesh_view.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 
 // A triangle's centre, and its normal: of unit length, or about zero for a triangle without area.
 struct Facet {
@@ -43,4 +43,4 @@ struct SpatialMesh {
 // Vertices without a triangle are left out.
 SpatialMesh sort_in_space(const MeshView& mesh, int threads);
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

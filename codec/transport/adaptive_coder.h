@@ -13,7 +13,7 @@
 
 #include "decode/build.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 inline namespace MESHLET_BUILD {
 namespace transport {
 
@@ -84,7 +84,7 @@ struct Flag {
 };
 
 // The symbol whose range holds `slot`.
-inline uint32_t find_symbol(Cumulative c, uint32_t slot) {
+inline uint32_t find_symbol(const Cumulative& c, uint32_t slot) {
 #if defined(__AVX2__)
   const __m256i above = _mm256_cmpgt_epi16(__m256i(c), _mm256_set1_epi16(int16_t(slot)));
   return _tzcnt_u32(uint32_t(_mm256_movemask_epi8(above))) / 2 - 1;
@@ -163,7 +163,7 @@ class Decoder {
 
  private:
   uint32_t slot() const { return uint32_t(state_) & (kWhole - 1); }
-  uint32_t decode(Cumulative c) {
+  uint32_t decode(const Cumulative& c) {
     std::memcpy(ranges_, &c, sizeof c);
     const uint32_t k = find_symbol(c, slot());
     advance(ranges_[k], uint32_t(ranges_[k + 1]) - ranges_[k]);
@@ -187,4 +187,4 @@ class Decoder {
 
 }  // namespace transport
 }  // namespace MESHLET_BUILD
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

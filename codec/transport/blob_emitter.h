@@ -3,7 +3,7 @@
 #include "transport/page.h"
 #include "transport/resident_values.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 inline namespace MESHLET_BUILD {
 namespace transport {
 
@@ -77,7 +77,8 @@ struct Code {
 class BlobEmitter {
  public:
   // The blob has `size` bytes and these streams and meshlets.
-  void begin(const Page& page, size_t size);
+  // Returns false if there is no memory.
+  bool begin(const Page& page, size_t size);
   // Writes the bits of stream s of all meshlets, of which the page needs no values from then on.
   // Streams come in order. Returns false if the blob has fewer bytes.
   bool add_stream(uint32_t s);
@@ -223,14 +224,14 @@ inline uint64_t bits_of(const List& list, const Code& code) {
   uint64_t quotients = 0;
   if (code.kind == Code::kRice) {
     if (list.length > k + bit_length(MAX_QUOTIENT)) return ~0ull;
-    if (list.length > k) quotients = list.sum_of([=](Eight u) { return u >> k; });
+    if (list.length > k) quotients = list.sum_of([=](const Eight& u) { return u >> k; });
   } else if (list.length >= 24) {
     for (uint32_t i = 0; i < list.count; i++) {
       if (k == 0 && list.u[i] == ~0u) return ~0ull;
       quotients += 2ull * code.quotient(list.u[i]);
     }
   } else if (list.length >= k) {  // a float's exponent is its bit length, and these are exact
-    quotients = 2ull * list.sum_of([=](Eight u) {
+    quotients = 2ull * list.sum_of([=](const Eight& u) {
       const EightFloats x = __builtin_convertvector(SignedEight(u + (1u << k)), EightFloats);
       return (Eight(x) >> 23) - (127 + k);
     });
@@ -328,13 +329,19 @@ inline void BlobEmitter::emit_unary(BitWriter& w, const List& list, const Code& 
   for (; i < list.count; i++) w.put_unary(code.quotient(list.u[i]));
 }
 
-inline void BlobEmitter::begin(const Page& page, size_t size) {
+inline bool BlobEmitter::begin(const Page& page, size_t size) {
   page_ = &page;
   size_ = size;
   bits_.clear();
-  bits_end_ = bits_.grow(size + kStreamRoom);
   lengths_.clear();
-  lengths_.reserve(uint64_t(page.stream_count()) * page.meshlets.size());
+  data_.clear();
+  // Connectivity and references of a meshlet take at most 1024 bytes.
+  if (!bits_.reserve(size + kStreamRoom) ||
+      !lengths_.reserve(uint64_t(page.stream_count()) * page.meshlets.size()) ||
+      !data_.reserve(BLOB_GROUP_MESHLETS * 1024 + size + kStreamRoom))
+    return false;
+  bits_end_ = bits_.grow(size + kStreamRoom);
+  return true;
 }
 
 inline bool BlobEmitter::add_stream(uint32_t s) {
@@ -407,8 +414,6 @@ inline bool BlobEmitter::emit(uint8_t* out) {
   std::memcpy(out + BLOB_HEADER_BYTES, page.rows.data(), BLOB_STREAM_BYTES * streams);
   size_t at = tables;
   uint32_t vertices = 0;
-  // Connectivity and references take at most 1024 bytes.
-  data_.clear();
   data_.grow(BLOB_GROUP_MESHLETS * 1024 + size_t(bits_end_ - bits_.data()));
   const auto put_word = [&](size_t place, uint32_t word) { std::memcpy(out + place, &word, 4); };
   for (uint32_t g = 0; g < groups; g++) {
@@ -460,4 +465,4 @@ inline bool BlobEmitter::emit(uint8_t* out) {
 
 }  // namespace transport
 }  // namespace MESHLET_BUILD
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

@@ -5,7 +5,7 @@
 
 #include "transport/page_coder.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 inline namespace MESHLET_BUILD {
 namespace transport {
 
@@ -102,4 +102,4 @@ class Encoder {
 
 }  // namespace transport
 }  // namespace MESHLET_BUILD
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

@@ -6,7 +6,7 @@
 #include "transport/encoder.h"
 #include "transport/transport.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 namespace {
 
 using namespace transport;
@@ -42,11 +42,11 @@ void take_references(const SerialDecoder& d, Page& page, MeshletRow& m) {
 }
 
 // Fills `page` from a valid blob.
-void read_blob(const Blob& blob, Page& page) {
+void read_blob(const ViewBlob& blob, Page& page) {
   const auto decoder = std::make_unique<SerialDecoder>();
   SerialDecoder& d = *decoder;
   d.data = blob.data;
-  d.size = blob.size;
+  d.size = uint32_t(blob.size);
   d.load_tables();
   d.load_streams(0, d.stream_total);
   page.clear();
@@ -86,6 +86,7 @@ std::vector<uint8_t> encode(const Page& page) {
     coder.settings = settings;
     bool valid = coder.begin(&page, triangles, meshlets);
     for (uint32_t s = 0; valid && s < page.stream_count(); s++) valid = coder.code_stream(s);
+    if (coder.no_memory) out_of_memory();
     return valid;
   };
   Settings best;
@@ -115,7 +116,7 @@ std::vector<uint8_t> encode(const Page& page) {
 }
 
 // The packed page of a valid blob; empty if it has to travel as it is.
-std::vector<uint8_t> pack_blob(const Blob& blob) {
+std::vector<uint8_t> pack_blob(const ViewBlob& blob) {
   Page page;
   read_blob(blob, page);
   std::vector<uint8_t> packed = encode(page);
@@ -124,8 +125,11 @@ std::vector<uint8_t> pack_blob(const Blob& blob) {
     return {};
   std::vector<uint8_t> resident(blob.size);
   const PackedPage whole = {0, packed.size(), 0, blob.size, false};
-  if (make_page_unpacker()->unpack(packed.data(), whole, resident.data()) ||
-      std::memcmp(resident.data(), blob.data, blob.size) != 0)
+  const std::unique_ptr<PageUnpacker> unpacker = make_page_unpacker();
+  const Problem problem =
+      unpacker ? unpacker->unpack(packed.data(), whole, resident.data()) : Problem{kNoMemory};
+  if (problem.text == kNoMemory) out_of_memory();
+  if (problem || std::memcmp(resident.data(), blob.data, blob.size) != 0)
     return {};  // not in canonical form
   return packed;
 }
@@ -136,14 +140,9 @@ Problem pack_view(const uint8_t* data, size_t size, int threads, std::vector<uin
   View view;
   if (const Problem problem = view.open(data, size)) return problem;
   const size_t count = view.blobs.size();
+  if (const Problem problem = view.validate(threads)) return problem;
   std::vector<std::vector<uint8_t>> pages(count);
-  std::vector<Problem> problems(count);
-  parallel_for(threads, count, [&](size_t b) {
-    problems[b] = view.validate(b);
-    if (!problems[b]) pages[b] = pack_blob(view.blobs[b]);
-  });
-  for (size_t b = 0; b < count; b++)
-    if (problems[b]) return view.located(problems[b], b);
+  parallel_for(threads, count, [&](size_t b) { pages[b] = pack_blob(view.blobs[b]); });
   packed.clear();
   const auto put = [&](uint32_t word) {
     for (int i = 0; i < 4; i++) packed.push_back(uint8_t(word >> 8 * i));
@@ -154,7 +153,7 @@ Problem pack_view(const uint8_t* data, size_t size, int threads, std::vector<uin
     put(uint32_t(pages[b].size()));
   }
   for (size_t b = 0; b < count; b++) {
-    const Blob& blob = view.blobs[b];
+    const ViewBlob& blob = view.blobs[b];
     if (pages[b].empty())
       packed.insert(packed.end(), blob.data, blob.data + blob.size);
     else
@@ -163,4 +162,4 @@ Problem pack_view(const uint8_t* data, size_t size, int threads, std::vector<uin
   return {};
 }
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

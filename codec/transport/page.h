@@ -1,10 +1,11 @@
 // A page, which is one blob of EXT_meshlet_edgebreaker, as arrays: triangles, references, the
 // numbers of vertices and their integers. Both the packer and the unpacker fill one.
 #pragma once
+#include "decode/memory.h"
 #include "decode/serial_decoder.h"
 #include "transport/vertex.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 inline namespace MESHLET_BUILD {
 namespace transport {
 
@@ -21,14 +22,14 @@ inline uint32_t nth(uint64_t mask, uint32_t n) {
   return mask ? lowest(mask) : kNone;
 }
 
-// A growing array whose new elements are not initialised. Not std::vector: the linker would merge
-// the code of the builds (decode/build.h).
+// A growing array whose new elements are not initialised. Not List nor std::vector: the linker
+// would merge the code of the builds (decode/build.h).
 template <class T>
 class Buffer {
  public:
   Buffer() = default;
   Buffer(const Buffer&) = delete;
-  ~Buffer() { delete[] bytes_; }
+  ~Buffer() { release(bytes_); }
   T& operator[](size_t i) { return data()[i]; }
   const T& operator[](size_t i) const { return data()[i]; }
   T* data() { return reinterpret_cast<T*>(bytes_); }
@@ -39,27 +40,31 @@ class Buffer {
   void push(const T& value) { *grow(1) = value; }
   // Takes the memory of another buffer, which is empty then: in WebAssembly nothing is freed.
   void take(Buffer& other) {
-    delete[] bytes_;
+    release(bytes_);
     bytes_ = other.bytes_;
     capacity_ = other.capacity_;
     size_ = 0;
     other.bytes_ = nullptr;
     other.capacity_ = other.size_ = 0;
   }
-  // Makes room for so many elements in all. More bytes than an address counts are no memory.
-  void reserve(uint64_t count) {
-    if (count < capacity_) return;
-    const uint64_t size = (count + 1) * sizeof(T), most = ~size_t(0);
-    uint8_t* bytes = new uint8_t[size_t(size < most ? size : most)];
+  // Makes room for so many elements in all. Returns false if there is no memory, of which more
+  // bytes than an address counts are none.
+  bool reserve(uint64_t count) {
+    if (count < capacity_) return true;
+    const uint64_t size = (count + 1) * sizeof(T);
+    uint8_t* bytes = size > ~size_t(0) ? nullptr : static_cast<uint8_t*>(allocate(size_t(size)));
+    if (!bytes) return false;
     if (size_) std::memcpy(bytes, bytes_, size_t(size_ * sizeof(T)));
-    delete[] bytes_;
+    release(bytes_);
     bytes_ = bytes;
     capacity_ = count + 1;
+    return true;
   }
-  // Appends elements and returns the first of them; never null.
+  // Appends elements and returns the first of them; never null. The unpacker makes room before:
+  // only the packer may end here without memory.
   T* grow(uint64_t count) {
     const uint64_t before = size_;
-    if (before + count >= capacity_) reserve(2 * before + count);
+    if (before + count >= capacity_ && !reserve(2 * before + count)) out_of_memory();
     size_ = before + count;
     return data() + before;
   }
@@ -387,4 +392,4 @@ inline void Page::list_corners(const MeshletRow& m, uint32_t s, Corners& corners
 
 }  // namespace transport
 }  // namespace MESHLET_BUILD
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

@@ -3,7 +3,7 @@
 #pragma once
 #include "transport/contexts.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 inline namespace MESHLET_BUILD {
 namespace transport {
 
@@ -35,6 +35,7 @@ class PageCoder {
   Settings settings;
   uint64_t room = ~0ull >> 3;  // bytes of the blob
   uint64_t cost[kParts];       // of the packed page's parts
+  bool no_memory;              // a function returned false for the lack of it
 
   // Codes settings, streams and connectivity. Returns false if the page is malformed. triangles,
   // meshlets: of the page.
@@ -72,7 +73,7 @@ class PageCoder {
   uint32_t code_match(uint32_t s, size_t local, uint32_t neighbours);
   void end_part(uint32_t part);
   void count_triangles(const MeshletRow& m);
-  void reserve_arrays(uint32_t triangles, uint32_t meshlets);
+  bool reserve_arrays(uint32_t triangles, uint32_t meshlets);
   bool begin_stream(uint32_t s);
   void sum_normals(uint32_t s);
   void code_normals(uint32_t s);
@@ -253,8 +254,9 @@ bool PageCoder<Coder>::code_references(MeshletRow& m) {
     before_before = before;
     before = what;
     const uint8_t kind = what == kIsOwned ? kOwned : what == kIsPrivate ? kPrivate : kForeign;
-    to.references.push({0, kNone, meshlet, kind, 1, 0, 0, 0, 0, 0, 0, 0});
+    to.references.push({0, kNone, meshlet, kPrivate, 1, 0, 0, 0, 0, 0, 0, 0});
     Reference& r = to.references[here];
+    r.kind = kind & 3u;
     m.owned |= uint64_t(kind == kOwned) << j;
     if (!last) r.loop_end = coder.flag(x.loop_end[kind], kEncodes && source(here).loop_end);
     if (what == kIsCandidate) r.partner = candidate;
@@ -913,26 +915,32 @@ bool PageCoder<Coder>::begin_stream(uint32_t s) {
   // Each stream gets the arrays of the one before: they have room for the largest.
   const bool alike = (shared_ & to.all_streams()) == to.all_streams();
   const uint64_t most_vertices = alike ? to.streams[0].vertices : to.streams[0].id.size();
+  no_memory = true;  // unless all of it is there
   if (s == 0) {
-    steps_.reserve(stream.vertices);
+    if (!steps_.reserve(stream.vertices)) return false;
   } else {
     if (s > 1) stream.id.take(to.streams[s - 1].id);
     if (s > 1) stream.values.take(to.streams[s - 1].values);
     stream.numbered_as_first = shared_ >> s & 1;
     stream.vertices = stream.numbered_as_first ? to.streams[0].vertices : 0;
-    if (!stream.numbered_as_first) stream.id.reserve(to.streams[0].id.size());
+    if (!stream.numbered_as_first && !stream.id.reserve(to.streams[0].id.size())) return false;
     for (uint32_t i = 0; i < to.meshlets.size() && !stream.numbered_as_first; i++)
-      if (!to.number_vertices(to.meshlets[i], s)) return false;
-    stream.values.reserve(4 * most_vertices);
+      if (!to.number_vertices(to.meshlets[i], s)) {
+        no_memory = false;
+        return false;
+      }
   }
-  stream.values.grow(4 * uint64_t(stream.vertices));
   sizes_.clear();
-  sizes_.reserve(most_vertices);
+  order_.clear();
+  const uint64_t vertices = most_vertices < stream.vertices ? stream.vertices : most_vertices;
+  if (!stream.values.reserve(4 * vertices) || !sizes_.reserve(vertices) ||
+      (may_repeat(s) && !order_.reserve(vertices)))
+    return false;
+  no_memory = false;
+  stream.values.grow(4 * uint64_t(stream.vertices));
   sizes_.grow(stream.vertices);
   last_ = Vertex{};
   last_match_ = 0;
-  order_.clear();
-  if (may_repeat(s)) order_.reserve(most_vertices);
   if constexpr (kEncodes) coder.forget();
   return true;
 }
@@ -953,7 +961,7 @@ void PageCoder<Coder>::count_triangles(const MeshletRow& m) {
 // Makes room for all that the blob can have: no array of connectivity grows further. So what a page
 // takes depends on its counts alone, and is the same in WebAssembly, where nothing is freed.
 template <class Coder>
-void PageCoder<Coder>::reserve_arrays(uint32_t triangles, uint32_t meshlets) {
+bool PageCoder<Coder>::reserve_arrays(uint32_t triangles, uint32_t meshlets) {
   // A meshlet has a bit or more for each of its vertices: R adds one and takes a bit, L adds one
   // and takes two, E adds three at most and takes three; the head has more than the last E adds.
   uint64_t vertices = 8 * room;
@@ -961,15 +969,12 @@ void PageCoder<Coder>::reserve_arrays(uint32_t triangles, uint32_t meshlets) {
     if (limit < vertices) vertices = limit;
   // A reference has a bit beside that of the vertex where it begins.
   const uint64_t references = vertices < 4 * room ? vertices : 4 * room;
-  to.meshlets.reserve(meshlets);
-  to.triangles.reserve(triangles);
-  to.opposite.reserve(4 * uint64_t(triangles));
-  to.references.reserve(references);
-  to.streams[0].id.reserve(vertices);
-  to.traversed.reserve(vertices);
-  to.border.reserve(vertices);
-  to.border_corner.reserve(vertices);
-  valence_.reserve(vertices);
+  return other_steps_.reserve(MESHLET_VERTICES) && to.rows.reserve(BLOB_MAX_STREAMS) &&
+         to.meshlets.reserve(meshlets) && to.triangles.reserve(triangles) &&
+         to.opposite.reserve(4 * uint64_t(triangles)) && to.references.reserve(references) &&
+         to.streams[0].id.reserve(vertices) && to.traversed.reserve(vertices) &&
+         to.border.reserve(vertices) && to.border_corner.reserve(vertices) &&
+         valence_.reserve(vertices);
 }
 
 template <class Coder>
@@ -980,12 +985,15 @@ bool PageCoder<Coder>::begin(const Page* source_page, uint32_t triangles, uint32
   x.reset();
   valence_.clear();
   steps_.clear();
-  bad_ = false;
+  bad_ = no_memory = false;
   for (uint64_t& c : cost) c = 0;
   shared_ = ~0ull;
   code_settings();
+  if (!reserve_arrays(triangles, meshlets)) {
+    no_memory = true;
+    return false;
+  }
   if (!code_rows()) return false;
-  reserve_arrays(triangles, meshlets);
   uint64_t bytes = 0;
   for (uint32_t i = 0; i < meshlets; i++) {
     MeshletRow& m = to.begin_meshlet();
@@ -1019,4 +1027,4 @@ bool PageCoder<Coder>::code_stream(uint32_t s) {
 
 }  // namespace transport
 }  // namespace MESHLET_BUILD
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

@@ -4,7 +4,7 @@
 #include "transport/page_coder.h"
 #include "transport/transport.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 inline namespace MESHLET_BUILD {
 namespace {
 
@@ -16,6 +16,7 @@ class Unpacker : public PageUnpacker {
       return {};
     }
     packed_.clear();
+    if (!packed_.reserve(page.packed_bytes + transport::Decoder::kPadding)) return {kNoMemory};
     uint8_t* bytes = packed_.grow(page.packed_bytes + transport::Decoder::kPadding);
     std::memcpy(bytes, packed_view + page.packed_begin, page.packed_bytes);
     std::memset(bytes + page.packed_bytes, 0, transport::Decoder::kPadding);
@@ -28,10 +29,10 @@ class Unpacker : public PageUnpacker {
         meshlets > page.bytes || triangles > 8 * uint64_t(page.bytes))
       return {"a packed page has impossible counts"};
     coder_.room = page.bytes;
-    if (!coder_.begin(nullptr, uint32_t(triangles), uint32_t(meshlets))) return kDamaged;
-    emitter_.begin(page_, page.bytes);
+    if (!coder_.begin(nullptr, uint32_t(triangles), uint32_t(meshlets))) return damaged();
+    if (!emitter_.begin(page_, page.bytes)) return {kNoMemory};
     for (uint32_t s = 0; s < page_.stream_count(); s++) {
-      if (!coder_.code_stream(s)) return kDamaged;
+      if (!coder_.code_stream(s)) return damaged();
       if (!emitter_.add_stream(s)) return kWrongLength;
     }
     if (!finished()) return kDamaged;
@@ -42,6 +43,8 @@ class Unpacker : public PageUnpacker {
   static constexpr Problem kDamaged = {"a packed page is damaged"};
   static constexpr Problem kWrongLength = {
       "a packed page does not have the length that its table says"};
+
+  Problem damaged() const { return coder_.no_memory ? Problem{kNoMemory} : kDamaged; }
 
   // Fuzzers go on with pages that end elsewhere, or they would hardly reach the emitter.
   bool finished() {
@@ -64,4 +67,4 @@ class Unpacker : public PageUnpacker {
 PageUnpacker* new_page_unpacker() { return new Unpacker; }
 
 }  // namespace MESHLET_BUILD
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

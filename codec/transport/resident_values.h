@@ -3,7 +3,7 @@
 #pragma once
 #include "transport/page.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 inline namespace MESHLET_BUILD {
 namespace transport {
 
@@ -165,4 +165,4 @@ inline void ResidentValues::compute(const Page& page, const MeshletRow& m, uint3
 
 }  // namespace transport
 }  // namespace MESHLET_BUILD
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

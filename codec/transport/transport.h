@@ -5,9 +5,10 @@
 #include <memory>
 #include <vector>
 
+#include "decode/memory.h"
 #include "format/blob.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 
 // A packed view begins with a word: the number of its pages << 8 | kTransportVersion. Then two
 // words for each page: its resident bytes; its packed bytes, 0 if it is stored as it is. Then the
@@ -27,10 +28,10 @@ struct PackedPage {
 Problem pack_view(const uint8_t* data, size_t size, int threads, std::vector<uint8_t>& packed);
 
 // Reads the table of a packed view. Returns the rule that it breaks, if any.
-Problem read_page_table(const uint8_t* data, size_t size, std::vector<PackedPage>& pages);
+Problem read_page_table(const uint8_t* data, size_t size, List<PackedPage>& pages);
 
 // Unpacks pages one at a time. Not thread-safe: use one per thread.
-class PageUnpacker {
+class PageUnpacker : public Allocated {
  public:
   virtual ~PageUnpacker() = default;
   // Writes page.bytes to `out`. Returns the rule that the page breaks, if any. The resident bytes
@@ -38,7 +39,7 @@ class PageUnpacker {
   virtual Problem unpack(const uint8_t* packed_view, const PackedPage& page, uint8_t* out) = 0;
 };
 
-// An unpacker by the fastest build that the processor runs.
+// An unpacker by the fastest build that the processor runs; null if there is no memory.
 std::unique_ptr<PageUnpacker> make_page_unpacker();
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

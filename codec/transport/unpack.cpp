@@ -5,7 +5,7 @@
 
 #include "decode/build.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 
 inline namespace MESHLET_BUILD {
 PageUnpacker* new_page_unpacker();
@@ -24,7 +24,7 @@ std::unique_ptr<PageUnpacker> make_page_unpacker() {
   return std::unique_ptr<PageUnpacker>(MESHLET_BUILD::new_page_unpacker());
 }
 
-Problem read_page_table(const uint8_t* data, size_t size, std::vector<PackedPage>& pages) {
+Problem read_page_table(const uint8_t* data, size_t size, List<PackedPage>& pages) {
   const auto word = [&](size_t at) {
     uint32_t x;
     std::memcpy(&x, data + at, 4);
@@ -47,7 +47,7 @@ Problem read_page_table(const uint8_t* data, size_t size, std::vector<PackedPage
         bytes > kFreeBytes + kMostExpansion * uint64_t(page.packed_bytes))
       return {"page # has an impossible length", uint32_t(i)};
     if (bytes > SIZE_MAX - to) return {"the unpacked view is longer than memory"};
-    pages.push_back(page);
+    if (!pages.push(page)) return {kNoMemory};
     from += page.packed_bytes;
     to += bytes;
   }
@@ -55,4 +55,4 @@ Problem read_page_table(const uint8_t* data, size_t size, std::vector<PackedPage
   return {};
 }
 
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

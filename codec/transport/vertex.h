@@ -7,7 +7,7 @@
 #include "format/constants.h"
 #include "transport/adaptive_coder.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 inline namespace MESHLET_BUILD {
 namespace transport {
 
@@ -106,4 +106,4 @@ inline Vertex octahedral(Vertex n, uint32_t bits) {
 
 }  // namespace transport
 }  // namespace MESHLET_BUILD
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec

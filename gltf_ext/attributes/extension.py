@@ -17,10 +17,10 @@ from gltf_ext.document.accessors import Format, accessor_format
 from gltf_ext.document.document import Document, item
 from gltf_ext.document.json_values import minified
 from gltf_ext.errors import MeshletError
-from gltf_ext.sources.attribute_names import named
+from gltf_ext.sources.attribute_names import pair_names
 from gltf_ext.sources.primitives import (
     EXTENSION,
-    Dropped,
+    DropCounts,
     Primitive,
     all_primitives,
     is_compressed,
@@ -81,16 +81,16 @@ class Compressed:
         """(name, streams, format) of each attribute and target, targets as "targets[i].NAME"."""
         return [
             (name, streams_of(first, form[1], self.streams), form)
-            for name, (first, form) in named([self.attributes, *self.targets])
+            for name, (first, form) in pair_names([self.attributes, *self.targets])
         ]
 
     def decode(self) -> Primitive:
-        """All triangles and attributes, in the accessors' component types. Raises MeshletError."""
+        """Decode all triangles and attributes, in the accessors' types. Raises MeshletError."""
         with malformed_from(self.where):
             return self.as_primitive(*_codec.decode_values(self.blob))
 
     def parts(self) -> Iterator[tuple[np.ndarray, list[np.ndarray]]]:
-        """(triangles, values of streams) of some blobs at a time, as `as_primitive` takes them.
+        """Yield (triangles, values of streams) of some blobs at a time, for `as_primitive`.
 
         Indices number the vertices of all parts. Raises MeshletError.
         """
@@ -102,7 +102,7 @@ class Compressed:
             first += len(values[0])
 
     def as_primitive(self, triangles: np.ndarray, values: list[np.ndarray]) -> Primitive:
-        """Decoded triangles uint32[T, 3] and streams, in the accessors' component types."""
+        """Convert decoded triangles uint32[T, 3] and streams to the accessors' component types."""
         attributes, *targets = (
             {
                 name: to_accessor(
@@ -129,7 +129,7 @@ def parts_of(blobs: memoryview) -> Iterator[memoryview]:
 
 
 def malformed(where: str, reason: Any) -> MeshletError:
-    """The error for a compressed primitive that breaks the specification."""
+    """Return the error for a compressed primitive that breaks the specification."""
     if "version" in str(reason):  # not damaged, and the reason says what to do
         return MeshletError(f"{where}: {reason}")
     return MeshletError(f"{where}: {reason}", "the file is damaged; compress the original again")
@@ -137,7 +137,7 @@ def malformed(where: str, reason: Any) -> MeshletError:
 
 @contextmanager
 def malformed_from(where: str) -> Iterator[None]:
-    """Raises `malformed` for a ValueError inside; a MeshletError stays."""
+    """Raise `malformed` for a ValueError inside; a MeshletError stays."""
     try:
         yield
     except MeshletError:
@@ -147,12 +147,12 @@ def malformed_from(where: str) -> Iterator[None]:
 
 
 def has_compressed(document: Document) -> bool:
-    """Whether any primitive has the extension."""
+    """Return whether any primitive has the extension."""
     return any(is_compressed(primitive) for _, _, primitive in all_primitives(document))
 
 
 def compressed_primitives(document: Document) -> list[Compressed]:
-    """Every primitive with the extension, in order of (mesh, primitive).
+    """Return every primitive with the extension, in order of (mesh, primitive).
 
     Checks objects and headers. Raises MeshletError.
     """
@@ -164,7 +164,7 @@ def compressed_primitives(document: Document) -> list[Compressed]:
 
 
 def require_compressed(document: Document) -> list[Compressed]:
-    """The compressed primitives. Raises MeshletError when there is none."""
+    """Return the compressed primitives. Raises MeshletError when there is none."""
     compressed = compressed_primitives(document)
     if not compressed:
         raise MeshletError(
@@ -174,22 +174,22 @@ def require_compressed(document: Document) -> list[Compressed]:
     return compressed
 
 
-def read_triangles(document: Document, mesh: int, index: int) -> tuple[Primitive, Dropped]:
+def read_triangles(document: Document, mesh: int, index: int) -> tuple[Primitive, DropCounts]:
     """Any triangle primitive as arrays: decoded if it is compressed. Raises MeshletError."""
     if is_compressed(document.primitive(mesh, index)):
-        return read_compressed(document, mesh, index).decode(), Dropped()
+        return read_compressed(document, mesh, index).decode(), DropCounts()
     return read_primitive(document, mesh, index)
 
 
-def source_of(document: Document, mesh: int, index: int) -> tuple[Source, Dropped]:
-    """The same as a source in memory. Raises MeshletError."""
+def source_of(document: Document, mesh: int, index: int) -> tuple[Source, DropCounts]:
+    """Return the same as a source in memory. Raises MeshletError."""
     if is_compressed(document.primitive(mesh, index)):
-        return Source.of(read_compressed(document, mesh, index).decode()), Dropped()
+        return Source.of(read_compressed(document, mesh, index).decode()), DropCounts()
     return read_source(document, mesh, index)
 
 
 def read_compressed(document: Document, mesh: int, index: int) -> Compressed:
-    """The compressed primitive at this place. Raises MeshletError.
+    """Return the compressed primitive at this place. Raises MeshletError.
 
     Checks every index, count and type of its JSON.
     """
@@ -231,7 +231,7 @@ def read_compressed(document: Document, mesh: int, index: int) -> Compressed:
 
 
 def require_plain(view: gltf.BufferView) -> None:
-    """Raises ValueError unless a buffer view can be used as it lies in its buffer."""
+    """Raise ValueError unless a buffer view can be used as it lies in its buffer."""
     if "byteStride" in view or "target" in view or gltf.byte_offset(view) % 4:
         raise ValueError(
             "its buffer view has a byteStride, a target or an offset that is not a multiple of 4"
@@ -239,7 +239,7 @@ def require_plain(view: gltf.BufferView) -> None:
 
 
 def require_unused_by_accessors(document: Document, views: list[int]) -> None:
-    """Raises ValueError if an accessor refers to one of the buffer views."""
+    """Raise ValueError if an accessor refers to one of the buffer views."""
     used = set()
     for accessor in document.accessors:
         sparse = accessor.get("sparse", {})
@@ -260,7 +260,7 @@ def _is_index(value: Any) -> bool:
 def _first_streams(
     extension: Any, formats: list[dict[str, Format]], primitive: gltf.Primitive
 ) -> list[dict[str, int]]:
-    """Name -> first stream: of the attributes, then of each target.
+    """Return name -> first stream: of the attributes, then of each target.
 
     Raises ValueError unless the object names a view, and a stream for each attribute.
     """
@@ -289,7 +289,7 @@ def _first_streams(
 
 
 def _check_streams(compressed: Compressed) -> None:
-    """Checks the streams' kinds and users.
+    """Check the streams' kinds and users.
 
     Raises ValueError unless positions are on a grid, each stream has one attribute, and unit
     vectors and signs have float accessors.
@@ -305,7 +305,7 @@ def _check_streams(compressed: Compressed) -> None:
 
 
 def _check_counts(document: Document, primitive: gltf.Primitive, compressed: Compressed) -> None:
-    """Raises ValueError unless the accessors have the counts of the decoded data."""
+    """Raise ValueError unless the accessors have the counts of the decoded data."""
     indices = item(document.accessors, primitive["indices"], "the accessor of indices")
     dtype, components = accessor_format(indices, "indices")
     count = indices.get("count")

@@ -24,7 +24,7 @@ from gltf_ext.attributes.streams import (
 )
 from gltf_ext.document.accessors import Format
 from gltf_ext.ranges import first_of_each, has_repeats, occurring, renumbered
-from gltf_ext.sources.primitives import Dropped, place
+from gltf_ext.sources.primitives import DropCounts, place
 from gltf_ext.sources.source import Source, blocks
 
 HASH = "hash"
@@ -53,7 +53,7 @@ class Triangles:
         """The number of triangles."""
         return len(self.records) // 3 if self.corners is None else len(self.corners)
 
-    def count_dropped(self, distinct_count: int, remaining_count: int) -> Dropped:
+    def count_dropped(self, distinct_count: int, remaining_count: int) -> DropCounts:
         """Count the vertices that are left out, which only a whole source has.
 
         Args:
@@ -61,10 +61,10 @@ class Triangles:
             remaining_count: the same without those of degenerate triangles only.
         """
         if self.source is None:
-            return Dropped()
+            return DropCounts()
         duplicates = len(self.records) - distinct_count
         unreferenced = self.source.vertex_count - duplicates - remaining_count
-        return Dropped(unreferenced_vertices=unreferenced, duplicate_vertices=duplicates)
+        return DropCounts(unreferenced_vertices=unreferenced, duplicate_vertices=duplicates)
 
     def clear(self) -> None:
         """Give the memory of the records back."""
@@ -84,14 +84,14 @@ class Vertices:
     Attributes:
         triangles: uint32[T, 3], no vertex twice in one.
         records: of each vertex; position_ids: uint32[V], equal for equal float positions.
-        dropped: what is left out.
+        drop_counts: what is left out.
         source, rows: where vertices are from, [V], if that is in memory; no rows for all.
     """
 
     triangles: np.ndarray
     records: np.ndarray
     position_ids: np.ndarray
-    dropped: Dropped
+    drop_counts: DropCounts
     source: Source | None
     rows: np.ndarray | None
 

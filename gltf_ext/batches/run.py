@@ -171,7 +171,7 @@ def _client(scheduler: str | Client | None, workers: int | None) -> Iterator[Cli
         LocalCluster(
             n_workers=count,
             threads_per_worker=1,
-            memory_limit=0,  # one large file may take more than its worker's share
+            memory_limit=0,  # one large file may take more than its worker's part
             resources={MEMORY: MEMORY_LIMIT // count},
             dashboard_address="127.0.0.1:0",  # any free port: a fixed one may be taken
             silence_logs=50,  # CRITICAL

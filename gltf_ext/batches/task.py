@@ -215,9 +215,10 @@ def _compress_and_verify(
     report = compress(inputs.model, output, **{"threads": 1, **job.options})
     if report["output"] != str(output):
         raise MeshletError("the result does not fit a .glb", "compress it by itself")
-    limits = {"work_dir": str(folder), **job.options}
-    limits = {name: limits.get(name) for name in ("max_memory", "work_dir")}
-    verification = verify(inputs.model, output, **limits)
+    names = ("max_memory", "work_dir", "obj_groups")
+    of_verify = {"work_dir": str(folder), **job.options}
+    of_verify = {name: of_verify[name] for name in names if name in of_verify}
+    verification = verify(inputs.model, output, **of_verify)
     if inputs.current_stamps() != inputs.stamps:
         raise MeshletError("changed while it was read", "run again")
     if not verification["ok"]:

@@ -12,7 +12,7 @@ import numpy as np
 from gltf_ext.attributes.extension import read_compressed, read_triangles
 from gltf_ext.document import gltf
 from gltf_ext.document.document import Document, item
-from gltf_ext.document.nodes import placed
+from gltf_ext.document.nodes import placed_nodes
 from gltf_ext.sources.importers import open_model
 from gltf_ext.sources.primitives import is_compressed
 
@@ -49,7 +49,7 @@ def thumbnail(path: Path) -> bytes:
 
 def _instances(document: Document) -> Iterator[tuple[tuple[int, int], np.ndarray]]:
     """Return ((mesh, primitive), matrix to world space) of each triangle primitive of each node."""
-    for node, matrix in placed(document):
+    for node, matrix in placed_nodes(document):
         if "mesh" not in node:
             continue
         mesh = item(document.meshes, node["mesh"], "mesh")

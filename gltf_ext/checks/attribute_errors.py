@@ -22,7 +22,7 @@ class Errors:
 
     Attributes:
         max, squares, count: largest distance, sum of squared distances, number of vertices.
-        over_bound: largest error as a share of the allowed one.
+        over_bound: largest error as a fraction of the allowed one.
         degrees: largest angle; None unless it is a direction.
         box: float64[2, components]: the original's smallest and largest values; None if the
             attribute was not compared, because the primitives differ.

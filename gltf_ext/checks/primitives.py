@@ -17,7 +17,8 @@ from gltf_ext.document.document import Document
 from gltf_ext.errors import blaming
 from gltf_ext.progress import Advance
 from gltf_ext.sources.primitives import is_compressed
-from gltf_ext.sources.source import Rows, Source, blocks
+from gltf_ext.sources.row_arrays import Rows
+from gltf_ext.sources.source import Source, blocks
 
 
 def read_original(document: Document, mesh: int, index: int) -> Source:

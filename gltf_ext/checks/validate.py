@@ -30,7 +30,7 @@ BLOBS_SHARE = 0.3  # of the progress; the rest is for levels of detail
 
 
 def validate(path: str | os.PathLike[str], *, progress: bool = False) -> list[str]:
-    """Problems of a .glb or .gltf file, one line each; an empty list when there are none.
+    """Return problems of a .glb or .gltf file, one line each; an empty list when there are none.
 
     Checks the container, the types of all JSON properties, every reference to accessors and buffer
     views, and every extension object with its accessors. Decodes every blob and compares bounds
@@ -43,9 +43,9 @@ def validate(path: str | os.PathLike[str], *, progress: bool = False) -> list[st
         document = open_model(path)
     except MeshletError as error:
         return [error.message]
-    lost = _lost_fallback(document)
-    if lost:
-        return lost
+    lost_fallback = _lost_fallback(document)
+    if lost_fallback:
+        return lost_fallback
     broken = _broken_references(document)
     if broken:
         return list(dict.fromkeys(broken))  # many views may read one damaged buffer
@@ -66,7 +66,7 @@ def validate(path: str | os.PathLike[str], *, progress: bool = False) -> list[st
 
 
 def _lost_fallback(document: Document) -> list[str]:
-    """Problems of buffers that cannot be read although all compressed data can be."""
+    """Return problems of buffers that cannot be read although all compressed data can be."""
     try:
         users = compressed_primitives(document)
         for compressed in users:
@@ -74,13 +74,13 @@ def _lost_fallback(document: Document) -> list[str]:
     except ValueError:
         return []
     used = {document.bufferViews[compressed.view].get("buffer") for compressed in users}
-    lost = []
+    problems = []
     for index in set(range(len(document.buffers))) - used if used else ():
         try:
             document.bytes_of_buffer(index)
         except MeshletError as error:
-            lost.append(f"{error.message}; the compressed data is intact")
-    return lost
+            problems.append(f"{error.message}; the compressed data is intact")
+    return problems
 
 
 def _broken_references(document: Document) -> list[str]:
@@ -107,7 +107,7 @@ def _broken_references(document: Document) -> list[str]:
 
 
 def _extension_lists(document: Document) -> list[str]:
-    """Problems of extensionsUsed and extensionsRequired, and of accessors that primitives share."""
+    """Return problems of extensionsUsed, extensionsRequired and shared accessors."""
     users = [primitive for _, _, primitive in all_primitives(document) if is_compressed(primitive)]
     problems = []
     if users and EXTENSION not in document.extensionsUsed:
@@ -128,7 +128,7 @@ def _extension_lists(document: Document) -> list[str]:
 
 
 def _blob_problems(document: Document, mesh: int, index: int, advance: Advance | None) -> list[str]:
-    """Problems of one compressed primitive."""
+    """Return problems of one compressed primitive."""
     try:
         compressed = read_compressed(document, mesh, index)
         _codec.validate(compressed.blob)
@@ -160,7 +160,7 @@ def _value_problems(compressed: Compressed, values: list[np.ndarray]) -> list[st
 def _accessor_problems(
     document: Document, primitive: gltf.Primitive, compressed: Compressed
 ) -> list[str]:
-    """Problems of a primitive's accessors that readers may overlook."""
+    """Return problems of a primitive's accessors that readers may overlook."""
     problems = []
     if gltf.has_extension(primitive, "KHR_draco_mesh_compression"):
         problems.append("it is compressed with KHR_draco_mesh_compression, too")
@@ -187,21 +187,21 @@ def _decoded_problems(
     compressed: Compressed,
     advance: Advance | None,
 ) -> list[str]:
-    """Problems of the decoded values, and differences to the bounds and to the fallback."""
+    """Return problems of the decoded values, and differences to the bounds and to the fallback."""
     fallback = {
         index: read_accessor(document, index, name)
         for names in _accessors_of(primitive)
         for name, index in names.items()
         if "bufferView" in document.accessors[index]
     }
-    done = dict.fromkeys(fallback, 0)
+    compared_rows = dict.fromkeys(fallback, 0)
     problems: list[str] = []
     extremes: list[np.ndarray] = []
-    decoded = 0
+    triangle_count = 0
     for triangles, values in compressed.parts():
-        decoded += len(triangles)
+        triangle_count += len(triangles)
         if advance:
-            advance(decoded / compressed.triangle_count)
+            advance(triangle_count / compressed.triangle_count)
         problems += _value_problems(compressed, values)
         part = compressed.as_primitive(triangles, values)
         extremes = list(bounds(np.stack([*extremes, *bounds(part.attributes["POSITION"])])))
@@ -209,11 +209,16 @@ def _decoded_problems(
         for names, arrays in zip(_accessors_of(primitive), of_groups):
             for name in (name for name, index in names.items() if index in fallback):
                 index, values_of = names[name], arrays[name]
-                first, done[index] = done[index], done[index] + len(values_of)
-                if not np.array_equal(fallback[index][first : done[index]], values_of, True):
+                first, compared_rows[index] = (
+                    compared_rows[index],
+                    compared_rows[index] + len(values_of),
+                )
+                if not np.array_equal(
+                    fallback[index][first : compared_rows[index]], values_of, True
+                ):
                     problems.append(f"the fallback of {name} is not the decoded data")
     position = document.accessors[primitive["attributes"]["POSITION"]]
-    for name, stated, expected in zip(("min", "max"), stated_bounds(position), extremes):
-        if stated is None or not np.array_equal(stated, expected):
+    for name, bound, expected in zip(("min", "max"), stated_bounds(position), extremes):
+        if bound is None or not np.array_equal(bound, expected):
             problems.append(f"{name} of its POSITION accessor is not that of the decoded data")
     return problems

@@ -30,15 +30,20 @@ def verify(
     *,
     max_memory: str | int | None = None,
     work_dir: str | None = None,
+    obj_groups: bool = False,
     progress: bool = False,
 ) -> dict[str, Any]:
     """Compare a compressed file with the model it was made from.
 
-    max_memory: read models larger than memory in parts; the process stays below about so many
-        bytes (K, M and G are powers of 1024). Levels of detail of primitives that are read in parts
-        are not measured.
-    work_dir: folder for work files; by default that of the system for temporary files.
-    progress: draw a progress bar on a terminal.
+    Args:
+        original: path of the model.
+        compressed: path of the compressed file.
+        max_memory: read models larger than memory in parts; the process stays below about so many
+            bytes (K, M and G are powers of 1024). Levels of detail of primitives that are read in
+            parts are not measured.
+        work_dir: folder for work files; by default that of the system for temporary files.
+        obj_groups: for an .obj that was compressed with it.
+        progress: draw a progress bar on a terminal.
 
     Returns:
         ok: triangles_equal and errors_within_bits hold, and there is no other problem.
@@ -51,7 +56,7 @@ def verify(
         max_error_percent, rms_error_percent: the same in percent of the diagonal of the
             attribute's bounding box over the mesh.
         max_error_degrees: attribute -> largest angle, for directions.
-        error_over_bound: attribute -> largest error as a share of the allowed one.
+        error_over_bound: attribute -> largest error as a fraction of the allowed one.
         triangles, missing_triangles, extra_triangles, differing_primitives: counts.
         collapsed_triangles: count of those with two corners on one point of the grid.
         levels: for each level of detail but the finest: mesh, primitive, level, triangles,
@@ -64,24 +69,32 @@ def verify(
         not_measured: mesh and primitive of those whose levels are not measured.
         problems: one line each.
 
-    Raises MeshletError when a file is malformed or the second not compressed, OSError when one
-    cannot be read.
+    Raises:
+        MeshletError: a file is malformed, or the second one is not compressed.
+        OSError: a file cannot be read.
     """
     folder = work_dir or tempfile.gettempdir()
-    options = Options.of({"max_memory": max_memory, "work_dir": folder, "progress": progress})
+    options = Options.of(
+        {
+            "max_memory": max_memory,
+            "work_dir": folder,
+            "obj_groups": obj_groups,
+            "progress": progress,
+        }
+    )
     return _compare_files(original, compressed, options)
 
 
 def _compare_files(
     original: str | os.PathLike[str], compressed: str | os.PathLike[str], options: Options
 ) -> dict[str, Any]:
-    """Return the report of verify. options: max_memory, work_dir and progress."""
+    """Return the report of verify. options: max_memory, work_dir, obj_groups and progress."""
     large: Larges = {}
     with blaming(original):
         if options.memory:
             original_document, large = open_large(Path(original), options)
         else:
-            original_document = open_model(original)
+            original_document = open_model(original, options.obj_groups)
     with blaming(compressed):
         compressed_document = open_model(compressed)
     if not has_compressed(compressed_document):

@@ -36,7 +36,7 @@ from gltf_ext.sources.importers import open_model
 from gltf_ext.sources.large import Larges, open_large
 from gltf_ext.sources.primitives import (
     EXTENSION,
-    Dropped,
+    DropCounts,
     all_primitives,
     describe,
     describe_indices,
@@ -68,7 +68,7 @@ class Job:
     Attributes:
         source: the primitive, in memory or in its file.
         users: the document's primitives that it stands for.
-        dropped: counts of vertices and triangles left out.
+        drop_counts: counts of vertices and triangles left out.
         grid: of its positions; None if they are integers.
         reason_kept: why it is not compressed; empty if it is.
         result: what it became.
@@ -76,13 +76,13 @@ class Job:
 
     source: Source
     users: list[gltf.Primitive]
-    dropped: Dropped
+    drop_counts: DropCounts
     grid: Grid | None = None
     reason_kept: str = ""
     result: Compression = field(default_factory=Compression)
 
     @property
-    def place(self) -> dict[str, int]:
+    def location(self) -> dict[str, int]:
         """For reports."""
         return {"mesh": self.source.mesh, "primitive": self.source.primitive}
 
@@ -92,7 +92,7 @@ def _with_options(
 ) -> Callable[
     [Callable[[File, File, Options], Report]], Callable[Concatenate[File, File, P], Report]
 ]:
-    """Gives a function of two files and Options a keyword argument for each option instead.
+    """Give a function of two files and Options a keyword argument for each option instead.
 
     Type checkers and editors see the names, types and defaults that Options declares.
     """
@@ -151,6 +151,7 @@ def compress(input: File, output: File, settings: Options) -> Report:
         fallback: also write plain buffers into OUT.fallback.bin, for readers without the extension.
         transport: pack the result for download, about a third smaller (EXT_meshlet_transport, a
             draft); readers unpack it when they open it.
+        obj_groups: groups (g) of an .obj become nodes, too, below those of its objects (o).
         threads: number of threads, 0 for one per processor; the bytes are the same for any (0 to
             1024, default 0).
         max_memory: work through models larger than memory in chunks; the process stays below so
@@ -179,8 +180,8 @@ def compress(input: File, output: File, settings: Options) -> Report:
         if settings.memory:
             document, large = open_large(Path(input), settings)
         else:
-            document = open_model(input)
-        read = document.files()
+            document = open_model(input, settings.obj_groups)
+        sources_read = document.files()
         jobs = _jobs(document, large, settings)
         encoded = _encode_all(jobs, settings, chunks, Path(input).name)
         for job in encoded:
@@ -193,11 +194,11 @@ def compress(input: File, output: File, settings: Options) -> Report:
             pack_compressed(document, settings.threads)
         files = model_files(document, output)
         contents = inspect_document(document, _statistics_by_view(encoded))
-    written = write_model(input, read, files)
-    fallback_path, model = fallback_of(output), Path(written["output"])
-    written["fallback_bytes"] = sum(map(len, files.get(fallback_path, [])))
-    written["output_bytes"] -= written["fallback_bytes"]
-    if written["output_bytes"] >= written["input_bytes"]:
+    report = write_model(input, sources_read, files)
+    fallback_path, model = fallback_of(output), Path(report["output"])
+    report["fallback_bytes"] = sum(map(len, files.get(fallback_path, [])))
+    report["output_bytes"] -= report["fallback_bytes"]
+    if report["output_bytes"] >= report["input_bytes"]:
         changes["warnings"].append("the file grew; the original is smaller")
     if model.suffix != output.suffix:
         changes["warnings"].append(f"the result does not fit a .glb; it is {model.name}")
@@ -205,7 +206,7 @@ def compress(input: File, output: File, settings: Options) -> Report:
         changes["warnings"].append(
             f"{fallback_path.name} is not part of this result; delete it if nothing needs it"
         )
-    return {**written, **contents, **changes}
+    return {**report, **contents, **changes}
 
 
 def _statistics_by_view(encoded: list[Job]) -> dict[int, dict[str, Any]]:
@@ -217,7 +218,7 @@ def _statistics_by_view(encoded: list[Job]) -> dict[int, dict[str, Any]]:
 
 
 def _encode_all(jobs: list[Job], options: Options, chunks: Runner, title: str) -> list[Job]:
-    """Encodes all jobs; returns those that can be. Raises MeshletError when none can be.
+    """Encode all jobs; returns those that can be. Raises MeshletError when none can be.
 
     chunks: runs the chunks of primitives that are larger than memory.
     """
@@ -237,7 +238,7 @@ def _encode_all(jobs: list[Job], options: Options, chunks: Runner, title: str) -
 def _encode_at_once(
     jobs: list[Job], options: Options, chunks: Runner, advance: Advance | None
 ) -> None:
-    """Encodes several primitives at once, the largest first. A large one uses several threads."""
+    """Encode several primitives at once, the largest first. A large one uses several threads."""
     threads = options.threads or os.cpu_count() or 1
     counts = [max(job.source.triangle_count, 1) for job in jobs]
     shares = [count / sum(counts) for count in counts]
@@ -267,20 +268,20 @@ def _encode_at_once(
 def _finish_document(
     document: Document, jobs: list[Job], encoded: list[Job], options: Options
 ) -> dict[str, Any]:
-    """Brings images and lists of extensions in order; returns the report on the changes."""
+    """Bring images and lists of extensions in order; returns the report on the changes."""
     warnings = [*document.import_warnings, *_lossy_before(document), *_coarse_grids(jobs)]
     document.forget_extension(EXTENSION)
     forget_levels(document)
     document.use_extension(EXTENSION, required=not options.fallback)
     warnings += embed_images(document)
     warnings += _settle_extensions(document, encoded)
-    dropped = Dropped()
+    drop_counts = DropCounts()
     for job in jobs:
-        dropped.add(job.dropped)
+        drop_counts.add(job.drop_counts)
     return {
         "generation": _generation(encoded),
-        "dropped": vars(dropped),
-        "kept": [{**job.place, "reason": job.reason_kept} for job in jobs if job.reason_kept],
+        "dropped": vars(drop_counts),
+        "kept": [{**job.location, "reason": job.reason_kept} for job in jobs if job.reason_kept],
         "warnings": warnings,
     }
 
@@ -302,22 +303,22 @@ Identity = tuple[Any, ...]  # equal for primitives with the same data
 
 def _jobs(document: Document, large: Larges, options: Options) -> list[Job]:
     """One job per distinct primitive (same indices, attributes and targets) and position grid."""
-    sources: dict[Identity, tuple[Source, Dropped]] = {}
-    places = []
+    sources: dict[Identity, tuple[Source, DropCounts]] = {}
+    uses = []
     for mesh, index, primitive in triangle_primitives(document):
         identity = _identity(primitive)
         if identity not in sources and (mesh, index) in large:
-            sources[identity] = large[mesh, index], Dropped()
+            sources[identity] = large[mesh, index], DropCounts()
         elif identity not in sources:
             sources[identity] = _source(document, mesh, index)
-        places.append((mesh if options.grid == "mesh" else None, primitive, identity))
-    boxes = _boxes([(key, sources[identity][0]) for key, _, identity in places])
+        uses.append((mesh if options.grid == "mesh" else None, primitive, identity))
+    boxes = _boxes([(key, sources[identity][0]) for key, _, identity in uses])
     grids = {key: _grid(box, options) for key, box in boxes.items()}
     jobs: dict[tuple[Identity, Grid | None], Job] = {}
-    for key, primitive, identity in places:
-        source, dropped = sources[identity]
+    for key, primitive, identity in uses:
+        source, drop_counts = sources[identity]
         grid = grids.get(key)
-        job = jobs.setdefault((identity, grid), Job(source, [], dropped, grid))
+        job = jobs.setdefault((identity, grid), Job(source, [], drop_counts, grid))
         job.users.append(primitive)
     return list(jobs.values())
 
@@ -328,21 +329,21 @@ def _identity(primitive: gltf.Primitive) -> Identity:
     return (gltf.mode(primitive), primitive.get("indices"), *compression, *names)
 
 
-def _source(document: Document, mesh: int, index: int) -> tuple[Source, Dropped]:
-    source, dropped = source_of(document, mesh, index)
+def _source(document: Document, mesh: int, index: int) -> tuple[Source, DropCounts]:
+    source, drop_counts = source_of(document, mesh, index)
     if len(source.attributes) <= _codec.BLOB_MAX_STREAMS:  # else it stays uncompressed
         source.read_bounds()
-    return source, dropped
+    return source, drop_counts
 
 
-def _boxes(placed: list[tuple[int | None, Source]]) -> dict[int | None, Box]:
+def _boxes(sources: list[tuple[int | None, Source]]) -> dict[int | None, Box]:
     """Key -> box of all its primitives that have triangles and float positions."""
     boxes: dict[int | None, Box] = {}
-    for key, source in placed:
+    for key, source in sources:
         if box := source.box:
             low, high = box
-            before = boxes.get(key, (low, high))
-            boxes[key] = np.minimum(low, before[0]), np.maximum(high, before[1])
+            old_box = boxes.get(key, (low, high))
+            boxes[key] = np.minimum(low, old_box[0]), np.maximum(high, old_box[1])
     return boxes
 
 
@@ -359,7 +360,7 @@ def _grid(box: Box, options: Options) -> Grid:
 
 
 def _is_coarse(box: Box, grid: Grid) -> bool:
-    """Whether a box that is not a point spans fewer steps than MIN_POSITION_BITS can number."""
+    """Return whether a box that is not a point needs fewer than MIN_POSITION_BITS on the grid."""
     extent = float((box[1] - box[0]).max())
     return 0.0 < extent < (2.0 ** (MIN_POSITION_BITS - 1) - 0.5) * grid.step
 
@@ -395,38 +396,38 @@ def _bits(options: Options) -> Bits:
 def _encode_job(
     job: Job, options: Options, chunks: Runner, threads: int, progress: Advance | None
 ) -> None:
-    """Sets the job's result, or its reason_kept. threads: for a primitive in memory."""
-    source, most = job.source, _codec.BLOB_MAX_STREAMS
+    """Set the job's result, or its reason_kept. threads: for a primitive in memory."""
+    source, max_streams = job.source, _codec.BLOB_MAX_STREAMS
     if not source.triangle_count:
         job.reason_kept = DEGENERATE
         return
     streams = len(source.attributes)  # one or more for each
-    if streams <= most:
+    if streams <= max_streams:
         if not source.bounds:
-            job.dropped.degenerate_triangles += source.triangle_count
+            job.drop_counts.degenerate_triangles += source.triangle_count
             _keep_degenerate(job)
             return
-        form = RecordFormat.of(source, job.grid, _bits(options))
-        streams = len(form.plan.streams)
-    if streams > most:
-        job.reason_kept = f"it takes {streams} streams, at most {most} are possible"
+        record_format = RecordFormat.of(source, job.grid, _bits(options))
+        streams = len(record_format.plan.streams)
+    if streams > max_streams:
+        job.reason_kept = f"it takes {streams} streams, at most {max_streams} are possible"
         return
     own_runner = LocalThreads(threads) if source.is_in_memory else chunks
-    job.result = encode(source, form, options, own_runner, progress)
-    job.dropped.add(job.result.dropped)
+    job.result = encode(source, record_format, options, own_runner, progress)
+    job.drop_counts.add(job.result.drop_counts)
     if not job.result.statistics:
         _keep_degenerate(job)
 
 
 def _keep_degenerate(job: Job) -> None:
-    """Leaves a primitive as it is. Raises MeshletError for one that is larger than memory."""
+    """Leave a primitive as it is. Raises MeshletError for one that is larger than memory."""
     job.reason_kept = DEGENERATE
     if not job.source.is_in_memory:  # the document may not have it
         raise MeshletError(f"{job.source.where}: {DEGENERATE}", "repair the model first")
 
 
 def _replace(document: Document, job: Job, fallback: bool) -> None:
-    """Points the job's primitives at the view, with accessors that describe the decoded data."""
+    """Point the job's primitives at the view, with accessors that describe the decoded data."""
     result, first = job.result, job.users[0]
     vertex_count: int = result.statistics["vertices"]
     extension: dict[str, Any] = {"bufferView": document.add_view(result.view)}
@@ -455,13 +456,13 @@ def _replace(document: Document, job: Job, fallback: bool) -> None:
 
 
 def _decoded_box(result: Compression, stream: int = 0) -> Box:
-    """The box of a stream of positions as it decodes; by default of POSITION."""
+    """Return the box of a stream of positions as it decodes; by default of POSITION."""
     low, high = dequantise(result.bounds[stream], result.plan.streams[stream])
     return low, high
 
 
 def _add_all_levels(document: Document, encoded: list[Job]) -> list[dict[str, Any]]:
-    """Adds the levels of all jobs. Returns a report of each compressed primitive."""
+    """Add the levels of all jobs. Returns a report of each compressed primitive."""
     report = []
     for job in encoded:
         triangles = [job.result.statistics["triangles"]]
@@ -469,7 +470,7 @@ def _add_all_levels(document: Document, encoded: list[Job]) -> list[dict[str, An
         if job.result.levels:
             add_levels(document, job.users, job.result.levels)
             levels = job.result.levels.report
-        report.append({**job.place, **levels})
+        report.append({**job.location, **levels})
     if any(job.result.levels for job in encoded):
         document.use_extension(LEVELS, required=False)
         arrange(document)
@@ -477,25 +478,25 @@ def _add_all_levels(document: Document, encoded: list[Job]) -> list[dict[str, An
 
 
 def _useless_levels(encoded: list[Job]) -> list[str]:
-    """Warns if a viewer holds more bytes with levels than without.
+    """Warn if a viewer holds more bytes with levels than without.
 
     It shows each primitive with only PIXELS pixels and one pixel of error.
     """
     from gltf_ext.lod.cuts import cut_at_error, held_bytes  # commands without levels start faster
 
-    plain = held = 0
+    plain_bytes = level_bytes = 0
     for job in encoded:
         if not job.result.levels:
             continue
         tables = job.result.levels.tables
         size = float(np.ptp(_decoded_box(job.result), axis=0).max())
-        plain += len(job.result.view)
-        held += held_bytes(tables, cut_at_error(tables, size / PIXELS))
-    if held < plain or not plain:
+        plain_bytes += len(job.result.view)
+        level_bytes += held_bytes(tables, cut_at_error(tables, size / PIXELS))
+    if level_bytes < plain_bytes or not plain_bytes:
         return []
     return [
-        f"levels of detail do not pay: for one pixel of error in {PIXELS} a viewer loads {held:,} "
-        f"bytes, and {plain:,} without levels"
+        f"levels of detail do not pay: for one pixel of error in {PIXELS} a viewer loads "
+        f"{level_bytes:,} bytes, and {plain_bytes:,} without levels"
     ]
 
 
@@ -527,7 +528,7 @@ def _settle_extensions(document: Document, encoded: list[Job]) -> list[str]:
 
 
 def _generation(jobs: list[Job]) -> dict[str, Any]:
-    """The histograms summed, and the largest number of iterations."""
+    """Return the histograms summed, and the largest number of iterations."""
     generations = [job.result.statistics["generation"] for job in jobs]
     return {
         "histogram": [sum(column) for column in zip(*(g["histogram"] for g in generations))],

@@ -35,21 +35,28 @@ def decompress(
 ) -> dict[str, Any]:
     """Write a compressed .glb or .gltf as a plain .glb without the extension.
 
-    level: of detail, 0 for all triangles; a primitive with fewer levels takes its coarsest one.
-    error: the coarsest mesh with at most this error, in units of POSITION, or "0.1%" of the longest
-        side of the primitive's bounding box. Not together with level. Primitives without levels of
-        detail keep all their triangles.
-    progress: draw a progress bar on a terminal.
+    Args:
+        input: path of the compressed file.
+        output: path of the .glb, or a .gltf, to write.
+        level: of detail, 0 for all triangles; a primitive with fewer levels takes its coarsest one.
+        error: the coarsest mesh with at most this error, in units of POSITION, or "0.1%" of the
+            longest side of the primitive's bounding box. Not together with level. Primitives
+            without levels of detail keep all their triangles.
+        progress: draw a progress bar on a terminal.
 
-    Returns input, output, input_bytes, output_bytes, triangles and warnings. Raises MeshletError
-    when the input is malformed or not compressed, OSError when a file cannot be read or written.
+    Returns:
+        input, output, input_bytes, output_bytes, triangles and warnings.
+
+    Raises:
+        MeshletError: the input is malformed or not compressed.
+        OSError: a file cannot be read or written.
     """
     detail = Detail.of(level, error)
     output = Path(output)
     check_output(output, input)
     with blaming(input):
         document = open_model(input)
-        read = document.files()
+        sources = document.files()
         compressed = require_compressed(document)
         warnings = missing_levels(document) if level or error is not None else []
         with progress_bar(Path(input).name, progress) as advance:
@@ -58,8 +65,8 @@ def decompress(
         forget_levels(document)
         warnings += embed_images(document)
         files = model_files(document, output)
-    written = write_model(input, read, files)
-    return {**written, "triangles": triangles, "warnings": warnings}
+    report = write_model(input, sources, files)
+    return {**report, "triangles": triangles, "warnings": warnings}
 
 
 def _expand_all(
@@ -69,7 +76,7 @@ def _expand_all(
     folder: str,
     advance: Advance | None,
 ) -> int:
-    """Decodes every primitive; those that share a blob and accessors once, and still share.
+    """Decode every primitive; those that share a blob and accessors once, and still share.
 
     folder: for work files. Returns the number of triangles of all primitives.
     """
@@ -105,7 +112,7 @@ def _expand(
     folder: str,
     advance: Advance | None,
 ) -> None:
-    """Stores one primitive in new accessors: the old ones may have other users."""
+    """Store one primitive in new accessors: the old ones may have other users."""
     primitive = document.primitive(compressed.mesh, compressed.primitive)
     cut = detail.cut(document, compressed)
     whole = cut or compressed
@@ -125,11 +132,11 @@ def _expand(
     def add(index: int, values: np.ndarray) -> None:
         spools[index].append(stored_rows(accessors[index], values, targets[index]))
 
-    done = 0
+    decoded_triangles = 0
     for part in [cut] if cut else starmap(compressed.as_primitive, compressed.parts()):
-        done += part.triangle_count
+        decoded_triangles += part.triangle_count
         if advance:
-            advance(done / whole.triangle_count)
+            advance(decoded_triangles / whole.triangle_count)
         add(indices, part.indices.reshape(-1, 1))
         for names, arrays in zip(sets, part.sets):
             for name, index in names.items():

@@ -47,7 +47,10 @@ Statistics = Mapping[str, Any]  # of a view, as _codec.describe gives them
 
 
 def inspect(path: str | os.PathLike[str]) -> dict[str, Any]:
-    """Statistics of a compressed file.
+    """Return statistics of a compressed file.
+
+    Args:
+        path: of the file.
 
     Returns:
         file, file_bytes.
@@ -70,8 +73,9 @@ def inspect(path: str | os.PathLike[str]) -> dict[str, Any]:
             stored_triangles (in groups of that level), clusters, groups, stuck_triangles (not
             simplified), bytes, and error in units of POSITION.
 
-    Raises MeshletError when the file is malformed or not compressed, OSError when it cannot be
-    read.
+    Raises:
+        MeshletError: the file is malformed or not compressed.
+        OSError: the file cannot be read.
     """
     from gltf_ext.lod.reports import describe_levels  # compress, which starts faster, needs none
 
@@ -90,33 +94,33 @@ def inspect_document(
 
     statistics_by_view: known statistics of these buffer views. Decodes all others.
     """
-    counted: dict[int, dict[str, Any]] = {}
+    descriptions: dict[int, dict[str, Any]] = {}
     primitives = []
     all_compressed = require_compressed(document)
     for compressed in all_compressed:
-        first = counted.get(compressed.view)
+        first = descriptions.get(compressed.view)
         if first is None:
             with malformed_from(compressed.where):
-                known = statistics_by_view.get(compressed.view)
-                first = _describe(compressed, known or _codec.describe(compressed.blob))
-            counted[compressed.view] = first
+                statistics = statistics_by_view.get(compressed.view)
+                first = _describe(compressed, statistics or _codec.describe(compressed.blob))
+            descriptions[compressed.view] = first
             primitives.append(first)
             continue
         # Another user of the same bytes adds its JSON object only.
         first["json_bytes"] += compressed.json_bytes
         sharing = {"shares_buffer_view_of": [first["mesh"], first["primitive"]]}
         primitives.append({**_place(compressed), **sharing})
-    for described in counted.values():
+    for described in descriptions.values():
         described.update(_figures(described))
     return {
-        "totals": _totals(list(counted.values())),
+        "totals": _totals(list(descriptions.values())),
         "fallback_files": _fallback_files(document, all_compressed),
         "primitives": [_public(p) for p in primitives],
     }
 
 
 def _fallback_files(document: Document, all_compressed: list[Compressed]) -> dict[str, int]:
-    """Name -> bytes of the files that hold plain buffers for readers without the extension."""
+    """Return name -> bytes of files with plain buffers, for readers without the extension."""
     users = [document.primitive(c.mesh, c.primitive) for c in all_compressed]
     accessors = {
         index for u in users for names in gltf.attribute_sets(u) for index in names.values()
@@ -140,7 +144,7 @@ def _place(compressed: Compressed) -> dict[str, Any]:
 
 
 def _describe(compressed: Compressed, statistics: Statistics) -> dict[str, Any]:
-    """The counts of one primitive."""
+    """Return the counts of one primitive."""
     all_bits = statistics["bits"]
     category_bits = Counter(
         connectivity=all_bits["connectivity"], references_and_headers=all_bits["references"]

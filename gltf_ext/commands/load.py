@@ -20,9 +20,17 @@ from gltf_ext.sources.primitives import Primitive, triangle_primitives
 
 
 def load(path: str | os.PathLike[str]) -> list[Primitive]:
-    """Every triangle primitive of a file in order of (mesh, primitive), compressed ones decoded.
+    """Read every triangle primitive of a file in order of (mesh, primitive), decoded.
 
-    Raises MeshletError when the file is malformed, OSError when it cannot be read.
+    Args:
+        path: of a .glb or .gltf, compressed or not, or of an .obj, .ply or .stl.
+
+    Returns:
+        The primitives, with arrays in the component types of their accessors.
+
+    Raises:
+        MeshletError: the file is malformed.
+        OSError: the file cannot be read.
     """
     with blaming(path):
         document = open_model(path)
@@ -46,7 +54,7 @@ class MeshletDecoder:
         self.vertex_count: int = self._decoder.vertex_count
 
     def decode_meshlet(self, index: int) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-        """Decodes the meshlet with this number.
+        """Decode the meshlet with this number.
 
         Returns (triangles, attributes): uint8[t, 3] into the meshlet's own vertices, and name ->
         [v, components] in the accessor's component type. Morph-target deltas are named
@@ -65,7 +73,7 @@ class MeshletDecoder:
 
 
 def decoders(path: str | os.PathLike[str]) -> list[MeshletDecoder]:
-    """A decoder for each compressed primitive of a file, in order of (mesh, primitive).
+    """Return a decoder for each compressed primitive of a file, in order of (mesh, primitive).
 
     Raises MeshletError when the file is malformed or not compressed, OSError when it cannot be
     read.

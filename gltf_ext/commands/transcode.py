@@ -23,11 +23,17 @@ def transcode(
 ) -> dict[str, Any]:
     """Write a compressed .glb or .gltf packed for download, or a packed one as it was before.
 
-    threads: 0 means one per processor.
+    Args:
+        input: path of the compressed file.
+        output: path of the .glb or .gltf to write.
+        threads: number of threads, 0 for one per processor.
 
-    Returns input, output, input_bytes, output_bytes and packed: whether the output is. Raises
-    MeshletError when the input is malformed or not compressed, OSError when a file cannot be read
-    or written.
+    Returns:
+        input, output, input_bytes, output_bytes, and packed: whether the output is.
+
+    Raises:
+        MeshletError: the input is malformed or not compressed.
+        OSError: a file cannot be read or written.
     """
     output = Path(output)
     Options.of({"threads": threads})
@@ -43,7 +49,7 @@ def transcode(
 
 
 def pack_compressed(document: Document, threads: int) -> None:
-    """Packs the views of all compressed primitives and their levels of detail."""
+    """Pack the views of all compressed primitives and their levels of detail."""
     views = set()
     for compressed in require_compressed(document):
         views.add(compressed.view)

@@ -27,7 +27,7 @@ Format = tuple[np.dtype, int]  # component type and number of components
 
 
 def accessor_format(accessor: gltf.Accessor, name: str) -> Format:
-    """The format of an accessor. Raises MeshletError, naming `name`, for one that glTF lacks."""
+    """Return the format of an accessor. Raises MeshletError with `name` for an invalid one."""
     component, kind = accessor.get("componentType"), accessor.get("type")
     if component not in DTYPES or kind not in COMPONENTS:
         raise MeshletError(
@@ -44,13 +44,13 @@ def accessor_format(accessor: gltf.Accessor, name: str) -> Format:
 def read_accessor(
     document: Document, index: int, name: str, count: int | None = None
 ) -> np.ndarray:
-    """The elements of an accessor, [count, components]: a read-only view of the file if possible.
+    """Return the elements of an accessor, [count, components]: if possible a read-only view.
 
-    name: what the accessor holds, for errors; count: the count it must have, of data with bytes.
-    Raises MeshletError.
+    name: of the accessor, for errors; count: the count that it must have, if it has bytes. Raises
+    MeshletError.
     """
     accessor = item(document.accessors, index, f"the accessor of {name},")
-    form = accessor_format(accessor, name)
+    format_ = accessor_format(accessor, name)
     elements = accessor.get("count", -1)
     if elements < 0:
         raise MeshletError(f"{name} has no valid count", DAMAGED)
@@ -59,9 +59,9 @@ def read_accessor(
             f"{name} has {elements} elements instead of {count}", "export the model again"
         )
     if "bufferView" in accessor:
-        values = _strided(document, accessor, elements, form, name)
+        values = _strided(document, accessor, elements, format_, name)
     elif count is not None or elements <= MAX_ZEROS:
-        values = np.broadcast_to(np.zeros((), form[0]), (elements, form[1]))
+        values = np.broadcast_to(np.zeros((), format_[0]), (elements, format_[1]))
     else:
         raise MeshletError(f"{name} has {elements} elements but no bytes", DAMAGED)
     if "sparse" not in accessor:
@@ -73,11 +73,11 @@ def _strided(
     document: Document,
     holder: gltf.Accessor | gltf.SparseIndices | gltf.SparseValues,
     count: int,
-    form: Format,
+    format_: Format,
     name: str,
 ) -> np.ndarray:
     """`count` elements at the buffer view and offset of an accessor or a part of a sparse one."""
-    (dtype, components), view = form, holder["bufferView"]
+    (dtype, components), view = format_, holder["bufferView"]
     data = document.bytes_of_view(view)
     size, offset = dtype.itemsize * components, gltf.byte_offset(holder)
     stride = gltf.stride(document.bufferViews[view], size)
@@ -94,7 +94,7 @@ def _strided(
 def _with_sparse(
     document: Document, values: np.ndarray, sparse: gltf.Sparse, name: str
 ) -> np.ndarray:
-    """A copy of the values in which the sparse ones replace theirs."""
+    """Return a copy of the values in which the sparse ones replace theirs."""
     name = f"the sparse part of {name}"
     indices, replacements = sparse.get("indices"), sparse.get("values")
     count = sparse.get("count", 0)
@@ -112,13 +112,13 @@ def _with_sparse(
     if len(rows) and rows.max() >= len(values):
         raise MeshletError(f"{name} has an index out of range", DAMAGED)
     result: np.ndarray = values.copy()
-    form = values.dtype, values.shape[1]
-    result[rows] = _strided(document, replacements, count, form, name)
+    format_ = values.dtype, values.shape[1]
+    result[rows] = _strided(document, replacements, count, format_, name)
     return result
 
 
 def described_by(accessor: gltf.Accessor, count: int) -> gltf.Accessor:
-    """A new accessor of the same type, name and extras: `count` elements, no buffer view."""
+    """Return a new accessor of the same type, name and extras: `count` elements, no buffer view."""
     same = ("componentType", "count", "type", "normalized", "name", "extras")
     result: Any = {name: value for name, value in accessor.items() if name in same}
     result["count"] = count
@@ -127,7 +127,7 @@ def described_by(accessor: gltf.Accessor, count: int) -> gltf.Accessor:
 
 
 def index_accessor(index_count: int, vertex_count: int) -> gltf.Accessor:
-    """An accessor for triangle indices, of 16 bits if the vertices allow it.
+    """Return an accessor for triangle indices, of 16 bits if the vertices allow it.
 
     The largest 16-bit value is reserved for primitive restart.
     """
@@ -140,12 +140,12 @@ def index_accessor(index_count: int, vertex_count: int) -> gltf.Accessor:
 
 
 def set_bounds(accessor: gltf.Accessor, low: np.ndarray, high: np.ndarray) -> None:
-    """Sets min and max."""
+    """Set min and max."""
     accessor["min"], accessor["max"] = ([v.item() for v in bound] for bound in (low, high))
 
 
 def stated_bounds(accessor: gltf.Accessor) -> list[np.ndarray | None]:
-    """min and max, float64[components] each; None for one that is not stated.
+    """Min and max, float64[components] each; None for one that is not stated.
 
     Numbers of a FLOAT accessor are rounded to 32 bits (glTF 2.0, 3.6.2.5): JSON may hold the
     shortest text that gives the same float.
@@ -159,7 +159,7 @@ def stated_bounds(accessor: gltf.Accessor) -> list[np.ndarray | None]:
 
 
 def widen_bounds(accessor: gltf.Accessor, values: np.ndarray) -> None:
-    """Extends min and max by those of more values."""
+    """Extend min and max by those of more values."""
     rows = [np.array(b, values.dtype) for b in (accessor.get("min"), accessor.get("max")) if b]
     set_bounds(accessor, *bounds(np.stack([*rows, *bounds(values)])))
 
@@ -186,7 +186,7 @@ def store(
     target: int,
     fallback: bool,
 ) -> None:
-    """Gives the accessor a buffer view of its own with these values, [count, components].
+    """Give the accessor a buffer view of its own with these values, [count, components].
 
     Rows of vertex attributes are padded to 4 bytes. fallback: see Document.add_view.
     """
@@ -194,24 +194,21 @@ def store(
     store_rows(document, accessor, rows.data, target, fallback)
 
 
-def add_accessor(document: Document, values: np.ndarray) -> int:
-    """The number of a new accessor with a buffer view of its own.
+def add_accessor(document: Document, values: np.ndarray, normalized: bool = False) -> int:
+    """Return the number of a new accessor with a buffer view of its own.
 
-    values: [count, components] of float32 or uint8, which is normalized, for vertices; of uint32
-    for indices.
+    values: [count, components] of any type of DTYPES for vertices; of uint32 for indices.
     """
-    component, target = {
-        "u4": (gltf.UNSIGNED_INT, gltf.ELEMENT_ARRAY_BUFFER),
-        "u1": (gltf.UNSIGNED_BYTE, gltf.ARRAY_BUFFER),
-        "f4": (gltf.FLOAT, gltf.ARRAY_BUFFER),
-    }[values.dtype.str[1:]]
+    component = next(number for number, dtype in DTYPES.items() if dtype == values.dtype)
+    is_index = component == gltf.UNSIGNED_INT
+    target = gltf.ELEMENT_ARRAY_BUFFER if is_index else gltf.ARRAY_BUFFER
     columns = values.shape[1]
     accessor: gltf.Accessor = {
         "componentType": component,
         "count": len(values),
         "type": "SCALAR" if columns == 1 else f"VEC{columns}",
     }
-    if component == gltf.UNSIGNED_BYTE:
+    if normalized:
         accessor["normalized"] = True
     store(document, accessor, values, target, fallback=False)
     document.accessors.append(accessor)
@@ -219,7 +216,7 @@ def add_accessor(document: Document, values: np.ndarray) -> int:
 
 
 def stored_rows(accessor: gltf.Accessor, values: np.ndarray, target: int) -> np.ndarray:
-    """uint8[count, stride]: values [count, components] as they lie in the accessor's view."""
+    """Return uint8[count, stride]: values, [count, components], as in the accessor's view."""
     values = np.ascontiguousarray(values, DTYPES[accessor["componentType"]])
     size = values.dtype.itemsize * values.shape[1]
     rows = values.view(np.uint8).reshape(len(values), size)
@@ -234,7 +231,7 @@ def store_rows(
     target: int,
     fallback: bool = False,
 ) -> None:
-    """Gives the accessor a buffer view of its own with all its rows, as `stored_rows` has them."""
+    """Give the accessor a buffer view of its own with all its rows, as `stored_rows` has them."""
     dtype, components = accessor_format(accessor, "an accessor")
     view: gltf.BufferView = {"target": target}
     stride = len(rows) // max(accessor["count"], 1)

@@ -45,7 +45,7 @@ Pieces = list[bytes | memoryview]
 
 
 def pack(document: Document, most: int, split_bytes: int) -> tuple[list[Pieces], Pieces]:
-    """Drops unused data and lays out the buffers: (pieces of each, of the fallback's).
+    """Drop unused data and lays out the buffers: (pieces of each, of the fallback's).
 
     Views added with `fallback` go to the last buffer, all others to buffer 0 if they take at most
     `most` bytes. Else each buffer has at most `split_bytes`, or one larger view. If an extension
@@ -57,7 +57,7 @@ def pack(document: Document, most: int, split_bytes: int) -> tuple[list[Pieces],
 
 
 def unknown_index_holders(document: Document) -> list[str]:
-    """Names of unknown extensions in use that hold integers, which may be indices."""
+    """Name of unknown extensions in use that hold integers, which may be indices."""
     return sorted(
         {
             name
@@ -79,7 +79,7 @@ def _holds_integer(value: Any) -> bool:
 
 
 def _extensions(value: Any) -> Iterator[tuple[str, Any]]:
-    """(name, object) of every extension in JSON, nested ones included."""
+    """Return (name, object) of every extension in JSON, nested ones included."""
     if isinstance(value, list):
         children = value
     elif isinstance(value, dict):
@@ -95,7 +95,7 @@ def _extensions(value: Any) -> Iterator[tuple[str, Any]]:
 
 
 def map_accessors(document: Document, renumber: Renumber) -> None:
-    """Replaces every accessor index by renumber(index)."""
+    """Replace every accessor index by renumber(index)."""
     for mesh in document.meshes:
         for primitive in mesh["primitives"]:
             for attributes in gltf.attribute_sets(primitive):
@@ -117,7 +117,7 @@ def map_accessors(document: Document, renumber: Renumber) -> None:
 
 
 def map_views(document: Document, renumber: Renumber) -> None:
-    """Replaces every buffer view index by renumber(index)."""
+    """Replace every buffer view index by renumber(index)."""
     for accessor in document.accessors:
         _map_field(accessor, "bufferView", renumber)
         sparse = accessor.get("sparse", {})
@@ -162,7 +162,7 @@ Mapper = Callable[[Document, Renumber], None]
 
 
 def _used(document: Document, mapper: Mapper, items: list[Any], kind: str) -> list[int]:
-    """The items in use, in their order. Renumbers every reference to them."""
+    """Return the items in use, in their order. Renumbers every reference to them."""
     used: set[int] = set()
 
     def note(index: int) -> int:
@@ -171,10 +171,10 @@ def _used(document: Document, mapper: Mapper, items: list[Any], kind: str) -> li
         return index
 
     mapper(document, note)
-    kept = sorted(used)
-    new_index = {old: new for new, old in enumerate(kept)}
+    old_indices = sorted(used)
+    new_index = {old: new for new, old in enumerate(old_indices)}
     mapper(document, new_index.__getitem__)
-    return kept
+    return old_indices
 
 
 def _drop_unused(document: Document) -> None:
@@ -187,7 +187,7 @@ def _drop_unused(document: Document) -> None:
 
 
 def _trim_views(document: Document) -> None:
-    """Cuts old buffer views down to the bytes that the remaining accessors need."""
+    """Cut old buffer views down to the bytes that the remaining accessors need."""
     readers: dict[int, list[gltf.Accessor]] = defaultdict(list)
     for accessor in document.accessors:
         if "bufferView" in accessor:
@@ -223,7 +223,7 @@ class _Run:
 
 
 def _split_view(document: Document, index: int, accessors: list[gltf.Accessor]) -> None:
-    """Replaces a buffer view by one view per run of used bytes, if that drops any byte."""
+    """Replace a buffer view by one view per run of used bytes, if that drops any byte."""
     view, data = document.bufferViews[index], document.bytes_of_view(index)
     spans = sorted(
         ((*_span(accessor, view, len(data)), accessor) for accessor in accessors),
@@ -249,7 +249,7 @@ def _split_view(document: Document, index: int, accessors: list[gltf.Accessor]) 
 
 
 def _span(accessor: gltf.Accessor, view: gltf.BufferView, available: int) -> tuple[int, int]:
-    """(first byte, one past the last) of an accessor in its view; all of it if it is not valid."""
+    """Return (first byte, end) of an accessor in its view; the whole view if it is not valid."""
     try:
         dtype, components = accessor_format(accessor, "an accessor")
     except MeshletError:
@@ -268,7 +268,7 @@ class _Buffer:
     length: int = 0
 
     def add(self, content: bytes | memoryview, alignment: int) -> int:
-        """Returns the offset of the content."""
+        """Return the offset of the content."""
         padding = -self.length % alignment
         self.pieces += [bytes(padding), content]
         self.length += padding + len(content)
@@ -276,7 +276,7 @@ class _Buffer:
 
 
 def _lay_out(document: Document, most: int, split_bytes: int) -> tuple[list[Pieces], Pieces]:
-    """Places the views one after the other in their buffers and replaces the list of buffers."""
+    """Place the views one after the other in their buffers and replaces the list of buffers."""
     alignment = BLOB_ALIGNMENT
     if "EXT_structural_metadata" in document.extensionsUsed:
         alignment = METADATA_ALIGNMENT
@@ -305,7 +305,7 @@ def _lay_out(document: Document, most: int, split_bytes: int) -> tuple[list[Piec
 
 
 def _content(document: Document, view: int) -> tuple[bytes | memoryview, bool]:
-    """The bytes to write for a view, and whether they are the fallback's."""
+    """Return the bytes to write for a view, and whether they are the fallback's."""
     content, new = document.bytes_of_view(view), document.new_bytes.get(view)
     if new is None:
         return content, False

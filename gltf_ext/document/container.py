@@ -31,7 +31,7 @@ EMPTY, EXPORT_AGAIN = "is empty", "export it again"
 
 
 def read_document(path: str | os.PathLike[str]) -> Document:
-    """Reads a .glb or .gltf file. Raises MeshletError, OSError."""
+    """Read a .glb or .gltf file. Raises MeshletError, OSError."""
     path = Path(path)
     data = read_file(path)
     if not data:
@@ -42,7 +42,7 @@ def read_document(path: str | os.PathLike[str]) -> Document:
 
 
 def parse_glb(data: bytes | memoryview, base: Path = Path()) -> Document:
-    """A document from the bytes of a .glb file. Raises MeshletError."""
+    """Return a document from the bytes of a .glb file. Raises MeshletError."""
     chunks = _chunks(memoryview(data))
     if not chunks or chunks[0][0] != JSON_CHUNK:
         raise MeshletError(
@@ -53,7 +53,7 @@ def parse_glb(data: bytes | memoryview, base: Path = Path()) -> Document:
 
 
 def _chunks(data: memoryview) -> list[tuple[bytes, memoryview]]:
-    """(type, bytes) of each chunk of a .glb."""
+    """Return (type, bytes) of each chunk of a .glb."""
     if len(data) < GLB_HEADER.size:
         raise MeshletError("is shorter than a .glb header", CUT_OFF)
     _, version, length = GLB_HEADER.unpack_from(data)
@@ -76,7 +76,7 @@ def _chunks(data: memoryview) -> list[tuple[bytes, memoryview]]:
 
 
 def parse_json(text: bytes, binary: memoryview | None, base: Path) -> Document:
-    """A document from JSON and the bytes of the binary chunk. Raises MeshletError."""
+    """Return a document from JSON and the bytes of the binary chunk. Raises MeshletError."""
     try:
         properties = json.loads(text.decode("utf-8-sig"))
     except (ValueError, RecursionError):
@@ -134,7 +134,7 @@ def model_files(document: Document, output: Path) -> dict[Path, Pieces]:
 
 
 def fallback_of(output: Path) -> Path:
-    """The file of a model's fallback."""
+    """Return the file of a model's fallback."""
     return output.with_name(f"{output.stem}.fallback.bin")
 
 
@@ -152,7 +152,7 @@ def _json(document: Document) -> bytes:
 
 
 def _glb_parts(document: Document, binary: Sequence[bytes | memoryview]) -> Pieces:
-    """The pieces of a .glb file, in order. Raises MeshletError.
+    """Return the pieces of a .glb file, in order. Raises MeshletError.
 
     binary: the pieces of the binary chunk.
     """

@@ -90,13 +90,13 @@ class Document:
         return minified({name: value for name, value in self.json.items() if value != []})
 
     def primitive(self, mesh: int, index: int) -> gltf.Primitive:
-        """A primitive by the indices of its mesh and in that."""
+        """Return a primitive by the indices of its mesh and in that."""
         return self.meshes[mesh]["primitives"][index]
 
     # --- bytes ---
 
     def bytes_of_buffer(self, index: int) -> memoryview:
-        """The bytes of a buffer, read once. Raises MeshletError."""
+        """Return the bytes of a buffer, read once. Raises MeshletError."""
         buffer = item(self.buffers, index, "buffer")
         if index not in self._buffers_read:
             uri, length = buffer.get("uri"), buffer.get("byteLength")
@@ -112,7 +112,7 @@ class Document:
         return self._buffers_read[index]
 
     def bytes_of_view(self, index: Any) -> memoryview:
-        """The bytes of a buffer view. Raises MeshletError."""
+        """Return the bytes of a buffer view. Raises MeshletError."""
         view = item(self.bufferViews, index, "bufferView")
         if index in self.new_bytes:
             return self.new_bytes[index].data
@@ -135,7 +135,7 @@ class Document:
         fallback: bool = False,
         properties: gltf.BufferView | None = None,
     ) -> int:
-        """Appends a buffer view with bytes of its own; returns its index."""
+        """Append a buffer view with bytes of its own; returns its index."""
         index = len(self.bufferViews)
         place: gltf.BufferView = {"buffer": 0, "byteOffset": 0, "byteLength": len(data)}
         self.bufferViews.append({**place, **(properties or {})})
@@ -143,7 +143,7 @@ class Document:
         return index
 
     def arrange_views(self, order: Sequence[int]) -> None:
-        """Keeps these buffer views, in this order. Call `map_views` for the references."""
+        """Keep these buffer views, in this order. Call `map_views` for the references."""
         self.bufferViews[:] = [self.bufferViews[old] for old in order]
         self.new_bytes = {
             new: self.new_bytes[old] for new, old in enumerate(order) if old in self.new_bytes
@@ -152,7 +152,7 @@ class Document:
     # --- files ---
 
     def read_uri(self, uri: str) -> bytes:
-        """The bytes behind a data: uri or a path relative to the document. Raises MeshletError."""
+        """Return the bytes of a data: uri or of a relative path. Raises MeshletError."""
         return bytes(self._buffer_of(uri))
 
     def _buffer_of(self, uri: str) -> bytes | memoryview:
@@ -173,39 +173,39 @@ class Document:
             ) from None
 
     def path_of(self, uri: str) -> Path:
-        """The file behind a relative uri. Raises ValueError when there can be none."""
+        """Return the file behind a relative uri. Raises ValueError when there can be none."""
         path = path_beside(self.base, file_name(unquote_to_bytes(uri)))
         if path is None:
             raise ValueError
         return path
 
     def files(self) -> list[Path]:
-        """The files that buffers and images refer to, and those that an import has read."""
-        found = list(self.import_files)
+        """Return the files that buffers and images refer to, and those that an import has read."""
+        paths = list(self.import_files)
         for holder in (*self.buffers, *self.images):
             uri = holder.get("uri")
             if uri and not uri.startswith("data:"):
                 with suppress(ValueError):  # no path at all, so nothing reads it
-                    found.append(self.path_of(uri))
-        return found
+                    paths.append(self.path_of(uri))
+        return paths
 
     # --- extensions ---
 
     def use_extension(self, name: str, required: bool) -> None:
-        """Adds the name to extensionsUsed and, if required, to extensionsRequired."""
+        """Add the name to extensionsUsed and, if required, to extensionsRequired."""
         for names in [self.extensionsUsed] + [self.extensionsRequired] * required:
             if name not in names:
                 names.append(name)
 
     def forget_extension(self, name: str) -> None:
-        """Removes the name from extensionsUsed and extensionsRequired."""
+        """Remove the name from extensionsUsed and extensionsRequired."""
         for names in (self.extensionsUsed, self.extensionsRequired):
             if name in names:
                 names.remove(name)
 
 
 def read_file(path: Path) -> bytes | memoryview:
-    """The bytes of a file; a large one is mapped into memory. Raises OSError."""
+    """Return the bytes of a file; a large one is mapped into memory. Raises OSError."""
     with open(path, "rb") as file:
         if os.fstat(file.fileno()).st_size <= MOST_READ:
             return file.read()

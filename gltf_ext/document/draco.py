@@ -38,8 +38,8 @@ def decode_draco(
         if name not in ids:
             continue
         accessor_name = f"the accessor of {name} of {where},"
-        form = accessor_format(item(document.accessors, accessor, accessor_name), name)
-        dtype, components = form
+        format_ = accessor_format(item(document.accessors, accessor, accessor_name), name)
+        dtype, components = format_
         values = next((array for unique_id, array in arrays if unique_id == ids[name]), None)
         if values is None or values.ndim != 2 or values.shape[1] != components:
             raise MeshletError(
@@ -61,7 +61,7 @@ def decode_draco(
 def _decode(
     document: Document, extension: Any, where: str
 ) -> tuple[list[tuple[int, np.ndarray]], np.ndarray]:
-    """([(unique id, values) of each attribute], faces) as DracoPy gives them."""
+    """Return ([(unique id, values) of each attribute], faces) as DracoPy gives them."""
     try:
         import DracoPy
     except ImportError:
@@ -84,7 +84,7 @@ def _decode(
 
 
 def _claimed_faces(data: bytes) -> int:
-    """The number of triangles in the header. Raises an exception if the data ends before it.
+    """Return the number of triangles in the header. Raises an exception if the data ends before it.
 
     Bitstream 2.2: https://google.github.io/draco/spec/, sections 4 (metadata), 5.
     """

@@ -33,7 +33,7 @@ class Property(TypedDict, total=False):
     extras: Any
 
 
-class Named(Property, total=False):
+class NamedProperty(Property, total=False):
     """An object with a name."""
 
     name: str
@@ -71,7 +71,7 @@ class Sparse(Property, total=False):
     values: SparseValues
 
 
-class Accessor(Named, total=False):
+class Accessor(NamedProperty, total=False):
     """A typed array in a buffer view."""
 
     bufferView: int
@@ -85,7 +85,7 @@ class Accessor(Named, total=False):
     min: Bounds
 
 
-class BufferView(Named, total=False):
+class BufferView(NamedProperty, total=False):
     """A range of bytes of a buffer."""
 
     buffer: int
@@ -119,7 +119,7 @@ class _Mesh(TypedDict):
     primitives: list[Primitive]
 
 
-class Mesh(_Mesh, Named, total=False):
+class Mesh(_Mesh, NamedProperty, total=False):
     """Primitives, and weights of their morph targets."""
 
     weights: list[float]
@@ -143,7 +143,7 @@ class Orthographic(Property, total=False):
     znear: float
 
 
-class Camera(Named, total=False):
+class Camera(NamedProperty, total=False):
     """A camera of either type."""
 
     perspective: Perspective
@@ -180,7 +180,7 @@ class PbrMetallicRoughness(Property, total=False):
     metallicRoughnessTexture: TextureInfo
 
 
-class Material(Named, total=False):
+class Material(NamedProperty, total=False):
     """The look of a primitive."""
 
     pbrMetallicRoughness: PbrMetallicRoughness
@@ -202,14 +202,14 @@ class Sampler(Property, total=False):
     wrapT: int
 
 
-class Texture(Named, total=False):
+class Texture(NamedProperty, total=False):
     """An image with a sampler."""
 
     sampler: int
     source: int
 
 
-class Image(Named, total=False):
+class Image(NamedProperty, total=False):
     """An encoded image in a buffer view, a file or a data: uri."""
 
     uri: str
@@ -217,7 +217,7 @@ class Image(Named, total=False):
     bufferView: int
 
 
-class Node(Named, total=False):
+class Node(NamedProperty, total=False):
     """A node of the scene graph, with its place."""
 
     mesh: int
@@ -230,13 +230,13 @@ class Node(Named, total=False):
     camera: int
 
 
-class Scene(Named, total=False):
+class Scene(NamedProperty, total=False):
     """Root nodes."""
 
     nodes: list[int]
 
 
-class Skin(Named, total=False):
+class Skin(NamedProperty, total=False):
     """Joints of a skinned mesh."""
 
     inverseBindMatrices: int
@@ -271,7 +271,7 @@ class _Animation(TypedDict):
     samplers: list[AnimationSampler]
 
 
-class Animation(_Animation, Named, total=False):
+class Animation(_Animation, NamedProperty, total=False):
     """Key frames of several properties."""
 
 
@@ -304,27 +304,27 @@ class Root(_Lists, Property, total=False):
 
 
 def byte_offset(holder: Accessor | SparseIndices | SparseValues | BufferView) -> int:
-    """The first byte, of a buffer view's buffer or of an accessor's view."""
+    """Return the first byte, of a buffer view's buffer or of an accessor's view."""
     return holder.get("byteOffset", 0)
 
 
 def stride(view: BufferView, size: int) -> int:
-    """Bytes from an element of so many bytes to the next."""
+    """Return the offset of an element to the next one, in bytes. size: of an element."""
     return view.get("byteStride") or size
 
 
 def mode(primitive: Primitive) -> int:
-    """What the primitive consists of."""
+    """Return the mode of a primitive: 4 for triangles."""
     return primitive.get("mode", TRIANGLES)
 
 
 def attribute_sets(primitive: Primitive) -> list[Attributes]:
-    """The attributes, then those of each morph target."""
+    """Return the attributes, then those of each morph target."""
     return [primitive["attributes"], *primitive.get("targets", [])]
 
 
 def set_attribute_sets(primitive: Primitive, sets: list[Attributes]) -> None:
-    """Sets copies of the attributes and of those of each morph target."""
+    """Set copies of the attributes and of those of each morph target."""
     attributes, *targets = map(dict, sets)
     primitive["attributes"] = attributes
     if targets:
@@ -332,7 +332,7 @@ def set_attribute_sets(primitive: Primitive, sets: list[Attributes]) -> None:
 
 
 def children(node: Node) -> list[int]:
-    """The nodes below."""
+    """Return the nodes below."""
     return node.get("children", [])
 
 
@@ -340,12 +340,12 @@ def children(node: Node) -> list[int]:
 
 
 def has_extension(holder: Property, name: str) -> bool:
-    """Whether an object has the extension."""
+    """Return whether an object has the extension."""
     return name in holder.get("extensions", {})
 
 
 def extension(holder: Property, name: str) -> Any:
-    """The JSON of an object's extension; None if there is none."""
+    """Return the JSON of an object's extension; None if there is none."""
     return holder.get("extensions", {}).get(name)
 
 

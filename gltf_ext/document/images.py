@@ -23,7 +23,7 @@ DECODED_PER_BYTE = 40
 
 
 def check_size(data: bytes) -> None:
-    """Refuses an image whose header claims far more pixels than its bytes can hold.
+    """Refuse an image whose header claims far more pixels than its bytes can hold.
 
     Raises MeshletError, also for an unknown format.
     """
@@ -48,7 +48,7 @@ def mime_type(data: bytes) -> str | None:
 
 
 def as_png_or_jpeg(data: bytes) -> bytes:
-    """The image itself if it is one of these, else the same pixels as a PNG.
+    """Return the image itself if it is one of these, else the same pixels as a PNG.
 
     Raises MeshletError when it cannot be read or takes too much memory.
     """
@@ -64,18 +64,18 @@ def as_png_or_jpeg(data: bytes) -> bytes:
 
 
 def embed_images(document: Document) -> list[str]:
-    """Moves images behind data: uris and relative paths into buffer views.
+    """Move images behind data: uris and relative paths into buffer views.
 
     Returns a warning for each image that stays where it is.
     """
     problems = []
-    known: dict[str, gltf.Image] = {}  # uri -> what replaces it
+    replacements: dict[str, gltf.Image] = {}  # uri -> what replaces it
     for image in document.images:
         uri = image.get("uri")
         if uri is None:
             continue
-        if uri in known:
-            image.update(known[uri])
+        if uri in replacements:
+            image.update(replacements[uri])
             del image["uri"]
             continue
         try:
@@ -88,7 +88,7 @@ def embed_images(document: Document) -> list[str]:
             short = MeshletError(uri[:80]).message
             problems.append(f"an image is left where it is: {short} has an unknown format")
             continue
-        known[uri] = {"bufferView": document.add_view(data), "mimeType": mime}
-        image.update(known[uri])
+        replacements[uri] = {"bufferView": document.add_view(data), "mimeType": mime}
+        image.update(replacements[uri])
         del image["uri"]
     return problems

@@ -28,7 +28,7 @@ def checked(properties: Any) -> Root:
 
 
 def _check_of(hint: Any, length: int | None = None) -> Check:
-    """The check of an annotation. length: of a list."""
+    """Return the check of an annotation. length: of a list."""
     arguments = typing.get_args(hint)
     if typing.get_origin(hint) is Annotated:
         return _bounds if arguments[1] == MAY_BE_INFINITE else _check_of(*arguments)

@@ -11,7 +11,7 @@ LARGEST = 1e15  # of factors and intensities: products of two must fit 32-bit fl
 
 
 def is_number(value: Any) -> bool:
-    """Whether `value` is a number that fits a 64-bit float: no boolean, infinity or NaN."""
+    """Return whether `value` is a number that fits a 64-bit float: no boolean, infinity or NaN."""
     return type(value) in (int, float) and abs(value) <= sys.float_info.max
 
 
@@ -29,8 +29,8 @@ def numbers(values: Any, default: tuple[float, ...]) -> tuple[float, ...]:
 
 def member(value: Any, name: str) -> dict[str, Any]:
     """value[name] if both are JSON objects, otherwise an empty one."""
-    found = value.get(name) if isinstance(value, dict) else None
-    return found if isinstance(found, dict) else {}
+    result = value.get(name) if isinstance(value, dict) else None
+    return result if isinstance(result, dict) else {}
 
 
 def minified(value: Any) -> bytes:

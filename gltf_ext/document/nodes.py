@@ -17,8 +17,8 @@ MAX_REPEATED = 2**14
 MAX_SIZE = 1e15  # of coordinates: products of two must fit 32-bit floats
 
 
-def placed(document: Document) -> Iterator[tuple[gltf.Node, np.ndarray]]:
-    """(node, world matrix float64[4, 4]) of every node of the default scene, parents first.
+def placed_nodes(document: Document) -> Iterator[tuple[gltf.Node, np.ndarray]]:
+    """Return (node, world matrix float64[4, 4]) of every node of the default scene, parents first.
 
     A document without scenes shows all its root nodes; one that names no default scene shows its
     first. Raises MeshletError for a node that is its own ancestor, for too many nodes, and for a
@@ -33,25 +33,21 @@ def placed(document: Document) -> Iterator[tuple[gltf.Node, np.ndarray]]:
     # A node without a matrix ends the children of that node.
     stack: list[tuple[int, np.ndarray | None]] = [(index, np.eye(4)) for index in reversed(roots)]
     ancestors: set[int] = set()
-    left = len(document.nodes) + MAX_REPEATED
+    visits_left = len(document.nodes) + MAX_REPEATED
     while stack:
         index, parent = stack.pop()
         if parent is None:
             ancestors.remove(index)
             continue
         node = item(document.nodes, index, "node")
-        left -= 1
-        if index in ancestors or left < 0:
+        visits_left -= 1
+        if index in ancestors or visits_left < 0:
             raise MeshletError(
                 f"node {index} is its own ancestor, or has too many parents", NOT_VALID
             )
         with np.errstate(over="ignore", invalid="ignore"):
             matrix: np.ndarray = parent @ local_matrix(node)
-        if not (np.abs(matrix) < MAX_SIZE).all():
-            raise MeshletError(
-                f"a node's transform is not finite, or larger than {MAX_SIZE:g}",
-                "export the file again, smaller",
-            )
+        require_finite(matrix)
         yield node, matrix
         if gltf.children(node):
             ancestors.add(index)
@@ -60,23 +56,44 @@ def placed(document: Document) -> Iterator[tuple[gltf.Node, np.ndarray]]:
 
 
 def local_matrix(node: gltf.Node) -> np.ndarray:
-    """float64[4, 4] from a node's matrix, or its translation, rotation and scale."""
+    """Return float64[4, 4] from a node's matrix, or its translation, rotation and scale."""
     if "matrix" in node:
         return np.reshape(np.array(node["matrix"], np.float64), (4, 4), order="F")
-    result = np.eye(4)
-    rotation = _rotation(node["rotation"]) if "rotation" in node else np.eye(3)
-    result[:3, :3] = rotation * np.array(node.get("scale", (1, 1, 1)), np.float64)
-    result[:3, 3] = node.get("translation", 0)
+    values = (
+        node.get("translation", (0, 0, 0)),
+        node.get("rotation", (0, 0, 0, 1)),
+        node.get("scale", (1, 1, 1)),
+    )
+    result: np.ndarray = trs_matrices(*(np.array([v], np.float64) for v in values))[0]
     return result
 
 
-def _rotation(quaternion: list[float]) -> np.ndarray:
-    """float64[3, 3] of a quaternion x, y, z, w of any length."""
-    x, y, z, w = np.array(quaternion, np.float64) / max(float(np.linalg.norm(quaternion)), 1e-30)
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
+def trs_matrices(translation: np.ndarray, rotation: np.ndarray, scale: np.ndarray) -> np.ndarray:
+    """Return float64[n, 4, 4]: rotation and scale, then translation.
+
+    translation, scale: float64[n, 3]; rotation: float64[n, 4], quaternions x, y, z, w of any
+    length; zero turns nothing.
+    """
+    lengths = np.linalg.norm(rotation, axis=1, keepdims=True)
+    x, y, z, w = (rotation / np.maximum(lengths, 1e-30)).T
+    result = np.zeros((len(translation), 4, 4))
+    rows = (
+        (1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)),
+        (2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)),
+        (2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)),
     )
+    for row, values in enumerate(rows):
+        for column, value in enumerate(values):
+            result[:, row, column] = value * scale[:, column]
+    result[:, :3, 3] = translation
+    result[:, 3, 3] = 1
+    return result
+
+
+def require_finite(matrices: np.ndarray) -> None:
+    """Raise MeshletError for numbers that are not finite, or as large as MAX_SIZE."""
+    if not (np.abs(matrices) < MAX_SIZE).all():
+        raise MeshletError(
+            f"a node's transform is not finite, or larger than {MAX_SIZE:g}",
+            "export the file again, smaller",
+        )

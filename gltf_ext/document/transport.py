@@ -16,12 +16,12 @@ VERSION = 1  # the first byte of a packed view; that of a blob is the letter E
 
 
 def is_packed(view: bytes) -> bool:
-    """True if a view is packed, for readers that do not see the view's extensions."""
+    """Return whether a view is packed, for readers that do not see the view's extensions."""
     return view[:1] == bytes([VERSION])
 
 
 def unpack(view: bytes) -> bytes:
-    """The resident bytes of a packed view, which are still to be validated. Raises ValueError."""
+    """Return the unpacked bytes of a view, not validated yet. Raises ValueError."""
     resident = _codec.unpack(view)
     if [length for _, length in _codec.split(resident)] != _page_lengths(view):
         raise ValueError("the pages of the packed view are not its blobs")
@@ -29,8 +29,10 @@ def unpack(view: bytes) -> bytes:
 
 
 def unpack_views(document: Document) -> bool:
-    """Replaces packed views of a file by their resident bytes; from then on nothing of the
-    extension is left. Returns whether there were any. Raises MeshletError."""
+    """Replace packed views of a file by their unpacked bytes, and remove the extension.
+
+    Returns whether there were any. Raises MeshletError.
+    """
     packed = [
         i for i, view in enumerate(document.bufferViews) if gltf.has_extension(view, TRANSPORT)
     ]
@@ -52,15 +54,17 @@ def unpack_views(document: Document) -> bool:
 
 
 def _page_lengths(packed: bytes) -> list[int]:
-    """The resident bytes of each page of a packed view that has been unpacked."""
+    """Return the resident bytes of each page of a packed view that has been unpacked."""
     count = int.from_bytes(packed[:4], "little") >> 8
     lengths: list[int] = np.frombuffer(packed, "<u4", 2 * count, 4)[::2].tolist()
     return lengths
 
 
 def pack_views(document: Document, views: set[int], threads: int = 0) -> None:
-    """Has these views, which hold blobs, written packed if that is shorter. Raises MeshletError,
-    ValueError for malformed blobs."""
+    """Let views of blobs be written packed where that is shorter.
+
+    Raises MeshletError, ValueError for malformed blobs.
+    """
     for index in sorted(views):
         resident = document.bytes_of_view(index)
         packed = _codec.pack(bytes(resident), threads)

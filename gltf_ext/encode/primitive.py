@@ -21,8 +21,9 @@ from gltf_ext.options import Options
 from gltf_ext.progress import Advance
 from gltf_ext.scheduler import Runner
 from gltf_ext.sources.memory import UNEVEN, chunk_size, fitting
-from gltf_ext.sources.primitives import Dropped
-from gltf_ext.sources.source import Rows, Source, blocks
+from gltf_ext.sources.primitives import DropCounts
+from gltf_ext.sources.row_arrays import Rows
+from gltf_ext.sources.source import Source, blocks
 from gltf_ext.work_files import Spool, WorkFile
 
 # Shares of the progress: triangles read, and sorted into chunks; the rest is for encoding.
@@ -40,7 +41,7 @@ class Compression:
         plan: its streams; view: the blobs of level 0.
         bounds: uint32[2, 3] of each stream of positions, on the grid.
         statistics: as _codec.encode gives them; empty if no triangle is left.
-        source_vertices: number of different vertices; dropped: what is left out.
+        source_vertices: number of different vertices; drop_counts: what is left out.
         levels: all others; None without levels of detail.
     """
 
@@ -49,7 +50,7 @@ class Compression:
     bounds: dict[int, np.ndarray] = field(default_factory=dict)
     statistics: dict[str, Any] = field(default_factory=dict)
     source_vertices: int = 0
-    dropped: Dropped = field(default_factory=Dropped)
+    drop_counts: DropCounts = field(default_factory=DropCounts)
     levels: Levels | None = None
 
 
@@ -89,7 +90,7 @@ def encode(
         totals.bounds,
         totals.statistics,
         totals.source_vertices,
-        totals.dropped,
+        totals.drop_counts,
         levels,
     )
 
@@ -156,7 +157,7 @@ def sort_corners(
 def gather_corners(
     source: Source, record_format: RecordFormat, soup: WorkFile
 ) -> Iterator[tuple[int, int, np.ndarray, float]]:
-    """Return (first, last, their corners: fine[last - first, 3], share of the passes) of triangles.
+    """Yield (first, last, corners: fine[last - first, 3], fraction of the passes) of triangles.
 
     Vertices are in memory as far as they fit. Then each pass over the triangles completes the
     records that the one before has written to `soup`.

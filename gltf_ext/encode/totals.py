@@ -8,7 +8,7 @@ import numpy as np
 
 from gltf_ext.attributes.records import Vertices
 from gltf_ext.document.accessors import bounds
-from gltf_ext.sources.primitives import Dropped
+from gltf_ext.sources.primitives import DropCounts
 
 
 class Totals:
@@ -16,14 +16,14 @@ class Totals:
 
     Attributes:
         statistics: as _codec.encode gives them for one view.
-        dropped: what is left out.
+        drop_counts: what is left out.
         bounds: uint32[2, 3] of each stream of positions, on the grid.
     """
 
     def __init__(self) -> None:
         """Of nothing yet."""
         self.statistics: dict[str, Any] = {}
-        self.dropped = Dropped()
+        self.drop_counts = DropCounts()
         self.bounds: dict[int, np.ndarray] = {}
         self._inner = 0  # vertices that one chunk has
         self._border_records: list[np.ndarray] = []
@@ -35,7 +35,7 @@ class Totals:
         is_shared: bool[V]: vertices that others may have; streams: of positions.
         """
         totals = cls()
-        totals.dropped = vertices.dropped
+        totals.drop_counts = vertices.drop_counts
         records = vertices.records
         if len(records):
             totals.bounds = {s: np.stack(bounds(records[str(s)])) for s in streams}
@@ -47,7 +47,7 @@ class Totals:
 
     def add(self, other: Totals) -> None:
         """Add other chunks."""
-        self.dropped.add(other.dropped)
+        self.drop_counts.add(other.drop_counts)
         for stream, ends in other.bounds.items():
             rows = np.concatenate([self.bounds.get(stream, ends), ends])
             self.bounds[stream] = np.stack(bounds(rows))

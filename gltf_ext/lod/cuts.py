@@ -15,7 +15,7 @@ from gltf_ext.lod.tables import GROUP, RUN_BYTES, Tables
 # What web/stream reads, see there: bytes of the first request, bytes of the pages of the first
 # picture, and groups of a part of the tables, at least.
 HEAD_BYTES, FIRST_BYTES, MIN_PART_GROUPS = 32768, 96 * 1024, 128
-NEAR = 1e-6  # least distance to a sphere, as a share of the viewer's distance to its centre
+NEAR = 1e-6  # least distance to a sphere, as a fraction of the viewer's distance to its centre
 
 
 @dataclass(frozen=True)
@@ -119,8 +119,13 @@ def cut_for_view(
 ) -> Cut:
     """Return the coarsest cut whose error is at most max_pixels on the screen.
 
-    resident: bool[P], pages in memory; coarser clusters stand in for those that are not.
-    matrix: as in View.pixels.
+    Args:
+        tables: the hierarchy.
+        view: the camera.
+        max_pixels: the largest error.
+        resident: bool[P]: pages in memory; coarser clusters replace those of other pages. By
+            default all.
+        matrix: float64[4, 4], from POSITION to the camera's coordinates; by default the identity.
     """
     is_needed = view.pixels(tables, matrix) > max_pixels
     if resident is not None:
@@ -129,7 +134,12 @@ def cut_for_view(
 
 
 def cut_at_error(tables: Tables, error: float) -> Cut:
-    """Return the coarsest cut whose error is at most this one, in units of POSITION."""
+    """Return the coarsest cut with at most this error.
+
+    Args:
+        tables: the hierarchy.
+        error: in units of POSITION.
+    """
     return cut_of(tables, tables.groups["error"].astype(np.float64) > error)
 
 

@@ -60,9 +60,9 @@ def arrange(document: Document) -> None:
             rank[extension["pages"]["bufferView"]] = 1
             rank[gltf.extension(primitive, EDGEBREAKER)["bufferView"]] = 2
     order = np.argsort(rank, kind="stable")
-    place = np.empty(len(order), np.int64)
-    place[order] = np.arange(len(order))
-    map_views(document, lambda index: int(place[index]))
+    new_index = np.empty(len(order), np.int64)
+    new_index[order] = np.arange(len(order))
+    map_views(document, lambda index: int(new_index[index]))
     document.arrange_views(order.tolist())
 
 

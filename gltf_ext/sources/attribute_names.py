@@ -24,7 +24,7 @@ def semantic(name: str) -> str:
     return "_" if name.startswith("_") else name.rsplit("_", 1)[0]
 
 
-def named(sets: list[dict[str, T]]) -> list[tuple[str, T]]:
+def pair_names(sets: list[dict[str, T]]) -> list[tuple[str, T]]:
     """Return (name, value) of every attribute, then of the targets as "targets[i].NAME"."""
     return [
         (f"targets[{i - 1}].{name}" if i else name, value)

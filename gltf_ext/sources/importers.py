@@ -3,33 +3,40 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable
 from pathlib import Path
 
 from gltf_ext.document.container import EMPTY, EXPORT_AGAIN, read_document
 from gltf_ext.document.document import Document
 from gltf_ext.errors import MeshletError
-from gltf_ext.portable import path_beside
-from gltf_ext.sources import obj, ply, stl
-from gltf_ext.sources.mesh_files import IndexedMesh, MeshFile, to_document
+from gltf_ext.sources import mtl, obj, ply, stl
+from gltf_ext.sources.mesh_files import (
+    IndexedMesh,
+    IndexedPrimitive,
+    MeshFile,
+    MeshPrimitive,
+    beside,
+    to_document,
+)
 from gltf_ext.sources.row_arrays import MemoryRows, NewRows
 
 GLTF_SUFFIXES = (".glb", ".gltf")
-READERS = {".obj": obj.read, ".ply": ply.read, ".stl": stl.read}
-MESH_SUFFIXES = tuple(READERS)
+READERS = {".ply": ply.read, ".stl": stl.read}
+MESH_SUFFIXES = (".obj", *READERS)
 SUFFIXES = GLTF_SUFFIXES + MESH_SUFFIXES
 
 
-def open_model(path: str | os.PathLike[str]) -> Document:
-    """Read a document from a .glb, .gltf, .obj, .ply or .stl. Raises MeshletError, OSError."""
+def open_model(path: str | os.PathLike[str], obj_groups: bool = False) -> Document:
+    """Read a document from a .glb, .gltf, .obj, .ply or .stl. Raises MeshletError, OSError.
+
+    obj_groups: see `read_meshes`.
+    """
     suffix = Path(path).suffix.lower()
     if suffix in GLTF_SUFFIXES:
         return read_document(path)
     if suffix in MESH_SUFFIXES:
-        contents = read_meshes(Path(path), MemoryRows)
-        # Each mesh is gone once it is indexed, so that memory holds few of them twice.
-        indexed = [contents.meshes.pop(0).indexed() for _ in range(len(contents.meshes))]
-        return document_of(path, contents, indexed)
+        contents = read_meshes(Path(path), MemoryRows, obj_groups)
+        return document_of(path, contents, MeshPrimitive.indexed)
     raise MeshletError(
         f"has an unknown format ({suffix or 'no suffix'})",
         f"use one of {' '.join(SUFFIXES)}",
@@ -43,38 +50,51 @@ def referenced_files(path: Path) -> list[Path]:
     """
     suffix = path.suffix.lower()
     if suffix == ".obj":
-        return obj.referenced_files(path)
+        return mtl.referenced_files(path)
     if suffix == ".ply":
         with open(path, "rb") as file:
             texture = ply.read_header(file).texture
-        image = path_beside(path.parent, texture) if texture else None
-        return [image] if image else []
+        return beside(path.parent, texture) if texture else []
     return read_document(path).files() if suffix in GLTF_SUFFIXES else []
 
 
-def read_meshes(path: Path, new_rows: NewRows) -> MeshFile:
+def read_meshes(path: Path, new_rows: NewRows, obj_groups: bool = False) -> MeshFile:
     """Read the meshes of an .obj, .ply or .stl that have triangles, at least one.
 
-    Identical vertices are welded later. Raises MeshletError, OSError.
+    obj_groups: groups of an .obj become meshes, too. Identical vertices are welded later.
+    Raises MeshletError, OSError.
     """
     if not os.path.getsize(path):
         raise MeshletError(EMPTY, EXPORT_AGAIN)
     try:
-        contents = READERS[path.suffix.lower()](path, new_rows)
+        if path.suffix.lower() == ".obj":
+            contents = obj.read(path, new_rows, obj_groups)
+        else:
+            contents = READERS[path.suffix.lower()](path, new_rows)
     except MeshletError:
         raise
     except ValueError as error:  # of _codec.scan_lines
         raise MeshletError(str(error), EXPORT_AGAIN) from None
-    contents.meshes = [mesh for mesh in contents.meshes if mesh.triangle_count]
+    contents.keep_triangles()
     if not contents.meshes:
         raise MeshletError("holds no triangles", "there is nothing to compress")
     return contents
 
 
 def document_of(
-    path: str | os.PathLike[str], contents: MeshFile, meshes: Sequence[IndexedMesh]
+    path: str | os.PathLike[str],
+    contents: MeshFile,
+    indexed: Callable[[MeshPrimitive], IndexedPrimitive],
 ) -> Document:
-    """Return a document of these meshes, with the files and warnings of what was read."""
+    """Return a document of the meshes of what was read, which has them no more.
+
+    indexed: what the document has of each primitive.
+    """
+    meshes = []
+    for mesh in contents.meshes:
+        # Each primitive is gone once it is indexed, so that memory holds few of them twice.
+        primitives = [indexed(mesh.primitives.pop(0)) for _ in range(len(mesh.primitives))]
+        meshes.append(IndexedMesh(mesh.name, primitives, mesh.parent))
     document = to_document(meshes)
     document.base, document.import_warnings = Path(path).parent, tuple(contents.warnings)
     document.import_files = tuple(filter(os.path.isfile, contents.others))

@@ -14,13 +14,16 @@ from gltf_ext.progress import progress_bar, shared_progress
 from gltf_ext.sources.file_arrays import check_unchanged, large_primitives, stamp_of
 from gltf_ext.sources.importers import MESH_SUFFIXES, document_of, open_model, read_meshes
 from gltf_ext.sources.memory import BASE_BYTES, fitting, reading
-from gltf_ext.sources.mesh_files import Mesh
+from gltf_ext.sources.mesh_files import MeshFile, MeshPrimitive
 from gltf_ext.sources.row_arrays import FileRows
-from gltf_ext.sources.source import Rows, Source
+from gltf_ext.sources.source import Source
 from gltf_ext.work_files import WorkFile
 
 # A triangle takes at least 18 bytes in an .obj, .ply or .stl, and 300 while it is encoded.
 MEMORY_OF_FILE = 16
+# Of the triangles that memory holds while they are encoded: those of small primitives of such a
+# file, which take a sixth of that before and meanwhile.
+INDEXED_SHARE = 4
 SPACE_OF_FILE = 1.5  # of arrays in work files
 RESULT_BYTES = 2  # of a triangle, about: the result is mapped into memory at the end
 MAX_TRIANGLES = (1 << 32) // 3  # of a primitive: decoders number corners with 32 bits
@@ -37,7 +40,7 @@ def open_large(path: Path, options: Options) -> tuple[Document, Larges]:
         return document, _read_bounds(large_primitives(document, path, options), path, options)
     size = os.path.getsize(path)
     if MEMORY_OF_FILE * size < options.memory - BASE_BYTES:
-        return open_model(path), {}
+        return open_model(path, options.obj_groups), {}
     folder = str(options.work_dir)
     if shutil.disk_usage(folder).free < SPACE_OF_FILE * size:
         raise MeshletError(
@@ -48,17 +51,32 @@ def open_large(path: Path, options: Options) -> tuple[Document, Larges]:
         )
     stamp = stamp_of(path)
     try:
-        contents = read_meshes(path, partial(FileRows, WorkFile(folder)))
+        contents = read_meshes(path, partial(FileRows, WorkFile(folder)), options.obj_groups)
     finally:
         check_unchanged(path, stamp)
-    document = document_of(path, contents, [mesh.sample() for mesh in contents.meshes])
-    large = {(m, 0): _large(m, mesh, options) for m, mesh in enumerate(contents.meshes)}
-    return document, _read_bounds(large, path, options)
+    large = _large(contents, options)
+    in_files = {id(primitive) for primitive in large.values()}
+    sources = {place: _source(*place, primitive, options) for place, primitive in large.items()}
+    document = document_of(
+        path, contents, lambda p: p.sample() if id(p) in in_files else p.indexed()
+    )
+    return document, _read_bounds(sources, path, options)
 
 
-def _large(number: int, mesh: Mesh, options: Options) -> Source:
-    attributes: dict[str, Rows] = dict(mesh.attributes)
-    return Source(number, 0, attributes, list(mesh.groups), *reading(options))
+def _large(contents: MeshFile, options: Options) -> dict[tuple[int, int], MeshPrimitive]:
+    """Choose the primitives that stay in files: all but the smallest, which memory holds."""
+    limit, total = fitting(options) // INDEXED_SHARE, 0
+    large = {}
+    for m, p, primitive in sorted(contents.places(), key=lambda place: place[2].triangle_count):
+        total += max(primitive.triangle_count, *(r.count for r in primitive.attributes.values()))
+        if total > limit:
+            large[m, p] = primitive
+    return dict(sorted(large.items()))
+
+
+def _source(mesh: int, index: int, primitive: MeshPrimitive, options: Options) -> Source:
+    attributes = dict(primitive.attributes)
+    return Source(mesh, index, attributes, list(primitive.groups), *reading(options))
 
 
 def _read_bounds(sources: Larges, path: Path, options: Options) -> Larges:

@@ -1,78 +1,112 @@
-"""What .obj, .ply and .stl have in common: blocks of text, polygons, meshes as a glTF document."""
+"""What .obj, .ply and .stl have in common: meshes of a file, and the glTF document of them."""
 
 from __future__ import annotations
 
-import codecs
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 import numpy as np
 
 from gltf_ext import _codec
 from gltf_ext.document import gltf
 from gltf_ext.document.accessors import add_accessor, bounds, set_bounds
-from gltf_ext.document.container import EXPORT_AGAIN
 from gltf_ext.document.document import Document
 from gltf_ext.document.images import as_png_or_jpeg, mime_type
-from gltf_ext.errors import MeshletError, blaming
+from gltf_ext.errors import MeshletError
 from gltf_ext.portable import path_beside
-from gltf_ext.ranges import begins, first_of_each, numbers_of
-from gltf_ext.sources.row_arrays import RowArray
+from gltf_ext.ranges import first_of_each
+from gltf_ext.sources.row_arrays import Rows
 
-CUT_OFF = "is cut off"
-# Of the blocks in which a file is read. An .obj of 38 MB takes 15 % more time in blocks of 256 kB
-# than of 1 MB, and 25 to 40 % more in 128 kB; one of 2 MB takes twice its size of memory in blocks
-# of 256 kB, and four times in 1 MB.
-LEAST_BYTES, MOST_BYTES = 1 << 18, 1 << 20
+CLAMP_TO_EDGE = 33071  # of OpenGL, as in glTF
+# Names of the objects that lead to a texture in a glTF material.
+Place = tuple[str, ...]
+BASE_COLOR: Place = ("pbrMetallicRoughness", "baseColorTexture")
+METAL_ROUGH: Place = ("pbrMetallicRoughness", "metallicRoughnessTexture")
+EMISSIVE: Place = ("emissiveTexture",)
+NORMAL: Place = ("normalTexture",)
+TRANSFORM, STRENGTH = "KHR_texture_transform", "KHR_materials_emissive_strength"
+
+
+@dataclass(frozen=True)
+class Texture:
+    """An image of a material, and how glTF's texture coordinates find its pixels.
+
+    Attributes:
+        image: encoded, as PNG or JPEG.
+        clamps: whether its border goes on outside of it, instead of the image.
+        offset, scale: texture coordinates are multiplied by the scale, then moved.
+        more: members of the texture's object in a material, such as a normal map's scale.
+    """
+
+    image: bytes
+    clamps: bool = False
+    offset: tuple[float, float] = (0.0, 0.0)
+    scale: tuple[float, float] = (1.0, 1.0)
+    more: tuple[tuple[str, float], ...] = ()
 
 
 @dataclass(eq=False)
 class Material:
-    """A material of a mesh.
+    """A material of primitives.
 
     Attributes:
-        properties: a glTF material; image: its base colour texture, encoded, if it has one.
+        properties: a glTF material without textures.
+        textures: by their places in a glTF material.
+        plain: what primitives without texture coordinates have instead.
     """
 
     properties: dict[str, Any]
-    image: bytes | None = None
+    textures: Mapping[Place, Texture] = field(default_factory=dict)
+    plain: Material | None = None
+
+    def fitting(self, attributes: Mapping[str, Any]) -> Material | None:
+        """Return the material of a primitive with these attributes, by name."""
+        return self.plain if self.textures and "TEXCOORD_0" not in attributes else self
 
 
 @dataclass
-class IndexedMesh:
-    """A mesh in memory whose attributes have the same numbers at corners, as in glTF.
+class IndexedPrimitive:
+    """A primitive in memory whose attributes have the same numbers at corners, as in glTF.
 
     Attributes:
-        triangles: uint32[T, 3]; attributes: name -> float32[V, n], or uint8[V, 4] for COLOR_0.
+        triangles: uint32[T, 3]; attributes: name -> float32[V, n], uint8[V, 4] for COLOR_0, or
+            [V, 1] of any type for a name of the file's own.
     """
 
-    name: str
     triangles: np.ndarray
     attributes: dict[str, np.ndarray]
     material: Material | None
 
 
+@dataclass
+class IndexedMesh:
+    """A mesh of these primitives; parent: as in Mesh."""
+
+    name: str
+    primitives: list[IndexedPrimitive]
+    parent: str | None = None
+
+
 # Attributes that have the same numbers at corners, and these: int32[3 T, 1]. None for one attribute
 # whose rows are the values at the corners.
-Group = tuple[tuple[str, ...], RowArray | None]
+Group = tuple[tuple[str, ...], Rows | None]
 
 
 @dataclass
-class Mesh:
-    """Triangles of one material, as a file has them.
+class MeshPrimitive:
+    """Triangles of one material with the same attributes, as a file has them.
 
     Attributes:
-        attributes: glTF's name -> float32[n, components], or uint8[n, 4] for COLOR_0.
+        attributes: name -> rows, of types as in IndexedPrimitive.
         groups: each attribute is in one.
-        shares_rows: whether other meshes use the same arrays. Rows that this one does not use are
-            then no vertices of it.
+        shares_rows: whether other primitives use the same rows. Those that this one does not use
+            are then no vertices of it.
     """
 
-    name: str
-    attributes: dict[str, RowArray]
+    attributes: dict[str, Rows]
     groups: list[Group]
     material: Material | None = None
     shares_rows: bool = False
@@ -83,8 +117,8 @@ class Mesh:
         names, numbers = self.groups[0]
         return (numbers or self.attributes[names[0]]).count // 3
 
-    def indexed(self) -> IndexedMesh:
-        """Return the mesh with a vertex for each different combination of rows at a corner."""
+    def indexed(self) -> IndexedPrimitive:
+        """Return it with a vertex for each different combination of rows at a corner."""
         values = {name: rows.rows(0, rows.count) for name, rows in self.attributes.items()}
         if len(self.groups) == 1 and not self.shares_rows:
             ((_, numbers),) = self.groups
@@ -93,7 +127,7 @@ class Mesh:
                 if numbers is None
                 else _read(numbers)
             )
-            return IndexedMesh(self.name, triangles.view(np.uint32), values, self.material)
+            return self._with(triangles.view(np.uint32), values)
         corners = [
             _of_equal_rows(values[names[0]]) if numbers is None else _read(numbers)
             for names, numbers in self.groups
@@ -102,14 +136,25 @@ class Mesh:
         rows_of = {
             name: rows for (names, _), rows in zip(self.groups, numbers_of_groups) for name in names
         }
-        values = {name: values[name][rows_of[name]] for name in values}
-        return IndexedMesh(self.name, triangles, values, self.material)
+        return self._with(triangles, {name: values[name][rows_of[name]] for name in values})
 
-    def sample(self) -> IndexedMesh:
-        """Return a mesh of one vertex with the same attributes, in the order of their groups."""
+    def sample(self) -> IndexedPrimitive:
+        """Return one vertex with the same attributes, in the order of their groups."""
         names = [name for names, _ in self.groups for name in names]
         first = {name: self.attributes[name].rows(0, 1) for name in names}
-        return IndexedMesh(self.name, np.zeros((1, 3), np.uint32), first, self.material)
+        return self._with(np.zeros((1, 3), np.uint32), first)
+
+    def _with(self, triangles: np.ndarray, values: dict[str, np.ndarray]) -> IndexedPrimitive:
+        return IndexedPrimitive(triangles, values, self.material)
+
+
+@dataclass
+class Mesh:
+    """Primitives of one name. parent: the name of the node over its own, if there is one."""
+
+    name: str
+    primitives: list[MeshPrimitive]
+    parent: str | None = None
 
 
 @dataclass
@@ -125,128 +170,80 @@ class MeshFile:
     warnings: list[str] = field(default_factory=list)
     others: list[Path] = field(default_factory=list)
 
+    def keep_triangles(self) -> None:
+        """Forget primitives without triangles, and meshes without primitives."""
+        for mesh in self.meshes:
+            mesh.primitives = [p for p in mesh.primitives if p.triangle_count]
+        self.meshes = [mesh for mesh in self.meshes if mesh.primitives]
+
+    def places(self) -> Iterator[tuple[int, int, MeshPrimitive]]:
+        """Yield (mesh, primitive, object) of each primitive."""
+        for m, mesh in enumerate(self.meshes):
+            for p, primitive in enumerate(mesh.primitives):
+                yield m, p, primitive
+
+
+# --- other files ---
+
 
 def is_there(path: Path | None) -> bool:
     """Return whether `path_beside` leads to a file; False for a name too long for the system."""
     return path is not None and os.path.isfile(path)
 
 
-def named_file(folder: Path, name: str, contents: MeshFile) -> Path | None:
-    """Return a file that a model in the folder names, if it is there; else note a warning."""
-    path = path_beside(folder, name)
-    if path is not None:
-        contents.others.append(path)
-    if is_there(path):
-        return path
-    problem = "is not a relative path" if path is None else "is not there"
-    short = MeshletError(name).message
-    contents.warnings.append(f"{short} {problem}, so its material is left out")
+def beside(folder: Path, name: str) -> list[Path]:
+    """List where a file may be that a model in the folder names: there, else in the folder itself.
+
+    The second is where files are that once had an absolute path on another machine.
+    """
+    names = dict.fromkeys((name, name.replace("\\", "/").rpartition("/")[2]))
+    paths = (path_beside(folder, n) for n in names if n not in ("", ".", ".."))
+    return list(dict.fromkeys(path for path in paths if path is not None))
+
+
+def named_file(folder: Path, name: str, contents: MeshFile, loss: str) -> Path | None:
+    """Return a file that a model in the folder names, if it is there; else note a warning.
+
+    loss: what is left out without it.
+    """
+    for path in beside(folder, name):
+        if path not in contents.others:
+            contents.others.append(path)
+        if is_there(path):
+            return path
+    problem = "is not there" if path_beside(folder, name) else "is not a relative path"
+    warn(contents, f"{_short(name)} {problem}, so {loss}")
     return None
 
 
 def read_texture(folder: Path, name: str, contents: MeshFile) -> bytes | None:
-    """Return an image that a model in the folder names, as PNG or JPEG, if it is there.
-
-    Raises MeshletError, naming the image, when it cannot be read or takes too much memory.
-    """
-    path = named_file(folder, name, contents)
+    """Return an image that a model in the folder names, as PNG or JPEG; else note a warning."""
+    loss = "this texture is left out"
+    path = named_file(folder, name, contents, loss)
     if path is None:
         return None
-    with blaming(path):
+    try:
         return as_png_or_jpeg(path.read_bytes())
+    except (MeshletError, OSError) as error:
+        problem = error.message if isinstance(error, MeshletError) else "it cannot be read"
+        warn(contents, f"{_short(name)}: {problem}, so {loss}")
+        return None
 
 
-def block_bytes(file: BinaryIO) -> int:
-    """Return the size of blocks in which a file is read: an eighth of it, between the limits."""
-    eighth = os.fstat(file.fileno()).st_size // 8
-    return min(max(eighth, LEAST_BYTES), MOST_BYTES)
+def warn(contents: MeshFile, line: str) -> None:
+    """Note a warning, once."""
+    if line not in contents.warnings:
+        contents.warnings.append(line)
 
 
-def read_rows(file: BinaryIO, row: np.dtype, most: int) -> np.ndarray:
-    """Read the next block of a binary file: at most so many rows, and those that it has."""
-    size = row.itemsize
-    data = file.read(min(most, block_bytes(file) // size or 1) * size)
-    return np.frombuffer(data, row, len(data) // size)
+def _short(name: str) -> str:
+    return MeshletError(name).message
 
 
-def text_blocks(file: BinaryIO) -> Iterator[bytes]:
-    """Yield the rest of a file in blocks of whole lines. Raises MeshletError if it is not text.
-
-    A line that a backslash continues stays in one block. A file's byte order mark is left out.
-    """
-    size = block_bytes(file)
-    if file.tell() == 0 and file.read(len(codecs.BOM_UTF8)) != codecs.BOM_UTF8:
-        file.seek(0)
-    while start := file.read(size):
-        pieces, end = [start], start[-3:]
-        while line := file.readline():
-            pieces.append(line)
-            end = (end + line)[-3:]
-            if not end.rstrip(b"\r\n").endswith(b"\\"):
-                break
-        text = b"".join(pieces)
-        if b"\0" in text:
-            raise MeshletError("is not text", EXPORT_AGAIN)
-        yield text
+# --- vertices ---
 
 
-def words_after(text: bytes, offsets: np.ndarray) -> list[bytes]:
-    """Return the words after the keyword of each line, which starts at an offset."""
-    ends = (text.find(b"\n", at) for at in offsets.tolist())
-    lines = (text[at : end if end >= 0 else None] for at, end in zip(offsets.tolist(), ends))
-    return [b" ".join(line.split()[1:]) for line in lines]
-
-
-def fans(sizes: np.ndarray) -> tuple[np.ndarray | None, np.ndarray]:
-    """Cut polygons into triangles around their first corners.
-
-    sizes: int64[F], corners of each polygon; those with fewer than 3 give no triangle. Returns
-    (corners: int64[T, 3], in the order of all polygons' corners, or None if all are triangles;
-    triangles of each: int64[F]).
-    """
-    if (sizes == 3).all():
-        return None, np.broadcast_to(np.int64(1), len(sizes))
-    counts = np.maximum(sizes - 2, 0)
-    starts = begins(sizes)[:-1]
-    second = numbers_of(starts + 1, counts)
-    return np.stack([np.repeat(starts, counts), second, second + 1], axis=1), counts
-
-
-def at_corners(values: np.ndarray, corners: np.ndarray | None) -> np.ndarray:
-    """[T, 3, ...]: values [C, ...] of all polygons' corners at those that `fans` returns."""
-    if corners is None:
-        return values.reshape(-1, 3, *values.shape[1:])
-    triangles: np.ndarray = values[corners]
-    return triangles
-
-
-class CornerNumbers:
-    """Numbers of rows at corners: int32[3 T, 1], and their range.
-
-    Attributes:
-        rows: these numbers, as far as none of them is negative.
-    """
-
-    def __init__(self, rows: RowArray) -> None:
-        """Start with rows that are empty."""
-        self.rows = rows
-        self.least, self.most = 0, -1
-
-    def add(self, numbers: np.ndarray) -> None:
-        """Append numbers of more triangles: int32[n, 3]. Raises OSError."""
-        self.least = min(self.least, int(numbers.min(initial=0)))
-        self.most = max(self.most, int(numbers.max(initial=-1)))
-        if self.least >= 0:
-            self.rows.add(numbers.reshape(-1, 1))
-
-    def check(self, count: int, kind: str) -> None:
-        """Raise MeshletError for a number that is not in [0, count)."""
-        if self.most >= count or self.least < 0:
-            wrong = self.most if self.most >= count else self.least
-            raise MeshletError(f"a face uses {kind} {wrong + 1} of {count}", EXPORT_AGAIN)
-
-
-def _read(numbers: RowArray) -> np.ndarray:
+def _read(numbers: Rows) -> np.ndarray:
     """int32[T, 3]."""
     return numbers.rows(0, numbers.count).reshape(-1, 3)
 
@@ -288,50 +285,113 @@ def to_texcoords(values: np.ndarray) -> np.ndarray:
     return to_floats(np.stack([values[:, 0], 1 - values[:, 1]], axis=1))
 
 
-def color_bytes(values: np.ndarray, dtype: np.dtype) -> np.ndarray:
-    """Return colours as uint8[n, 4]. values: [n, 3 or 4] of this type; floats are from 0 to 1."""
-    most = np.iinfo(dtype).max if dtype.kind in "iu" else 1
-    levels = np.nan_to_num(values.astype(np.float64), posinf=0, neginf=0) * (255 / most)
-    result = np.full((len(values), 4), 255, np.uint8)
-    result[:, : values.shape[1]] = np.clip(levels, 0, 255).round()
-    return result
+# --- the document ---
 
 
 def to_document(meshes: Sequence[IndexedMesh]) -> Document:
-    """Return a document with a node for each mesh."""
-    names = [mesh.name.encode(errors="replace").decode() for mesh in meshes]
-    materials = list(dict.fromkeys(mesh.material for mesh in meshes if mesh.material))
-    images = list(dict.fromkeys(m.image for m in materials if m.image is not None))
+    """Return a document with a node for each mesh, and for each parent of some."""
+    primitives = [primitive for mesh in meshes for primitive in mesh.primitives]
+    of_primitives = [p.material and p.material.fitting(p.attributes) for p in primitives]
+    materials = list(dict.fromkeys(m for m in of_primitives if m))
     document = Document(
-        {
-            "asset": {"version": "2.0"},
-            "scene": 0,
-            "scenes": [{"nodes": list(range(len(meshes)))}],
-            "nodes": [{"mesh": i, "name": name} for i, name in enumerate(names)],
-            "materials": [_with_texture(m, images) for m in materials],
-            "textures": [{"source": i} for i in range(len(images))],
-            "images": [{"mimeType": mime_type(image)} for image in images],
-        }
+        {"asset": {"version": "2.0"}, "scene": 0, **_nodes(meshes), **_materials(materials)}
     )
+    images = _images(materials)
     for holder, image in zip(document.images, images):
         holder["bufferView"] = document.add_view(image)
-    for mesh, name in zip(meshes, names):
-        primitive: gltf.Primitive = {
-            "indices": add_accessor(document, mesh.triangles.reshape(-1, 1)),
-            "attributes": {n: add_accessor(document, v) for n, v in mesh.attributes.items()},
-        }
-        if mesh.material:
-            primitive["material"] = materials.index(mesh.material)
-        position = document.accessors[primitive["attributes"]["POSITION"]]
-        set_bounds(position, *bounds(mesh.attributes["POSITION"]))
-        document.meshes.append({"name": name, "primitives": [primitive]})
+    remaining = iter(of_primitives)
+    for mesh in meshes:
+        items = [_primitive(document, p, next(remaining), materials) for p in mesh.primitives]
+        document.meshes.append({"name": _text(mesh.name), "primitives": items})
     return document
 
 
-def _with_texture(material: Material, images: list[bytes]) -> dict[str, Any]:
-    """Its glTF properties; the texture of an image has the image's number."""
-    if material.image is None:
-        return material.properties
-    pbr = material.properties.get("pbrMetallicRoughness", {})
-    texture = {"index": images.index(material.image)}
-    return {**material.properties, "pbrMetallicRoughness": {**pbr, "baseColorTexture": texture}}
+def _primitive(
+    document: Document,
+    primitive: IndexedPrimitive,
+    material: Material | None,
+    materials: list[Material],
+) -> gltf.Primitive:
+    result: gltf.Primitive = {
+        "indices": add_accessor(document, primitive.triangles.reshape(-1, 1)),
+        "attributes": {
+            name: add_accessor(document, values, normalized=name.startswith("COLOR_"))
+            for name, values in primitive.attributes.items()
+        },
+    }
+    if material:
+        result["material"] = materials.index(material)
+    position = document.accessors[result["attributes"]["POSITION"]]
+    set_bounds(position, *bounds(primitive.attributes["POSITION"]))
+    return result
+
+
+def _text(name: str) -> str:
+    return name.encode(errors="replace").decode()
+
+
+def _nodes(meshes: Sequence[IndexedMesh]) -> dict[str, Any]:
+    """Return nodes and the scene: a node for each mesh, then those of parents."""
+    nodes: list[dict[str, Any]] = [
+        {"mesh": i, "name": _text(mesh.name)} for i, mesh in enumerate(meshes)
+    ]
+    parents: dict[str, int] = {}
+    roots: list[int] = []
+    for i, mesh in enumerate(meshes):
+        if mesh.parent is None:
+            roots.append(i)
+            continue
+        if mesh.parent not in parents:
+            parents[mesh.parent] = len(nodes)
+            roots.append(len(nodes))
+            nodes.append({"name": _text(mesh.parent), "children": []})
+        nodes[parents[mesh.parent]]["children"].append(i)
+    return {"nodes": nodes, "scenes": [{"nodes": roots}]}
+
+
+def _images(materials: Iterable[Material]) -> list[bytes]:
+    return list(dict.fromkeys(t.image for m in materials for t in m.textures.values()))
+
+
+def _materials(materials: list[Material]) -> dict[str, Any]:
+    """Return the document's members for materials; images have no bytes yet."""
+    images = {image: i for i, image in enumerate(_images(materials))}
+    textures = list(
+        dict.fromkeys((t.image, t.clamps) for m in materials for t in m.textures.values())
+    )
+    sampler = {"wrapS": CLAMP_TO_EDGE, "wrapT": CLAMP_TO_EDGE}
+    objects = [_with_textures(material, textures) for material in materials]
+    used = [name for name in (STRENGTH, TRANSFORM) if any(_has_member(o, name) for o in objects)]
+    return {
+        "materials": objects,
+        "textures": [
+            {"source": images[image], **({"sampler": 0} if clamps else {})}
+            for image, clamps in textures
+        ],
+        "samplers": [sampler] if any(clamps for _, clamps in textures) else [],
+        "images": [{"mimeType": mime_type(image)} for image in images],
+        **({"extensionsUsed": used} if used else {}),
+    }
+
+
+def _has_member(value: Any, name: str) -> bool:
+    """Return whether objects have a member of this name, at any depth."""
+    return isinstance(value, dict) and (
+        name in value or any(_has_member(member, name) for member in value.values())
+    )
+
+
+def _with_textures(material: Material, textures: list[tuple[bytes, bool]]) -> dict[str, Any]:
+    """Return its glTF properties with textures, which have the numbers of those in the list."""
+    result = dict(material.properties)
+    for (*objects, last), texture in material.textures.items():
+        holder = result
+        for name in objects:
+            holder[name] = dict(holder.get(name, {}))
+            holder = holder[name]
+        info: dict[str, Any] = {"index": textures.index((texture.image, texture.clamps))}
+        if (texture.offset, texture.scale) != ((0.0, 0.0), (1.0, 1.0)):
+            transform = {"offset": list(texture.offset), "scale": list(texture.scale)}
+            info["extensions"] = {TRANSFORM: transform}
+        holder[last] = {**info, **dict(texture.more)}
+    return result

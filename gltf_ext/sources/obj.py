@@ -1,76 +1,90 @@
-"""Reads .obj files and their materials, in blocks."""
+"""Reads .obj files in blocks; their materials: mtl.py."""
 
 from __future__ import annotations
 
-import codecs
-import math
-import re
 from collections import defaultdict
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from gltf_ext import _codec
 from gltf_ext.document.container import EXPORT_AGAIN
 from gltf_ext.errors import MeshletError
-from gltf_ext.portable import file_name, path_beside
+from gltf_ext.ranges import begins
+from gltf_ext.sources import mtl
+from gltf_ext.sources.colors import FULL, Colors
 from gltf_ext.sources.mesh_files import (
-    CornerNumbers,
     Group,
-    Material,
     Mesh,
     MeshFile,
-    at_corners,
-    color_bytes,
-    fans,
-    is_there,
-    named_file,
-    read_texture,
-    text_blocks,
+    MeshPrimitive,
     to_floats,
     to_texcoords,
-    words_after,
 )
-from gltf_ext.sources.row_arrays import NewRows, RowArray, add_all
+from gltf_ext.sources.polygons import CornerNumbers, Points, at_corners, triangles_of
+from gltf_ext.sources.row_arrays import NewRows, RowArray, RowRange, Rows
+from gltf_ext.sources.text import text_blocks, words_after
 
 VERTEX, TEXCOORD, NORMAL = range(3)
 KINDS = ("v", "vt", "vn")
+NAMES = ("vertex", "texture coordinate", "normal")
+ATTRIBUTES = ("POSITION", "TEXCOORD_0", "NORMAL")  # of each kind
+FEWEST = (3, 1, 3)  # numbers of a line
+COLORED = 6  # numbers of a vertex with a colour
+STATES = ("o", "g", "usemtl")  # what the faces after it belong to
+# What has no triangles, and how it is called in a warning.
+OTHERS = {"l": "lines", "p": "points", "curv": "curves", "curv2": "curves", "surf": "surfaces"}
 KEYWORDS = {
     **dict.fromkeys(KINDS, "numbers"),
     "f": "corners",
-    **dict.fromkeys(("usemtl", "mtllib", "o"), "any"),
-}
-NAMES = ("vertex", "texture coordinate", "normal")
-ATTRIBUTES = ("POSITION", "TEXCOORD_0", "NORMAL", "COLOR_0")  # of each kind; colours of vertices
-FEWEST = (3, 1, 3)  # numbers of a line
-# Option of a texture -> the words after it, at most, and those that do not change the picture.
-TEXTURE_OPTIONS: dict[bytes, tuple[int, list[Any] | None]] = {
-    **dict.fromkeys((b"-blendu", b"-blendv", b"-bm", b"-boost"), (1, None)),
-    **dict.fromkeys((b"-imfchan", b"-texres", b"-type"), (1, None)),
-    **dict.fromkeys((b"-cc", b"-clamp"), (1, [b"off"])),
-    b"-mm": (2, [0.0, 1.0]),
-    **dict.fromkeys((b"-o", b"-t"), (3, [0.0, 0.0, 0.0])),  # 1 to 3 numbers
-    b"-s": (3, [1.0, 1.0, 1.0]),
+    **dict.fromkeys((*STATES, "mtllib", *OTHERS), "any"),
 }
 NONE = -1
-MOST_LIBRARIES = 1000  # of a line
+
+
+class State(NamedTuple):
+    """What faces belong to.
+
+    Attributes:
+        number: of the object in the file, 0 before the first; of two with the same name, each is an
+            object. object, group, material: their names.
+    """
+
+    number: int = 0
+    object: bytes = b""
+    group: bytes = b""
+    material: bytes = b""
+
+    def after(self, keyword: str, name: bytes) -> State:
+        """Return what faces after a line belong to."""
+        if keyword == "o":
+            return self._replace(number=self.number + 1, object=name, group=b"")
+        return self._replace(group=name) if keyword == "g" else self._replace(material=name)
 
 
 class Block(NamedTuple):
     """A piece of the file.
 
-    rows: float64[n, columns] of v, vt and vn; columns: the fewest of a line, but 2 of vt.
-    faces: material -> for v, vt and vn, int32[T, 3]: the numbers from 0 at each corner of its
-        triangles, in the order of the file; NONE where there is none.
-    libraries, objects: names after mtllib and o.
+    Attributes:
+        rows: float64[n, columns] of v, vt and vn; columns: the fewest of a line, but 2 of vt, and 6
+            of v if any has a colour, which is FULL for those that have none.
+        numbers: int32[C] of v, vt and vn at the corners of all faces, from 0; NONE where there is
+            none; None if no corner has one.
+        sizes: int64[F], corners of each face.
+        states: (what faces belong to, the first of them), in the order of the file.
+        libraries: names after mtllib.
+        others: keyword -> lines that have no triangles.
     """
 
     rows: list[np.ndarray]
-    faces: dict[bytes, list[np.ndarray]]
+    numbers: list[np.ndarray | None]
+    sizes: np.ndarray
+    states: list[tuple[State, int]]
     libraries: list[bytes]
-    objects: list[bytes]
+    others: dict[str, int]
 
 
 def blocks(path: Path) -> Iterator[Block]:
@@ -78,30 +92,34 @@ def blocks(path: Path) -> Iterator[Block]:
 
     Raises MeshletError, OSError.
     """
-    totals, material = [0, 0, 0], b""
+    totals, state = [0, 0, 0], State()
     with open(path, "rb") as file:
         for text in text_blocks(file):
-            *scans, of_faces, uses, libraries, objects = _codec.scan_lines(text, KEYWORDS)
-            rows = [_rows(scan[0], scan[1], kind) for kind, scan in enumerate(scans)]
-            numbers, counts, at = of_faces
-            above = _Above(totals, [scan[2] for scan in scans], at)
-            corners, triangles = _triangles(numbers.reshape(-1, 3), counts // 3, above)
-            parts: dict[bytes, list[slice]] = defaultdict(list)
-            names = [material, *words_after(text, uses[2])]
-            ends = np.concatenate([[0], np.cumsum(triangles)])
-            cuts = ends[np.searchsorted(at, [0, *uses[2]])]
-            for material, first, last in zip(names, cuts, [*cuts[1:], ends[-1]]):
-                if last > first:
-                    parts[material].append(slice(first, last))
-            faces = {
-                name: [_joined(kind, part) for kind in corners] for name, part in parts.items()
-            }
-            yield Block(rows, faces, *(words_after(text, k[2]) for k in (libraries, objects)))
+            scans = dict(zip(KEYWORDS, _codec.scan_lines(text, KEYWORDS)))
+            of_kinds, (numbers_of_file, counts, at) = [scans[kind] for kind in KINDS], scans["f"]
+            rows = [_rows(scan[0], scan[1], kind) for kind, scan in enumerate(of_kinds)]
+            sizes = counts.astype(np.int64) // len(KINDS)
+            above = _Above(totals, [scan[2] for scan in of_kinds], at)
+            lines = [
+                (offset, keyword, name)
+                for keyword in STATES
+                for offset, name in zip(
+                    scans[keyword][2].tolist(), words_after(text, scans[keyword][2])
+                )
+            ]
+            states = [(state, 0)]
+            for offset, keyword, name in sorted(lines):
+                state = state.after(keyword, name)
+                states.append((state, int(np.searchsorted(at, offset))))
+            yield Block(
+                rows,
+                _numbers(numbers_of_file.reshape(-1, 3), sizes, above),
+                sizes,
+                states,
+                words_after(text, scans["mtllib"][2]),
+                {word: len(scans[word][2]) for word in OTHERS if len(scans[word][2])},
+            )
             totals = [total + len(r) for total, r in zip(totals, rows)]
-
-
-def _joined(rows: np.ndarray, parts: list[slice]) -> np.ndarray:
-    return rows[parts[0]] if len(parts) == 1 else np.concatenate([rows[part] for part in parts])
 
 
 class _Above(NamedTuple):
@@ -119,8 +137,8 @@ class _Above(NamedTuple):
 
 def _rows(numbers: np.ndarray, counts: np.ndarray, kind: int) -> np.ndarray:
     if not len(counts):
-        return np.empty((0, 6))
-    columns = int(counts.min())
+        return np.empty((0, 3))
+    columns, most = int(counts.min()), int(counts.max())
     if columns < FEWEST[kind]:
         raise MeshletError(f"has a {NAMES[kind]} of {columns} numbers", EXPORT_AGAIN)
     if kind == TEXCOORD and columns == 1:  # a line without v, which is 0
@@ -130,232 +148,255 @@ def _rows(numbers: np.ndarray, counts: np.ndarray, kind: int) -> np.ndarray:
     if columns == counts.max():
         return numbers.reshape(-1, columns)
     starts = np.cumsum(counts, dtype=np.int64) - counts
-    rows: np.ndarray = numbers[starts[:, None] + np.arange(columns)]
-    return rows
-
-
-def _triangles(
-    numbers: np.ndarray, sizes: np.ndarray, above: _Above
-) -> tuple[list[np.ndarray], np.ndarray]:
-    """Corners of triangles, as in Block, and triangles of each face.
-
-    numbers: int32[corners, 3] as written: from 1, or negative and counted back from the face.
-    """
-    corners, counts = fans(sizes.astype(np.int64))
-    result = []
-    for kind in range(len(KINDS)):
-        written = numbers[:, kind].copy()
-        if not written.any():
-            result.append(np.broadcast_to(np.int32(NONE), (int(counts.sum()), 3)))
-            continue
-        relative = written < 0
-        written -= 1
-        if relative.any():
-            written[relative] += np.repeat(above.lines(kind), sizes)[relative] + 1
-            if (written[relative] < 0).any():
-                raise MeshletError(f"a face uses a {NAMES[kind]} before the first", EXPORT_AGAIN)
-        result.append(at_corners(written, corners))
-    if (result[VERTEX] == NONE).any():
-        raise MeshletError("a face uses vertex 0", EXPORT_AGAIN)
-    return result, counts
-
-
-def read(path: Path, new_rows: NewRows) -> MeshFile:
-    """Read a mesh for each material that has triangles. Raises MeshletError, OSError."""
-    table: dict[str, RowArray] = defaultdict(new_rows)
-    faces: dict[bytes, list[CornerNumbers]] = defaultdict(
-        lambda: [CornerNumbers(new_rows()) for _ in KINDS]
-    )
-    libraries: list[bytes] = []
-    objects: list[bytes] = []
-    for block in blocks(path):
-        add_all(table, attributes(block))
-        for material, corners in block.faces.items():
-            for numbers, more in zip(faces[material], corners):
-                numbers.add(more)
-        libraries += block.libraries
-        objects += block.objects
-    contents = MeshFile([])
-    materials = _materials_of(path.parent, libraries, contents)
-    for material, numbers_of_kinds in faces.items():
-        label = material if len(faces) > 1 and material else (objects or [b""])[0]
-        name = label.decode(errors="replace") or path.name
-        groups, problems = _groups(numbers_of_kinds, table)
-        of_groups = {attribute for names, _ in groups for attribute in names}
-        rows = {attribute: table[attribute] for attribute in ATTRIBUTES if attribute in of_groups}
-        contents.meshes.append(Mesh(name, rows, groups, materials.get(material), shares_rows=True))
-        contents.warnings += [f"{name}: {problem}" for problem in problems]
-    return contents
-
-
-def attributes(block: Block) -> dict[str, np.ndarray]:
-    """Return the attributes of each line of v (POSITION, COLOR_0), vt and vn, as in Mesh."""
-    v, vt, vn = block.rows
-    result = {"POSITION": to_floats(v[:, :3]), "NORMAL": to_floats(vn[:, :3])}
-    result["TEXCOORD_0"] = to_texcoords(vt)
-    result = {name: values for name, values in result.items() if len(values)}
-    if len(v) and v.shape[1] >= 6:
-        result["COLOR_0"] = color_bytes(v[:, 3:6], v.dtype)
+    if kind == VERTEX and columns < COLORED <= most:
+        rows = np.full((len(counts), COLORED), FULL)
+        rows[:, :3] = numbers[starts[:, None] + np.arange(3)]
+        colored = np.flatnonzero(counts >= COLORED)
+        rows[colored, 3:] = numbers[starts[colored, None] + np.arange(3, COLORED)]
+        return rows
+    result: np.ndarray = numbers[starts[:, None] + np.arange(columns)]
     return result
 
 
-def _groups(
-    numbers_of_kinds: list[CornerNumbers], table: dict[str, RowArray]
-) -> tuple[list[Group], list[str]]:
-    """Group the attributes that all corners of a material have, and warn of numbers without rows.
+def _numbers(
+    numbers_of_file: np.ndarray, sizes: np.ndarray, above: _Above
+) -> list[np.ndarray | None]:
+    """Return the numbers of each kind, as in Block.
+
+    numbers_of_file: int32[C, 3]: from 1, or negative and counted back from the face; 0 for none.
+    """
+    result: list[np.ndarray | None] = []
+    for kind in range(len(KINDS)):
+        numbers = numbers_of_file[:, kind].copy()
+        if not numbers.any():
+            result.append(None)
+            continue
+        is_relative = numbers < 0 if numbers.min() < 0 else None
+        numbers -= 1
+        if is_relative is not None:
+            numbers[is_relative] += np.repeat(above.lines(kind), sizes)[is_relative] + 1
+            if (numbers[is_relative] < 0).any():
+                raise MeshletError(f"a face uses a {NAMES[kind]} before the first", EXPORT_AGAIN)
+        result.append(numbers)
+    vertices = result[VERTEX]
+    if len(numbers_of_file) and (vertices is None or vertices.min() == NONE):
+        raise MeshletError("a face uses vertex 0", EXPORT_AGAIN)
+    return result
+
+
+def read(path: Path, new_rows: NewRows, groups: bool = False) -> MeshFile:
+    """Read a mesh for each object that has triangles. Raises MeshletError, OSError.
+
+    groups: read a mesh for each group of an object.
+    """
+    reader = _Reader(new_rows, groups)
+    for block in blocks(path):
+        reader.add(block)
+    return reader.result(path)
+
+
+class _Sets(NamedTuple):
+    """Sets of attributes of faces, a bit for each kind.
+
+    Attributes:
+        everywhere: that of all faces; of_faces: uint8[F], None if all are the same.
+    """
+
+    everywhere: int
+    of_faces: np.ndarray | None
+
+
+class _Faces(NamedTuple):
+    """Faces of one object or group and material that have the same attributes."""
+
+    state: State
+    kinds: tuple[int, ...]
+    numbers: list[CornerNumbers]
+
+
+@dataclass
+class _Reader:
+    """Collects blocks.
+
+    Attributes:
+        rows: of each kind; colors: of vertices.
+        faces: by object or group, material and set of attributes; in the order of the file.
+        incomplete: faces of which only some corners have an attribute; short: those with fewer than
+            three corners.
+    """
+
+    new_rows: NewRows
+    groups: bool
+    faces: dict[tuple[State, int], _Faces] = field(default_factory=dict)
+    libraries: list[bytes] = field(default_factory=list)
+    others: dict[str, int] = field(default_factory=lambda: defaultdict(int))
+    incomplete: int = 0
+    short: int = 0
+
+    def __post_init__(self) -> None:
+        self.rows = [self.new_rows() for _ in KINDS]
+        self.colors = Colors(self.new_rows)
+        self.points = Points(self.rows[VERTEX])
+
+    def add(self, block: Block) -> None:
+        self._add_rows(block.rows)
+        self.libraries += block.libraries
+        for keyword, count in block.others.items():
+            self.others[OTHERS[keyword]] += count
+        if len(block.sizes):
+            self._add_faces(block)
+
+    def _add_rows(self, rows: list[np.ndarray]) -> None:
+        v, vt, vn = rows
+        if len(v):
+            self.rows[VERTEX].add(to_floats(v[:, :3]))
+            self._add_colors(v[:, 3:COLORED])
+        if len(vt):
+            self.rows[TEXCOORD].add(to_texcoords(vt))
+        if len(vn):
+            self.rows[NORMAL].add(to_floats(vn[:, :3]))
+
+    def _add_colors(self, colors: np.ndarray) -> None:
+        if colors.shape[1] < COLORED - 3:
+            self.colors.skip(len(colors))
+        else:
+            self.colors.add(colors, colors.dtype)
+
+    def _add_faces(self, block: Block) -> None:
+        sizes, numbers = block.sizes, block.numbers
+        vertices = numbers[VERTEX]
+        if vertices is None:  # faces without corners
+            return
+        corners, counts = triangles_of(sizes, lambda: self.points.at(vertices))
+        sets = self._sets(numbers, sizes)
+        self.short += int(np.count_nonzero(sizes < 3)) if corners is not None else 0
+        of_kinds = [None if rows is None else at_corners(rows, corners) for rows in numbers]
+        ends = begins(counts)
+        of_triangles = None if sets.of_faces is None else np.repeat(sets.of_faces, counts)
+        firsts = [first for _, first in block.states]
+        parts: dict[tuple[State, int], list[slice | np.ndarray]] = defaultdict(list)
+        for (state, face), end in zip(block.states, [*firsts[1:], len(sizes)]):
+            first, last = int(ends[face]), int(ends[end])
+            if first == last:
+                continue
+            if of_triangles is None:
+                parts[state, sets.everywhere].append(slice(first, last))
+                continue
+            sets_here, at = np.unique(of_triangles[first:last], return_index=True)
+            for has in sets_here[np.argsort(at)].tolist():
+                parts[state, has].append(first + np.flatnonzero(of_triangles[first:last] == has))
+        for (state, has), ranges in parts.items():
+            faces = self._faces_of(state, has)
+            for kind, rows in zip(faces.kinds, faces.numbers):
+                rows.add(_concatenate(of_kinds[kind], ranges))
+
+    def _sets(self, numbers: list[np.ndarray | None], sizes: np.ndarray) -> _Sets:
+        """Find the attributes that all corners of each face have."""
+        everywhere, of_faces = 0, None
+        for kind, rows in enumerate(numbers):
+            if rows is None:
+                continue
+            if rows.min() != NONE:
+                everywhere |= 1 << kind
+                continue
+            whole = _count(rows != NONE, sizes)
+            self.incomplete += int(np.count_nonzero((whole > 0) & (whole < sizes)))
+            bits = (whole == sizes).astype(np.uint8) << kind
+            of_faces = bits if of_faces is None else of_faces | bits
+        return _Sets(everywhere, None if of_faces is None else of_faces | everywhere)
+
+    def _faces_of(self, state: State, has: int) -> _Faces:
+        if not self.groups:
+            state = state._replace(group=b"")
+        if (state, has) not in self.faces:
+            kinds = tuple(kind for kind in range(len(KINDS)) if has >> kind & 1)
+            numbers = [CornerNumbers(self.new_rows()) for _ in kinds]
+            self.faces[state, has] = _Faces(state, kinds, numbers)
+        return self.faces[state, has]
+
+    # --- the result ---
+
+    def result(self, path: Path) -> MeshFile:
+        """Return the meshes. Raises MeshletError, OSError."""
+        contents = MeshFile([], self._warnings())
+        used = {faces.state.material for faces in self.faces.values()}
+        materials = mtl.read(path.parent, self.libraries, used, contents)
+        table: dict[str, RowArray] = dict(zip(ATTRIBUTES, self.rows))
+        colors = self.colors.finish()
+        if colors is not None:
+            table["COLOR_0"] = colors
+        meshes: dict[State, Mesh] = {}
+        untextured = 0
+        for faces in self.faces.values():
+            of_mesh = faces.state._replace(material=b"")
+            mesh = meshes.setdefault(of_mesh, _mesh(of_mesh, path.name))
+            primitive, problems = _primitive(faces, table)
+            primitive.material = material = materials.get(faces.state.material)
+            mesh.primitives.append(primitive)
+            contents.warnings += [f"{mesh.name}: {problem}" for problem in problems]
+            if material and material.fitting(primitive.attributes) is not material:
+                untextured += primitive.triangle_count
+        if untextured:
+            contents.warnings.append(
+                f"{untextured} triangles have no texture coordinates, so they are shown without "
+                "the textures of their materials"
+            )
+        contents.meshes = list(meshes.values())
+        return contents
+
+    def _warnings(self) -> list[str]:
+        warnings = list(self.points.warnings)
+        if self.others:
+            counts = ", ".join(f"{count} {kind}" for kind, count in self.others.items())
+            warnings.append(f"left out, as they have no triangles: {counts}")
+        if self.short:
+            warnings.append(f"{self.short} faces of fewer than three corners are left out")
+        if self.incomplete:
+            warnings.append(
+                f"{self.incomplete} faces have texture coordinates or normals at some corners "
+                "only, which are left out"
+            )
+        return warnings
+
+
+def _mesh(state: State, file: str) -> Mesh:
+    """Return an object's or a group's mesh without primitives."""
+    names = [name.decode(errors="replace") for name in (state.object, state.group) if name]
+    if not names:
+        return Mesh(file, [])
+    return Mesh(names[-1], [], names[0] if len(names) > 1 else None)
+
+
+def _count(is_there: np.ndarray, sizes: np.ndarray) -> np.ndarray:
+    """int64[F]: the corners of each face that are there. is_there: bool[C]."""
+    sums, ends = begins(is_there), begins(sizes)
+    counts: np.ndarray = sums[ends[1:]] - sums[ends[:-1]]
+    return counts
+
+
+def _concatenate(rows: np.ndarray | None, parts: list[slice | np.ndarray]) -> np.ndarray:
+    assert rows is not None
+    return rows[parts[0]] if len(parts) == 1 else np.concatenate([rows[part] for part in parts])
+
+
+def _primitive(faces: _Faces, table: dict[str, RowArray]) -> tuple[MeshPrimitive, list[str]]:
+    """Return the triangles with the attributes that they have, and warn of rows that are missing.
 
     table: the rows of all attributes.
     """
-    counts = {attribute: table[attribute].count for attribute in ATTRIBUTES}
-    vertex, *others = numbers_of_kinds
-    vertex.check(counts["POSITION"], NAMES[VERTEX])
-    all_have_colors = counts["COLOR_0"] == counts["POSITION"]
-    of_vertices = ("POSITION", "COLOR_0") if all_have_colors else ("POSITION",)
-    groups: list[Group] = [(of_vertices, vertex.rows)]
+    groups: list[Group] = []
+    attributes: dict[str, Rows] = {}
     warnings = []
-    for attribute, kind, numbers in zip(ATTRIBUTES[1:], NAMES[1:], others):
-        if numbers.least < 0:
-            continue  # some corner has none
-        if numbers.most < counts[attribute]:
-            groups.append(((attribute,), numbers.rows))
-        else:
-            warnings.append(f"a face uses a {kind} that is not there; all are left out")
-    return groups, warnings
-
-
-# --- materials ---
-
-
-def referenced_files(path: Path) -> list[Path]:
-    """List the libraries that a file may name, and the images that those that exist name."""
-    with open(path, "rb") as file:
-        lines = [line for text in text_blocks(file) for line in _libraries_of(text)]
-    names = [name for line in dict.fromkeys(lines) for names in _readings(line) for name in names]
-    libraries = _paths(path.parent, names)
-    textures = [
-        texture.file
-        for library in filter(is_there, libraries)
-        for _, lines_of in _libraries_materials(library.read_bytes())
-        if (texture := _texture_of(lines_of))
-    ]
-    return [*libraries, *_paths(path.parent, textures)]
-
-
-def _paths(folder: Path, names: Iterable[str]) -> list[Path]:
-    """List the files that can be read by these names."""
-    paths = (path_beside(folder, name) for name in dict.fromkeys(names))
-    return [path for path in paths if path is not None]
-
-
-def _libraries_of(text: bytes) -> list[bytes]:
-    ((_, _, offsets),) = _codec.scan_lines(text, {"mtllib": "any"})
-    return words_after(text, offsets)
-
-
-def _readings(line: bytes) -> list[list[str]]:
-    """List the names of libraries in a line, of which nothing says whether they have spaces.
-
-    As several names that end in .mtl, as one name, as a name for each word.
-    """
-    ending = re.split(rb"(?i)(?<=\.mtl) ", line, maxsplit=MOST_LIBRARIES)
-    readings = ending, [line], line.split(b" ", MOST_LIBRARIES)
-    return [[_file_name(name) for name in dict.fromkeys(names)] for names in readings]
-
-
-def _file_name(name: bytes) -> str:
-    """Return a relative path, which may be in quotes, or have backslashes, as in Windows."""
-    return file_name(name.strip(b'"').replace(b"\\", b"/"))
-
-
-def _materials_of(
-    folder: Path, libraries: list[bytes], contents: MeshFile
-) -> dict[bytes, Material]:
-    """Read the materials of all libraries by name; note their files and what is left out.
-
-    libraries: lines without mtllib.
-    """
-    materials: dict[bytes, Material] = {}
-    for line in dict.fromkeys(libraries):
-        readings = _readings(line)
-        there = (names for names in readings if any(map(is_there, _paths(folder, names))))
-        for file in next(there, readings[0]):
-            path = named_file(folder, file, contents)
-            for name, lines in _libraries_materials(path.read_bytes() if path else b""):
-                materials[name] = _material(folder, name, lines, contents)
-    return materials
-
-
-Lines = dict[bytes, list[bytes]]  # keyword in lower case -> the words after it
-
-
-def _libraries_materials(text: bytes) -> Iterator[tuple[bytes, Lines]]:
-    """Name and lines of each material."""
-    name, lines = b"", Lines()
-    for line in text.removeprefix(codecs.BOM_UTF8).splitlines():
-        keyword, *words = line.split() or [b""]
-        if keyword.lower() == b"newmtl":
-            if name:
-                yield name, lines
-            name, lines = b" ".join(words), Lines()
-        elif words:
-            lines[keyword.lower()] = words
-    if name:
-        yield name, lines
-
-
-def _material(folder: Path, name: bytes, lines: Lines, contents: MeshFile) -> Material:
-    """Return a glTF material of base colour (Kd, map_Kd) and shininess (Ns)."""
-    shininess = (_numbers(lines.get(b"ns", [])) or [1.0])[0]
-    pbr: dict[str, Any] = {
-        "metallicFactor": 0.0,
-        "roughnessFactor": (2 / (max(shininess, 0.0) + 2)) ** 0.25,
-    }
-    color = _numbers(lines.get(b"kd", []))
-    if len(color) == 3:
-        pbr["baseColorFactor"] = [*(min(max(c, 0.0), 1.0) for c in color), 1.0]
-    properties = {"name": name.decode(errors="replace"), "pbrMetallicRoughness": pbr}
-    texture = _texture_of(lines)
-    if texture is None:
-        return Material(properties)
-    image = read_texture(folder, texture.file, contents)
-    if image and texture.omissions:
-        problem = f"{properties['name']}: its texture is shown without {texture.omissions}"
-        contents.warnings.append(problem)
-    return Material(properties, image)
-
-
-class Texture(NamedTuple):
-    """A texture of a material.
-
-    Attributes:
-        file: relative path; omissions: options that change the picture, which are left out.
-    """
-
-    file: str
-    omissions: str
-
-
-def _texture_of(lines: Lines) -> Texture | None:
-    """Read the file of a material's base colour texture, and the options before it."""
-    if b"map_kd" not in lines:
-        return None
-    words, omissions = lines[b"map_kd"], []
-    while len(words) > 1 and (option := words[0].lower()) in TEXTURE_OPTIONS:
-        most, neutral = TEXTURE_OPTIONS[option]
-        values = words[1:-1][:most]
-        while most == 3 and not _numbers(values) and values:
-            values.pop()  # it belongs to the file's name
-        setting: list[Any] = _numbers(values) or [value.lower() for value in values]
-        if neutral and setting != neutral[: len(values)]:
-            omissions.append(option.decode())
-        words = words[1 + len(values) :]
-    return Texture(_file_name(b" ".join(words)), ", ".join(omissions))
-
-
-def _numbers(words: list[bytes]) -> list[float]:
-    """Nothing if any word is not a finite number."""
-    try:
-        numbers = [float(word) for word in words]
-    except ValueError:
-        return []
-    return numbers if all(map(math.isfinite, numbers)) else []
+    for kind, numbers in zip(faces.kinds, faces.numbers):
+        names = [ATTRIBUTES[kind]]
+        count = table[names[0]].count
+        if kind == VERTEX:
+            numbers.check(count, NAMES[VERTEX], 1)
+            names += ["COLOR_0"] * ("COLOR_0" in table)
+        elif numbers.most >= count:
+            warnings.append(f"a face uses a {NAMES[kind]} that is not there; all are left out")
+            continue
+        groups.append((tuple(names), numbers.from_least()))
+        for name in names:
+            attributes[name] = RowRange(table[name], numbers.least, numbers.most + 1)
+    return MeshPrimitive(attributes, groups, shares_rows=True), warnings

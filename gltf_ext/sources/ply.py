@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -14,24 +15,22 @@ from gltf_ext import _codec
 from gltf_ext.document.container import EXPORT_AGAIN
 from gltf_ext.errors import MeshletError
 from gltf_ext.ranges import numbers_of
+from gltf_ext.sources.colors import Colors
 from gltf_ext.sources.mesh_files import (
-    CUT_OFF,
-    CornerNumbers,
+    BASE_COLOR,
     Group,
     Material,
     Mesh,
     MeshFile,
-    at_corners,
-    block_bytes,
-    color_bytes,
-    fans,
-    read_rows,
+    MeshPrimitive,
+    Texture,
     read_texture,
-    text_blocks,
     to_floats,
     to_texcoords,
 )
-from gltf_ext.sources.row_arrays import NewRows, RowArray, add_all
+from gltf_ext.sources.polygons import CornerNumbers, Points, at_corners, triangles_of
+from gltf_ext.sources.row_arrays import NewRows, RowArray, Rows, add_all
+from gltf_ext.sources.text import CUT_OFF, block_bytes, read_rows, text_blocks
 
 MAX_HEADER_LINES = 10_000
 MAX_LINE = 10_000  # bytes
@@ -46,10 +45,20 @@ TYPES = {
 }
 ORDERS = {"ascii": "=", "binary_little_endian": "<", "binary_big_endian": ">"}
 INDICES = ("vertex_indices", "vertex_index")
+STRIPS = "tristrips"  # an element; -1 ends a strip
 POSITION, NORMAL = ("x", "y", "z"), ("nx", "ny", "nz")
-COLOR = ("red", "green", "blue", "alpha")
-TEXCOORDS = (("texture_u", "texture_v"), ("u", "v"), ("s", "t"))
+COLORS = (
+    ("red", "green", "blue", "alpha"),
+    ("diffuse_red", "diffuse_green", "diffuse_blue", "diffuse_alpha"),
+    ("r", "g", "b", "a"),
+    ("ambient_red", "ambient_green", "ambient_blue", "ambient_alpha"),
+)
+TEXCOORDS = (("texture_u", "texture_v"), ("u", "v"), ("s", "t"), ("texture_s", "texture_t"))
 CORNER_TEXCOORDS = "texcoord"
+# Attributes of the file's own: more would take most of the streams that a primitive may have.
+MOST_SCALARS = 32
+EXACT = 1 << 24  # float32 holds all integers up to this
+TYPES_OF_SCALARS = ("i1", "u1", "i2", "u2")  # that glTF has, beside floats
 
 
 class Property(NamedTuple):
@@ -71,9 +80,18 @@ class Element(NamedTuple):
     rows: int
     properties: list[Property]
 
-    def type_of(self, name: str) -> np.dtype:
-        """Return the type of the property with this name, which is there."""
-        return next(p.dtype for p in self.properties if p.name == name)
+    @property
+    def values(self) -> dict[str, np.dtype]:
+        """Name -> type of each property that is no list."""
+        return {p.name: p.dtype for p in self.properties if p.length is None}
+
+    def first_of(self, names: Sequence[Sequence[str]], count: int) -> tuple[str, ...]:
+        """Return the first names of which the properties have at least the first `count`."""
+        values = self.values
+        for candidates in names:
+            if all(name in values for name in candidates[:count]):
+                return tuple(name for name in candidates if name in values)
+        return ()
 
 
 class Header(NamedTuple):
@@ -101,12 +119,13 @@ Columns = dict[str, "np.ndarray | Lists"]
 
 def read_header(file: BinaryIO) -> Header:
     """Read up to the first element. Raises MeshletError."""
-    if file.readline(MAX_LINE).strip().lower() != b"ply":
+    if _first_line(file).strip().lower() != b"ply":
         raise MeshletError("is not a .ply", EXPORT_AGAIN)
+    end = _line_end(file)
     order, texture = "", ""
     elements: list[Element] = []
     for _ in range(MAX_HEADER_LINES):
-        line = file.readline(MAX_LINE).decode(errors="replace")
+        line = _header_line(file, end).decode(errors="replace")
         match line.split():
             case [] if not line:
                 break
@@ -132,6 +151,35 @@ def read_header(file: BinaryIO) -> Header:
     raise MeshletError("has a header that does not end", EXPORT_AGAIN)
 
 
+def _first_line(file: BinaryIO) -> bytes:
+    """Read up to the end of the first line, which may be LF, CR LF or CR alone."""
+    line = file.read(len(b"ply"))
+    while (byte := file.read(1)) not in (b"", b"\n", b"\r") and len(line) < MAX_LINE:
+        line += byte
+    if byte:
+        file.seek(-1, os.SEEK_CUR)
+    return line
+
+
+def _line_end(file: BinaryIO) -> bytes:
+    """Read the end of a line, which is that of all lines of the header."""
+    start = file.read(2)
+    end = b"\r" if start[:1] == b"\r" and start != b"\r\n" else b"\n"
+    if start not in (b"\r\n", b""):
+        file.seek(1 - len(start), os.SEEK_CUR)
+    return end
+
+
+def _header_line(file: BinaryIO, end: bytes) -> bytes:
+    """Read a line with its end, from where the data may begin with any byte."""
+    line = file.readline(MAX_LINE)
+    at = line.find(end) + 1
+    if end == b"\r" and at:
+        file.seek(at - len(line), os.SEEK_CUR)
+        line = line[:at]
+    return line
+
+
 def blocks(file: BinaryIO, header: Header) -> Iterator[tuple[Element, Columns]]:
     """Yield the elements' rows after the header, a block at a time, in the order of the file.
 
@@ -151,34 +199,90 @@ def read(path: Path, new_rows: NewRows) -> MeshFile:
 
     A vertex's own values go before those that faces have at their corners.
     """
-    vertices: dict[str, RowArray] = defaultdict(new_rows)
-    faces: dict[str, RowArray] = defaultdict(new_rows)
-    triangles = CornerNumbers(new_rows())
     with open(path, "rb") as file:
-        header = read_header(file)
-        for element, columns in blocks(file, header):
-            if element.name == "vertex":
-                add_all(vertices, vertex_attributes(element, columns))
-            elif element.name == "face":
-                parts = face_corners(element, columns)
-                if "triangles" in parts:
-                    triangles.add(parts.pop("triangles"))
-                add_all(faces, parts)
-    if "POSITION" not in vertices:
-        return MeshFile([])
-    triangles.check(vertices["POSITION"].count, "vertex")
-    if not triangles.rows.count:
-        return MeshFile([])
-    faces = {name: rows for name, rows in faces.items() if name not in vertices}
-    _check_counts(vertices, vertices["POSITION"].count)
-    _check_counts(faces, triangles.rows.count)
-    groups: list[Group] = [(tuple(vertices), triangles.rows), *(((name,), None) for name in faces)]
-    mesh = Mesh(path.name, {**vertices, **faces}, groups)
-    contents = MeshFile([mesh])
-    if header.texture:
-        image = read_texture(path.parent, header.texture, contents)
-        mesh.material = Material({}, image) if image else None
-    return contents
+        reader = _Reader(read_header(file), new_rows)
+        for element, columns in blocks(file, reader.header):
+            reader.add(element, columns)
+    return reader.result(path)
+
+
+class _Reader:
+    """Collects the rows of a file."""
+
+    def __init__(self, header: Header, new_rows: NewRows) -> None:
+        """Start without rows."""
+        self.header = header
+        self._vertices: dict[str, RowArray] = defaultdict(new_rows)
+        self._faces: dict[str, RowArray] = defaultdict(new_rows)
+        self._vertex_colors, self._face_colors = Colors(new_rows), Colors(new_rows)
+        self._triangles = CornerNumbers(new_rows())
+        self._points = Points(self._vertices["POSITION"])
+        self._scalars = Scalars(header)
+
+    def add(self, element: Element, columns: Columns) -> None:
+        """Add a block of rows. Raises MeshletError, OSError."""
+        if element.name == "vertex":
+            add_all(self._vertices, vertex_attributes(element, columns))
+            add_all(self._vertices, self._scalars.attributes(element, columns))
+            colors = element.first_of(COLORS, 3)
+            if colors:
+                self._vertex_colors.add(_stacked(columns, colors), element.values[colors[0]])
+        elif element.name == "face":
+            self._add_faces(element, columns)
+        elif element.name == STRIPS:
+            lists = _lists_of(columns)
+            if lists is not None:
+                self._triangles.add(triangles_of_strips(lists))
+
+    def _add_faces(self, element: Element, columns: Columns) -> None:
+        polygons = _lists_of(columns)
+        if polygons is None:
+            return
+        numbers = to_int32(polygons.values)
+        corners, counts = triangles_of(polygons.lengths, lambda: self._points.at(numbers))
+        self._triangles.add(at_corners(numbers, corners))
+        texcoords = columns.get(CORNER_TEXCOORDS)
+        if isinstance(texcoords, Lists):
+            if (texcoords.lengths != 2 * polygons.lengths).any():
+                raise MeshletError("has faces with missing texture coordinates", EXPORT_AGAIN)
+            uv = at_corners(texcoords.values.reshape(-1, 2), corners)
+            self._faces["TEXCOORD_0"].add(to_texcoords(uv.reshape(-1, 2)))
+        colors = element.first_of(COLORS, 3)
+        if colors:
+            values = np.repeat(_stacked(columns, colors), 3 * counts, axis=0)
+            self._face_colors.add(values, element.values[colors[0]])
+
+    def result(self, path: Path) -> MeshFile:
+        """Return the mesh, if there is one. Raises MeshletError, OSError."""
+        vertices, faces, triangles = self._vertices, self._faces, self._triangles
+        contents = MeshFile([], [*self._points.warnings, *self._scalars.warnings()])
+        count = vertices["POSITION"].count
+        if not count:
+            return contents
+        triangles.check(count, "vertex", 0)
+        if not triangles.rows.count:
+            return contents
+        for attributes, colors in ((vertices, self._vertex_colors), (faces, self._face_colors)):
+            rows = colors.finish()
+            if rows is not None:
+                attributes["COLOR_0"] = rows
+        faces = {name: rows for name, rows in faces.items() if name not in vertices}
+        _check_counts(vertices, count)
+        _check_counts(faces, triangles.rows.count)
+        groups: list[Group] = [(tuple(vertices), triangles.rows)]
+        groups += [((name,), None) for name in faces]
+        all_rows: dict[str, Rows] = {**vertices, **faces}
+        primitive = MeshPrimitive(all_rows, groups)
+        contents.meshes.append(Mesh(path.name, [primitive]))
+        if self.header.texture:
+            image = read_texture(path.parent, self.header.texture, contents)
+            if image:
+                primitive.material = Material({}, {BASE_COLOR: Texture(image)})
+                if primitive.material.fitting(all_rows) is None:
+                    contents.warnings.append(
+                        "it has no texture coordinates, so its texture is left out"
+                    )
+        return contents
 
 
 def _check_counts(attributes: dict[str, RowArray], count: int) -> None:
@@ -190,54 +294,121 @@ def _check_counts(attributes: dict[str, RowArray], count: int) -> None:
             )
 
 
+def _stacked(columns: Columns, names: Sequence[str]) -> np.ndarray:
+    """[n, len(names)] of properties that are no lists."""
+    return np.stack([columns[name] for name in names], axis=1)
+
+
 def vertex_attributes(element: Element, columns: Columns) -> dict[str, np.ndarray]:
-    """Return the attributes of a block of vertices, as in Mesh."""
-    values = {name: c for name, c in columns.items() if not isinstance(c, Lists)}
-
-    def stacked(names: Sequence[str]) -> np.ndarray:
-        return np.stack([values[name] for name in names], axis=1)
-
+    """Return positions, normals and texture coordinates of a block of vertices, as in glTF."""
     attributes = {
-        kind: to_floats(stacked(names))
+        kind: to_floats(_stacked(columns, names))
         for kind, names in (("POSITION", POSITION), ("NORMAL", NORMAL))
-        if values.keys() >= set(names)
+        if element.first_of([names], 3)
     }
-    if values.keys() >= set(COLOR[:3]):
-        colors = stacked([name for name in COLOR if name in values])
-        attributes["COLOR_0"] = color_bytes(colors, element.type_of(COLOR[0]))
-    texcoords = next((names for names in TEXCOORDS if values.keys() >= set(names)), None)
+    texcoords = element.first_of(TEXCOORDS, 2)
     if texcoords:
-        attributes["TEXCOORD_0"] = to_texcoords(stacked(texcoords))
+        attributes["TEXCOORD_0"] = to_texcoords(_stacked(columns, texcoords))
     return attributes
 
 
-def face_corners(element: Element, columns: Columns) -> dict[str, np.ndarray]:
-    """Return the triangles of a block of faces.
+def _lists_of(columns: Columns) -> Lists | None:
+    """Return the vertices of faces or strips, if the columns have them."""
+    lists = next((columns[name] for name in INDICES if name in columns), None)
+    return lists if isinstance(lists, Lists) else None
 
-    "triangles": int32[T, 3]; if faces have them, "TEXCOORD_0": float32[3 T, 2] and "COLOR_0":
-    uint8[3 T, 4], at corners.
-    """
-    name = next((name for name in INDICES if name in columns), None)
-    polygons = columns[name] if name else None
-    if not isinstance(polygons, Lists):
-        return {}
-    corners, counts = fans(polygons.lengths)
-    numbers = polygons.values
+
+def to_int32(numbers: np.ndarray) -> np.ndarray:
+    """Return int32: no number beyond it is one of a vertex, and a text may say nan."""
     if not np.can_cast(numbers.dtype, np.int32):
-        with np.errstate(invalid="ignore"):  # a text may say nan; no number beyond int32 is valid
-            numbers = np.clip(numbers, -1, np.iinfo(np.int32).max)
-    result = {"triangles": at_corners(numbers.astype(np.int32, copy=False), corners)}
-    texcoords = columns.get(CORNER_TEXCOORDS)
-    if isinstance(texcoords, Lists):
-        if (texcoords.lengths != 2 * polygons.lengths).any():
-            raise MeshletError("has faces with missing texture coordinates", EXPORT_AGAIN)
-        uv = at_corners(texcoords.values.reshape(-1, 2), corners)
-        result["TEXCOORD_0"] = to_texcoords(uv.reshape(-1, 2))
-    colors = [columns[name] for name in COLOR if name in columns]
-    if len(colors) >= 3 and not any(isinstance(c, Lists) for c in colors):
-        of_faces = color_bytes(np.stack(colors, axis=1), element.type_of(COLOR[0]))
-        result["COLOR_0"] = np.repeat(of_faces, 3 * counts, axis=0)
+        limits = np.iinfo(np.int32)
+        least, most = numbers.min(initial=0), numbers.max(initial=0)
+        if not (limits.min <= least and most <= limits.max):
+            numbers = np.nan_to_num(numbers.astype(np.float64), nan=-1)
+            numbers = np.clip(numbers, limits.min, limits.max)
+    return numbers.astype(np.int32, copy=False)
+
+
+def triangles_of_strips(lists: Lists) -> np.ndarray:
+    """int32[T, 3]: the triangles of strips, which a list or a -1 ends, every other one turned.
+
+    Those that only lead from one strip to another, with a vertex twice, are left out.
+    """
+    numbers = to_int32(lists.values)
+    is_first = np.zeros(len(numbers) + 1, bool)
+    is_first[np.cumsum(lists.lengths) - lists.lengths] = True
+    is_first[1:] |= numbers < 0
+    places = np.arange(len(numbers))
+    # A -1 is a place of its own before the strip that it begins, so that no triangle spans it.
+    begins = np.maximum.accumulate(np.where(is_first[:-1], places, 0))
+    third = np.flatnonzero((places - begins >= 2) & (numbers >= 0))
+    a, b, c = numbers[third - 2], numbers[third - 1], numbers[third]
+    turned = (third - begins[third]) % 2 == 1
+    triangles = np.stack([np.where(turned, b, a), np.where(turned, a, b), c], axis=1)
+    different = (a != b) & (b != c) & (c != a)
+    result: np.ndarray = triangles[different]
     return result
+
+
+class Scalars:
+    """Properties of vertices that glTF has no name for, as attributes: quality as _QUALITY."""
+
+    def __init__(self, header: Header) -> None:
+        """Choose names, and note what is left out."""
+        self._names: dict[str, str] = {}  # of a property -> of the attribute
+        self._left_out: list[str] = []
+        self._rounded: set[str] = set()
+        for element in header.elements:
+            if element.name == "vertex":
+                self._choose(element)
+            elif element.rows:
+                self._leave_out(element)
+
+    def _choose(self, element: Element) -> None:
+        read = {*POSITION, *element.first_of([NORMAL], 3)}
+        read.update(element.first_of(COLORS, 3), element.first_of(TEXCOORDS, 2))
+        for name, _, length in element.properties:
+            attribute = "_" + re.sub(r"[^A-Z0-9_]", "_", name.upper())
+            if name in read or name in self._names:
+                continue
+            is_free = attribute not in self._names.values()
+            if length is None and is_free and len(self._names) < MOST_SCALARS:
+                self._names[name] = attribute
+            else:
+                self._left_out.append(f"{name} of vertices")
+
+    def _leave_out(self, element: Element) -> None:
+        if element.name not in ("face", STRIPS):
+            self._left_out.append(f"{element.rows} rows of {element.name}")
+            return
+        read = {*INDICES}
+        if element.name == "face":
+            read.update((CORNER_TEXCOORDS,), element.first_of(COLORS, 3))
+        names = [p.name for p in element.properties if p.name not in read]
+        self._left_out += [f"{name} of {element.name}" for name in names]
+
+    def attributes(self, element: Element, columns: Columns) -> dict[str, np.ndarray]:
+        """Return [n, 1] of each in a type that glTF has."""
+        result = {}
+        for name, dtype in element.values.items():
+            if name not in self._names:
+                continue
+            values = columns[name]
+            assert isinstance(values, np.ndarray)
+            if dtype.str[1:] in TYPES_OF_SCALARS:
+                values = values.astype(dtype.str[1:])
+            else:
+                if dtype.kind in "iu" and (np.abs(values.astype(np.float64)) > EXACT).any():
+                    self._rounded.add(name)
+                values = to_floats(values)
+            result[self._names[name]] = values.reshape(-1, 1)
+        return result
+
+    def warnings(self) -> list[str]:
+        """Return a line for what is left out, and for what is rounded."""
+        lines = [f"left out: {', '.join(self._left_out)}"] if self._left_out else []
+        rounded = ", ".join(sorted(self._rounded))
+        return [*lines, f"rounded to floats: {rounded}"] if rounded else lines
 
 
 # --- text ---
@@ -245,20 +416,20 @@ def face_corners(element: Element, columns: Columns) -> dict[str, np.ndarray]:
 
 def _text(texts: Iterator[bytes], elements: Sequence[Element]) -> Iterator[tuple[Element, Columns]]:
     queue = list(elements)
-    left = queue[0].rows if queue else 0
+    rows_left = queue[0].rows if queue else 0
     for text in texts:
         ((numbers, counts, _),) = _codec.scan_lines(text, {"": "numbers"})
         ends = np.cumsum(counts, dtype=np.int64)
         at = 0
         while queue and at < len(counts):
-            rows = slice(at, at + min(left, len(counts) - at))
+            rows = slice(at, at + min(rows_left, len(counts) - at))
             starts = ends[rows] - counts[rows]
             yield queue[0], _columns_of_text(numbers, starts, ends[rows], queue[0])
-            left -= len(starts)
+            rows_left -= len(starts)
             at = rows.stop
-            if not left:
+            if not rows_left:
                 del queue[0]
-                left = queue[0].rows if queue else 0
+                rows_left = queue[0].rows if queue else 0
     if queue:
         raise MeshletError(CUT_OFF, "get it again")
 
@@ -296,19 +467,19 @@ def _binary(file: BinaryIO, element: Element) -> Iterator[Columns]:
             fields.append((f"{name} length", length, ()))
         fields.append((name, dtype, (count,) if length is not None else ()))
     row = np.dtype(fields)
-    left = element.rows
-    while left:
+    rows_left = element.rows
+    while rows_left:
         start = file.tell()
-        rows = read_rows(file, row, left)
+        rows = read_rows(file, row, rows_left)
         same = np.ones(len(rows), bool)
         for (name, _, length), count in zip(element.properties, lengths):
             if length is not None:
                 same &= rows[f"{name} length"] == count
         if not len(rows) or not same.all():
             file.seek(start)
-            yield from _mixed(file, element, left)
+            yield from _mixed(file, element, rows_left)
             return
-        left -= len(rows)
+        rows_left -= len(rows)
         yield {
             name: Lists(np.broadcast_to(np.int64(count), len(rows)), _values(rows, name))
             if length is not None
@@ -346,19 +517,19 @@ def _lengths_of_row(file: BinaryIO, element: Element) -> list[int]:
     return lengths
 
 
-def _mixed(file: BinaryIO, element: Element, left: int) -> Iterator[Columns]:
+def _mixed(file: BinaryIO, element: Element, rows_left: int) -> Iterator[Columns]:
     """Walk row by row: 1 us each."""
     size = block_bytes(file)
-    while left:
+    while rows_left:
         start, data = file.tell(), file.read(size)
-        places, end = _places(data, element, left)
+        places, end = _places(data, element, rows_left)
         file.seek(start + end)
         if not len(places):
             if len(data) < size:
                 raise MeshletError(CUT_OFF, "get it again")
             size *= 2  # for a row that is longer
             continue
-        left -= len(places)
+        rows_left -= len(places)
         array = np.frombuffer(data, np.uint8)
         columns: Columns = {}
         for (name, dtype, length), at, counts in zip(

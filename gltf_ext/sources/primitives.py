@@ -11,7 +11,7 @@ import numpy as np
 from gltf_ext.document import gltf
 from gltf_ext.document.accessors import described_by, index_accessor, set_bounds, store
 from gltf_ext.document.document import Document
-from gltf_ext.sources.attribute_names import named
+from gltf_ext.sources.attribute_names import pair_names
 
 EXTENSION = "EXT_meshlet_edgebreaker"
 
@@ -36,7 +36,7 @@ class Primitive:
     targets: list[dict[str, np.ndarray]] = field(default_factory=list)
 
     def __repr__(self) -> str:
-        """Counts and names, without the arrays."""
+        """Count and names, without the arrays."""
         return (
             f"Primitive(mesh={self.mesh}, primitive={self.primitive}, "
             f"triangles={len(self.indices)}, vertices={self.vertex_count}, "
@@ -66,11 +66,11 @@ class Primitive:
     @property
     def arrays(self) -> list[tuple[str, np.ndarray]]:
         """(name, values) of every attribute, then of the targets as "targets[i].NAME"."""
-        return named(self.sets)
+        return pair_names(self.sets)
 
 
 @dataclass
-class Dropped:
+class DropCounts:
     """Counts of vertices and triangles left out of primitives.
 
     incomplete_triangles: primitives whose indices end in one or two corners of a triangle.
@@ -81,31 +81,31 @@ class Dropped:
     unreferenced_vertices: int = 0
     duplicate_vertices: int = 0
 
-    def add(self, other: Dropped) -> None:
-        """Adds other counts."""
+    def add(self, other: DropCounts) -> None:
+        """Add other counts."""
         for name, value in vars(other).items():
             setattr(self, name, getattr(self, name) + value)
 
 
 def place(mesh: int, primitive: int) -> str:
-    """A primitive's place in its document, for errors."""
+    """Return a primitive's place in its document, for errors."""
     return f"mesh {mesh} primitive {primitive}"
 
 
 def is_compressed(primitive: gltf.Primitive) -> bool:
-    """Whether the primitive has the extension."""
+    """Return whether the primitive has the extension."""
     return gltf.has_extension(primitive, EXTENSION)
 
 
 def all_primitives(document: Document) -> Iterator[tuple[int, int, gltf.Primitive]]:
-    """(mesh, primitive, object) of each primitive."""
+    """Return (mesh, primitive, object) of each primitive."""
     for m, mesh in enumerate(document.meshes):
         for p, primitive in enumerate(mesh["primitives"]):
             yield m, p, primitive
 
 
 def triangle_primitives(document: Document) -> list[tuple[int, int, gltf.Primitive]]:
-    """(mesh, primitive, object) of each primitive that is a list, strip or fan of triangles."""
+    """Return (mesh, primitive, object) of each list, strip or fan of triangles."""
     return [
         (m, p, primitive)
         for m, p, primitive in all_primitives(document)
@@ -119,7 +119,7 @@ def describe(
     vertex_count: int,
     box: tuple[np.ndarray, np.ndarray] | None,
 ) -> dict[str, int]:
-    """Name -> new accessor for decoded data, of the old accessor's type; box: of POSITION."""
+    """Return name -> new accessor for decoded data, with the old types. box: of POSITION."""
     first = len(document.accessors)
     for name, old in names.items():
         accessor = described_by(document.accessors[old], vertex_count)
@@ -130,7 +130,7 @@ def describe(
 
 
 def describe_indices(document: Document, triangle_count: int, vertex_count: int) -> int:
-    """The number of a new accessor for triangles."""
+    """Return the number of a new accessor for triangles."""
     document.accessors.append(index_accessor(3 * triangle_count, vertex_count))
     return len(document.accessors) - 1
 
@@ -138,7 +138,7 @@ def describe_indices(document: Document, triangle_count: int, vertex_count: int)
 def store_primitive(
     document: Document, primitive: gltf.Primitive, decoded: Primitive, fallback: bool
 ) -> None:
-    """Gives the primitive's accessors buffer views with the decoded data.
+    """Give the primitive's accessors buffer views with the decoded data.
 
     fallback: see Document.add_view.
     """

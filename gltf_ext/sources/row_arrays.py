@@ -5,11 +5,33 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from bisect import bisect_right
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
 from gltf_ext.document.accessors import Format
 from gltf_ext.work_files import WorkFile
+
+RUN_ROWS, GAP_ROWS = 1 << 18, 1 << 12  # read at a time; not needed, but read with those around
+
+
+class Rows(Protocol):
+    """Elements of `format` that are read in blocks."""
+
+    @property
+    def count(self) -> int:
+        """The number of elements."""
+        ...
+
+    @property
+    def format(self) -> Format:
+        """Their type."""
+        ...
+
+    def rows(self, first: int, last: int) -> np.ndarray:
+        """[last - first, components] elements. Raises MeshletError, OSError."""
+        ...
 
 
 class RowArray(ABC):
@@ -39,6 +61,10 @@ class RowArray(ABC):
     @abstractmethod
     def rows(self, first: int, last: int) -> np.ndarray:
         """Return [last - first, components]. Raises OSError."""
+
+    @abstractmethod
+    def gather(self, numbers: np.ndarray) -> np.ndarray:
+        """Return a copy of these rows: [len(numbers), components]. Raises OSError."""
 
 
 def add_all(arrays: Mapping[str, RowArray], values: Mapping[str, np.ndarray]) -> None:
@@ -72,6 +98,11 @@ class MemoryRows(RowArray):
         values: np.ndarray = np.ndarray((last - first, width), dtype, self._bytes, offset)
         return values
 
+    def gather(self, numbers: np.ndarray) -> np.ndarray:
+        """Return a copy of these rows."""
+        result: np.ndarray = self.rows(0, self.count)[numbers]
+        return result
+
 
 class FileRows(RowArray):
     """Rows in a work file, which arrays share: an .obj may have thousands.
@@ -104,4 +135,65 @@ class FileRows(RowArray):
             values = self._file.rows(dtype, start, (end - row) * width)
             result[row - first : end - first] = values.reshape(-1, width)
             row, block = end, block + 1
+        return result
+
+    def gather(self, numbers: np.ndarray) -> np.ndarray:
+        """Return a copy of these rows, which are read in runs. Raises OSError."""
+        different, inverse = np.unique(numbers, return_inverse=True)
+        is_end = (np.diff(different) > GAP_ROWS) | (np.diff(different // RUN_ROWS) != 0)
+        values = [
+            self.rows(int(run[0]), int(run[-1]) + 1)[run - run[0]]
+            for run in np.split(different, np.flatnonzero(is_end) + 1)
+            if len(run)
+        ]
+        return np.concatenate([*values, np.empty((0, self.format[1]), self.format[0])])[inverse]
+
+
+# --- parts of rows ---
+
+
+@dataclass(frozen=True)
+class RowRange:
+    """The rows [first, last) of others."""
+
+    source: Rows
+    first: int
+    last: int
+
+    @property
+    def count(self) -> int:
+        """The number of rows."""
+        return self.last - self.first
+
+    @property
+    def format(self) -> Format:
+        """Their type."""
+        return self.source.format
+
+    def rows(self, first: int, last: int) -> np.ndarray:
+        """[last - first, components] rows. Raises OSError."""
+        return self.source.rows(self.first + first, self.first + last)
+
+
+@dataclass(frozen=True)
+class RowsWithout:
+    """Integers from which a number is subtracted."""
+
+    source: Rows
+    number: int
+
+    @property
+    def count(self) -> int:
+        """The number of rows."""
+        return self.source.count
+
+    @property
+    def format(self) -> Format:
+        """Their type."""
+        return self.source.format
+
+    def rows(self, first: int, last: int) -> np.ndarray:
+        """[last - first, components] rows. Raises OSError."""
+        rows = self.source.rows(first, last)
+        result: np.ndarray = rows - rows.dtype.type(self.number)
         return result

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -15,8 +15,9 @@ from gltf_ext.document.draco import DRACO, decode_draco
 from gltf_ext.errors import MeshletError
 from gltf_ext.progress import Advance
 from gltf_ext.scheduler import in_order
-from gltf_ext.sources.attribute_names import is_of_target, local_name, named
-from gltf_ext.sources.primitives import Dropped, Primitive, place
+from gltf_ext.sources.attribute_names import is_of_target, local_name, pair_names
+from gltf_ext.sources.primitives import DropCounts, Primitive, place
+from gltf_ext.sources.row_arrays import Rows
 
 # Rows that are read at a time. With 1 << 17, a million triangles in --max-memory 110M peaked at 98
 # to 110 MB, with 1 << 16 at 80 to 87.
@@ -26,24 +27,6 @@ EXPORT_AGAIN = "export the model again"
 WIDTHS = {"POSITION": 3, "NORMAL": 3, "TANGENT": 4}  # components; a target's TANGENT has three
 
 Box = tuple[np.ndarray, np.ndarray]  # smallest and largest position
-
-
-class Rows(Protocol):
-    """Elements of `format` that are read in blocks."""
-
-    @property
-    def count(self) -> int:
-        """The number of elements."""
-        ...
-
-    @property
-    def format(self) -> Format:
-        """Their type."""
-        ...
-
-    def rows(self, first: int, last: int) -> np.ndarray:
-        """[last - first, components] elements. Raises MeshletError, OSError."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -135,12 +118,12 @@ class Source:
         return self.attributes["POSITION"].count
 
     def read_bounds(self, advance: Advance | None = None) -> None:
-        """Sets `bounds`, to none if all triangles are degenerate. Reads everything.
+        """Set `bounds`, to none if all triangles are degenerate. Reads everything.
 
         Raises MeshletError for NaN and infinity, OSError.
         """
-        for more in self.of_used_vertices(self._bounds, advance):
-            for name, rows in more.items():
+        for extremes in self.of_used_vertices(self._bounds, advance):
+            for name, rows in extremes.items():
                 rows = np.concatenate([self.bounds.get(name, rows), rows])
                 self.bounds[name] = np.stack(bounds(rows))
 
@@ -149,14 +132,21 @@ class Source:
         function: Callable[[dict[str, np.ndarray]], Any],
         advance: Advance | None = None,
     ) -> Iterator[Any]:
-        """What a function returns for some vertices of triangles at a time.
+        """Yield the results of a function for some vertices of triangles at a time.
 
-        Without vertices that only degenerate triangles have.
-        function: takes attributes that have numbers in common, [n, components]; runs on threads.
-        Raises MeshletError, OSError.
+        Leaves out vertices that only degenerate triangles have.
+
+        Args:
+            function: takes attributes that have numbers in common, name -> [n, components]; runs on
+                threads.
+            advance: moves the progress bar.
+
+        Raises:
+            MeshletError: indices are out of range.
+            OSError: a file cannot be read.
         """
-        whole = sum(self.attributes[names[0]].count for names, _ in self.indices)
-        done = 0
+        total = sum(self.attributes[names[0]].count for names, _ in self.indices)
+        finished = 0
         for names, numbers in self.indices:
             count = self.attributes[names[0]].count
             for low, high in blocks(count, self.room or max(count, 1)):
@@ -166,9 +156,9 @@ class Source:
                 for (first, last), result in zip(parts, self.in_order(self._of_used, tasks)):
                     if result is not None:
                         yield result
-                    done += last - first
+                    finished += last - first
                     if advance:
-                        advance(done / whole)
+                        advance(finished / total)
                 del is_used, tasks  # before the next flags are made
 
     def _of_used(
@@ -180,18 +170,18 @@ class Source:
         first: int,
         last: int,
     ) -> Any:
-        used = np.flatnonzero(is_used[first:last])
-        if not len(used):
+        rows_used = np.flatnonzero(is_used[first:last])
+        if not len(rows_used):
             return None
         values = self.vertices(names, low + first, low + last)
-        if len(used) < last - first:
-            values = {name: rows[used] for name, rows in values.items()}
+        if len(rows_used) < last - first:
+            values = {name: rows[rows_used] for name, rows in values.items()}
         return function(values)
 
     def in_order(
         self, function: Callable[..., Any], tasks: Iterable[tuple[Any, ...]]
     ) -> Iterator[Any]:
-        """What a function returns for tasks, such as blocks; several run at a time for files."""
+        """Yield the results of a function for tasks, such as blocks; on threads for files."""
         if self.is_in_memory:
             return (function(*task) for task in tasks)
         return in_order(function, tasks, self.threads)
@@ -199,7 +189,7 @@ class Source:
     def _are_used(
         self, names: tuple[str, ...], numbers: Rows | None, low: int, high: int
     ) -> np.ndarray:
-        """bool[high - low]: whether triangles have these rows of the attributes.
+        """Return bool[high - low]: whether triangles have these rows of the attributes.
 
         Degenerate triangles do not count: what they alone have may be no numbers, or far away.
         """
@@ -222,7 +212,7 @@ class Source:
         return is_used
 
     def _are_degenerate(self, first: int, last: int) -> np.ndarray:
-        """bool[last - first]: whether triangles have two corners with equal bytes."""
+        """Return bool[last - first]: whether triangles have two corners with equal bytes."""
         is_same = np.ones((3, last - first), bool)
         for names, numbers in self.indices:
             is_same &= self._are_same(names, numbers, first, last)
@@ -234,7 +224,7 @@ class Source:
     def _are_same(
         self, names: tuple[str, ...], numbers: Rows | None, first: int, last: int
     ) -> np.ndarray:
-        """bool[3, last - first]: whether corners 0 and 1, 1 and 2, 2 and 0 have equal bytes.
+        """Return bool[3, last - first]: whether corners 0 and 1, 1 and 2, 2 and 0 have equal bytes.
 
         In files, vertices with different numbers count as different: to look them up in any order
         takes too long.
@@ -268,11 +258,11 @@ class Source:
         return ends
 
     def vertices(self, names: tuple[str, ...], first: int, last: int) -> dict[str, np.ndarray]:
-        """Name -> [last - first, components]. Raises MeshletError, OSError."""
+        """Return name -> [last - first, components]. Raises MeshletError, OSError."""
         return {name: self.attributes[name].rows(first, last) for name in names}
 
     def chosen_vertices(self, names: tuple[str, ...], rows: np.ndarray) -> dict[str, np.ndarray]:
-        """Name -> [len(rows), components]: some vertices of a source in memory."""
+        """Return name -> [len(rows), components]: some vertices of a source in memory."""
         whole = self.vertices(names, 0, self.attributes[names[0]].count)
         return {name: values[rows] for name, values in whole.items()}
 
@@ -296,29 +286,33 @@ class Source:
 
 
 def _equal_corners(columns: list[np.ndarray], corners: np.ndarray) -> np.ndarray:
-    """bool[3, T]: whether corners 0 and 1, 1 and 2, 2 and 0 are equal in all columns."""
-    same = _equal_pairs(columns[0][corners])
-    result = np.zeros(same.shape, bool)
-    left = np.arange(len(corners))  # most triangles differ in the first columns
+    """Return bool[3, T]: whether corners 0 and 1, 1 and 2, 2 and 0 are equal in all columns."""
+    is_equal = _equal_pairs(columns[0][corners])
+    result = np.zeros(is_equal.shape, bool)
+    candidates = np.arange(len(corners))  # most triangles differ in the first columns
     for column in columns[1:]:
-        chosen = np.flatnonzero(same[0] | same[1] | same[2])
-        if not len(chosen):
+        positions = np.flatnonzero(is_equal[0] | is_equal[1] | is_equal[2])
+        if not len(positions):
             return result
-        if len(chosen) < len(left):
-            corners, left, same = corners[chosen], left[chosen], same[:, chosen]
-        same &= _equal_pairs(column[corners])
-    result[:, left] = same
+        if len(positions) < len(candidates):
+            corners, candidates, is_equal = (
+                corners[positions],
+                candidates[positions],
+                is_equal[:, positions],
+            )
+        is_equal &= _equal_pairs(column[corners])
+    result[:, candidates] = is_equal
     return result
 
 
 def _equal_pairs(corners: np.ndarray) -> np.ndarray:
-    """bool[3, T]: whether values 0 and 1, 1 and 2, 2 and 0 are equal. corners: [T, 3]."""
+    """Return bool[3, T]: whether values 0 and 1, 1 and 2, 2 and 0 are equal. corners: [T, 3]."""
     a, b, c = corners.T
     return np.stack([a == b, b == c, c == a])
 
 
 def blocks(count: int, size: int = BLOCK) -> Iterator[tuple[int, int]]:
-    """(first, last) of blocks of rows."""
+    """Return (first, last) of blocks of rows."""
     for first in range(0, count, size):
         yield first, min(first + size, count)
 
@@ -336,8 +330,8 @@ def read_source(
     find: FindRows | None = None,
     room: int = 0,
     threads: int = 1,
-) -> tuple[Source, Dropped]:
-    """A triangle primitive that is not compressed with our extension.
+) -> tuple[Source, DropCounts]:
+    """Return a triangle primitive that is not compressed with our extension.
 
     find: finds accessors; by default in memory. room, threads: as in Source.
     Checks counts and types; indices are checked when they are read. Raises MeshletError.
@@ -355,7 +349,7 @@ def read_source(
     arrays = decode_draco(document, primitive, where) if is_draco else {}
     indices = arrays.pop("indices", None)
     attributes: dict[str, Rows] = {}
-    accessors = named(gltf.attribute_sets(primitive))
+    accessors = pair_names(gltf.attribute_sets(primitive))
     count = None
     for name, accessor in sorted(accessors, key=lambda pair: pair[0] != "POSITION"):
         if name in attributes:
@@ -379,36 +373,42 @@ def read_source(
         numbers = ArrayRows(_list_of(numbers, corner_count, mode))
     source = Source(mesh, index, attributes, [(tuple(attributes), numbers)], room, threads)
     is_incomplete = mode == gltf.TRIANGLES and corner_count % 3 != 0
-    return source, Dropped(incomplete_triangles=int(is_incomplete))
+    return source, DropCounts(incomplete_triangles=int(is_incomplete))
 
 
-def read_primitive(document: Document, mesh: int, index: int) -> tuple[Primitive, Dropped]:
-    """The same as arrays; triangles are as in the file. Raises MeshletError."""
-    source, dropped = read_source(document, mesh, index)
+def read_primitive(document: Document, mesh: int, index: int) -> tuple[Primitive, DropCounts]:
+    """Return the same as arrays; triangles are as in the file. Raises MeshletError."""
+    source, drop_counts = read_source(document, mesh, index)
     ((names, numbers),) = source.indices
     corners = source.corners(names, numbers, 0, source.triangle_count)
     arrays = {name: rows.rows(0, rows.count) for name, rows in source.attributes.items()}
-    stored = document.primitive(mesh, index)
+    primitive = document.primitive(mesh, index)
     attributes, *targets = (
         {name: arrays[f"targets[{i - 1}].{name}" if i else name] for name in names_of_set}
-        for i, names_of_set in enumerate(gltf.attribute_sets(stored))
+        for i, names_of_set in enumerate(gltf.attribute_sets(primitive))
     )
     triangles = np.ascontiguousarray(corners, np.uint32)
-    return Primitive(mesh, index, triangles, attributes, targets), dropped
+    return Primitive(mesh, index, triangles, attributes, targets), drop_counts
 
 
 def _check_widths(attributes: dict[str, Rows], where: str) -> None:
     for name, rows in attributes.items():
         local, width = local_name(name), rows.format[1]
-        wanted = 3 if is_of_target(name) and local == "TANGENT" else WIDTHS.get(local, width)
-        if width != wanted:
+        required_width = (
+            3 if is_of_target(name) and local == "TANGENT" else WIDTHS.get(local, width)
+        )
+        if width != required_width:
             raise MeshletError(
-                f"{name} of {where} has {width} components instead of {wanted}", EXPORT_AGAIN
+                f"{name} of {where} has {width} components instead of {required_width}",
+                EXPORT_AGAIN,
             )
 
 
 def _list_of(numbers: Rows | None, count: int, mode: int) -> np.ndarray:
-    """The corners of triangles, [3 T, 1], of a strip or a fan. The winding of strips alternates."""
+    """Return the corners of the triangles of a strip or a fan, [3 T, 1].
+
+    The winding of strips alternates.
+    """
     i = np.arange(max(count - 2, 0))
     if mode == gltf.TRIANGLE_STRIP:
         corners = np.stack([i, i + 1 + i % 2, i + 2 - i % 2], axis=1)

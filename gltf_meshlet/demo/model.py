@@ -311,7 +311,12 @@ def meshlet_colors(meshlets: np.ndarray) -> np.ndarray:
 
 
 def write_glb(primitives: list[Primitive], path: str | Path) -> None:
-    """Writes a .glb: 32-bit indices, one node per mesh, one material per primitive."""
+    """Writes a .glb of `document_of` the primitives."""
+    write_files(model_files(document_of(primitives), Path(path)), sources=())
+
+
+def document_of(primitives: list[Primitive]) -> Document:
+    """32-bit indices, one node per mesh, one material per primitive."""
     meshes = list(dict.fromkeys(primitive.mesh for primitive in primitives))
     document = Document(
         {
@@ -333,7 +338,7 @@ def write_glb(primitives: list[Primitive], path: str | Path) -> None:
         indices = add_accessor(document, primitive.triangles.reshape(-1, 1))
         mesh = document.meshes[meshes.index(primitive.mesh)]
         mesh["primitives"].append({"attributes": names, "indices": indices, "material": material})
-    write_files(model_files(document, Path(path)), sources=())
+    return document
 
 
 def _material(primitive: Primitive) -> dict[str, Any]:

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cmath>
 #include <cstring>
+#include <new>
 #include <stdexcept>
 
 #include "decode/decoder.h"
@@ -13,10 +14,10 @@
 namespace meshlet_shape {
 namespace {
 
-using meshlet::BlobHeader;
-using meshlet::DecodedMeshlet;
-using meshlet::Stream;
-using meshlet::value_count;
+using gltf_meshlet_codec::BlobHeader;
+using gltf_meshlet_codec::DecodedMeshlet;
+using gltf_meshlet_codec::Stream;
+using gltf_meshlet_codec::value_count;
 
 float float_of_bits(uint32_t bits) {
   float f;
@@ -32,15 +33,19 @@ float clamped(const Attribute& a, float value) {
 }
 
 void read_stream(const Stream& s, const uint32_t* q, float* out) {
-  if (s.kind == meshlet::kOct) {
-    const float scale = meshlet::octahedral_scale(s.bits);
-    return meshlet::octahedral_direction(q[0], q[1], scale, out[0], out[1], out[2]);
+  if (s.kind == gltf_meshlet_codec::kOct) {
+    const float scale = gltf_meshlet_codec::octahedral_scale(s.bits);
+    return gltf_meshlet_codec::octahedral_direction(q[0], q[1], scale, out[0], out[1], out[2]);
   }
   for (uint32_t c = 0; c < s.elements; c++) {
     switch (s.kind) {
-      case meshlet::kGrid: out[c] = meshlet::grid_value(q[c], s.step, s.offset[c]); break;
-      case meshlet::kFloat32: out[c] = float_of_bits(meshlet::float_bits(q[c])); break;
-      case meshlet::kSign: out[c] = meshlet::sign_value(q[c]); break;
+      case gltf_meshlet_codec::kGrid:
+        out[c] = gltf_meshlet_codec::grid_value(q[c], s.step, s.offset[c]);
+        break;
+      case gltf_meshlet_codec::kFloat32:
+        out[c] = float_of_bits(gltf_meshlet_codec::float_bits(q[c]));
+        break;
+      case gltf_meshlet_codec::kSign: out[c] = gltf_meshlet_codec::sign_value(q[c]); break;
       default: out[c] = float(q[c]);
     }
   }
@@ -59,7 +64,7 @@ void read(const DecodedMeshlet& d, const std::vector<Stream>& streams, const Att
 void read_positions(const DecodedMeshlet& d, const std::vector<Stream>& streams, const Attribute& a,
                     float (*out)[64]) {
   const Stream& stream = streams[a.stream];
-  if (stream.kind != meshlet::kGrid || a.integer || stream.elements != 3) {
+  if (stream.kind != gltf_meshlet_codec::kGrid || a.integer || stream.elements != 3) {
     for (uint32_t id = 0; id < 64; id++) {
       float p[3] = {};
       if (id < d.vertex_count) read(d, streams, a, id, p);
@@ -71,22 +76,24 @@ void read_positions(const DecodedMeshlet& d, const std::vector<Stream>& streams,
   for (int i = 0; i < 3; i++) {
     const double offset = stream.offset[i], step = stream.step;
     for (uint32_t id = 0; id < 64; id++)
-      out[i][id] = meshlet::grid_value(q[4 * id + i], step, offset);
+      out[i][id] = gltf_meshlet_codec::grid_value(q[4 * id + i], step, offset);
   }
 }
 
 // Decodes meshlet m of a blob. Each thread has a decoder, open on the last blob that it asked for.
 // Throws std::runtime_error.
-DecodedMeshlet decode(const Blob& blob, uint32_t m, meshlet::StreamRange streams) {
-  static thread_local const std::unique_ptr<meshlet::Decoder> decoder = meshlet::make_decoder();
+DecodedMeshlet decode(const Blob& blob, uint32_t m, gltf_meshlet_codec::StreamRange streams) {
+  static thread_local const std::unique_ptr<gltf_meshlet_codec::Decoder> decoder =
+      gltf_meshlet_codec::make_decoder();
   static thread_local uint64_t open = 0;
+  if (!decoder) throw std::bad_alloc();
   if (open != blob.id) {
     open = 0;
     decoder->open(blob.checked());
     open = blob.id;
   }
   DecodedMeshlet decoded;
-  meshlet::throw_if(decoder->meshlet(m, decoded, streams));
+  gltf_meshlet_codec::throw_if(decoder->meshlet(m, decoded, streams));
   return decoded;
 }
 
@@ -112,7 +119,7 @@ uint32_t stream_end(const Attribute& a, const BlobHeader& header) {
 uint32_t chosen_triangles(const Primitive& primitive) {
   const BlobHeader& header = primitive.blob->header();
   const std::vector<uint32_t> counts =
-      meshlet::meshlet_triangle_counts(primitive.blob->bytes.data(), header);
+      gltf_meshlet_codec::meshlet_triangle_counts(primitive.blob->bytes.data(), header);
   uint32_t total = 0;
   for (size_t i = 0; i < primitive.chosen.size(); i++) {
     if (primitive.chosen[i] >= header.meshlet_count ||
@@ -144,10 +151,11 @@ std::atomic<uint64_t> g_next_blob{1};
 Blob::Blob(const uint8_t* data, size_t size)
     : bytes(data, data + size), id(g_next_blob.fetch_add(1)) {}
 
-const meshlet::Blob& Blob::checked() const {
+const gltf_meshlet_codec::Blob& Blob::checked() const {
   std::call_once(read_, [&] {
-    meshlet::Blob blob{bytes.data(), bytes.size(), {}};
-    meshlet::throw_if(meshlet::read_blob_header(blob.data, blob.size, blob.header));
+    gltf_meshlet_codec::Blob blob{bytes.data(), bytes.size(), {}};
+    gltf_meshlet_codec::throw_if(
+        gltf_meshlet_codec::read_blob_header(blob.data, blob.size, blob.header));
     checked_ = std::move(blob);
   });
   return checked_;

@@ -18,15 +18,15 @@ class Blob {
 
   // Checks the header once, in the thread that needs it first. Throws std::runtime_error if it is
   // malformed.
-  const meshlet::Blob& checked() const;
-  const meshlet::BlobHeader& header() const { return checked().header; }
+  const gltf_meshlet_codec::Blob& checked() const;
+  const gltf_meshlet_codec::BlobHeader& header() const { return checked().header; }
 
   const std::vector<uint8_t> bytes;
   const uint64_t id;  // unique in the process
 
  private:
   mutable std::once_flag read_;
-  mutable meshlet::Blob checked_{};
+  mutable gltf_meshlet_codec::Blob checked_{};
 };
 
 constexpr uint32_t kNoStream = ~0u;

@@ -89,7 +89,7 @@ EXPORT uint32_t meshlet_shapes(uint64_t* ids, uint32_t capacity) {
 
 // Bytes of the threads' decoders and scratch memory, which no limit counts.
 EXPORT uint64_t meshlet_working_bytes() {
-  return thread_slots() * meshlet::make_decoder()->bytes() + scratch_bytes();
+  return thread_slots() * gltf_meshlet_codec::make_decoder()->bytes() + scratch_bytes();
 }
 
 }  // namespace meshlet_shape

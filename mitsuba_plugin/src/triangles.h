@@ -15,7 +15,7 @@
 
 namespace meshlet_shape {
 
-using meshlet::Vec3;
+using gltf_meshlet_codec::Vec3;
 
 inline Vec3 load(const float* v) { return {v[0], v[1], v[2]}; }
 inline void store(Vec3 v, float* out) {

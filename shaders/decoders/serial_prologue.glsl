@@ -1,6 +1,7 @@
 // The GLSL primitives that serial_decoder.glsl asks for. Include before it, and
-// serial_epilogue.glsl after it. The shader calls open_blob first. Needs GL_EXT_buffer_reference
-// and GL_EXT_buffer_reference_uvec2.
+// serial_epilogue.glsl after it. Unless the includer defines BLOB_WORD and blob_word_total, the
+// shader calls open_blob first, and needs GL_EXT_buffer_reference and
+// GL_EXT_buffer_reference_uvec2.
 
 // Capacities, set by the host: the most streams of a blob in the scene, and the most elements of
 // those that are decoded.

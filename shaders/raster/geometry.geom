@@ -1,10 +1,10 @@
 // Path `geometry`, geometry stage: decodes a meshlet with the serial decoder and emits its
 // triangles.
 //
-// Input: the meshlet's number (geometry.vert).
-// Outputs: positions, gl_PrimitiveID and the attributes in VARYINGS (bits HAS_).
+// Inputs: the numbers of the meshlet and the instance (geometry.vert).
+// Outputs: positions, gl_PrimitiveID, the instance and the attributes in VARYINGS (bits HAS_).
 //
-// Every device allows 1024 output scalars per invocation. 192 corners of a position and an id
+// Every device allows 1024 output scalars per invocation. 170 corners of a position and two numbers
 // fit. With more attributes, INVOCATIONS share the triangles, and each decodes the whole
 // meshlet.
 // variants: geometry_normal.geom=INVOCATIONS=2,VARYINGS=1
@@ -18,6 +18,9 @@
 layout(points, invocations = INVOCATIONS) in;
 layout(triangle_strip, max_vertices = 3 * SHARE) out;
 
+layout(location = 0) flat in uint in_meshlet[];
+layout(location = 1) flat in uint in_instance[];
+#define INSTANCE in_instance[0]
 #include "raster/culling.glsl"
 #include "decoders/serial_prologue.glsl"
 #include "decode/serial_decoder.glsl"
@@ -26,7 +29,6 @@ layout(triangle_strip, max_vertices = 3 * SHARE) out;
 #include "scene/decoded_vertex.glsl"
 
 out gl_PerVertex { vec4 gl_Position; };  // redeclared without the other members to save outputs
-layout(location = 0) flat in uint in_meshlet[];
 #if (VARYINGS & 1) != 0
 layout(location = 0) out vec3 out_normal;
 #endif
@@ -36,6 +38,7 @@ layout(location = 1) out vec2 out_texcoord;
 #if (VARYINGS & 4) != 0
 layout(location = 2) out vec4 out_color;
 #endif
+layout(location = 3) flat out uint out_instance;
 
 void emit_corner(Primitive primitive, mat4 to_clip, uint v, uint id) {
   gl_Position = transformed(to_clip, vertex_position(primitive, v));
@@ -49,6 +52,7 @@ void emit_corner(Primitive primitive, mat4 to_clip, uint v, uint id) {
   if ((ATTRIBUTES & HAS_COLOR) != 0u) out_color = vertex_color(primitive, v);
 #endif
   gl_PrimitiveID = int(id);
+  out_instance = INSTANCE;
   EmitVertex();
 }
 

@@ -1,7 +1,7 @@
 // Fragment stage of the raster paths with a graphics pipeline: shades the surface.
 //
 // Inputs: the attributes in VARYINGS (bits HAS_); with MESH numbers per triangle from a mesh stage
-//   (mesh_output.glsl), else gl_PrimitiveID.
+//   (mesh_output.glsl), else gl_PrimitiveID and, with IDS, the instance.
 // Outputs: colour; with IDS the ids.
 // variants: surface_position.frag=VARYINGS=0 surface_normal.frag=VARYINGS=1
 // variants: surface_texcoord.frag=VARYINGS=3 surface_color.frag=VARYINGS=7
@@ -15,10 +15,13 @@
 #extension GL_EXT_mesh_shader : require
 
 layout(location = 3) perprimitiveEXT flat in uvec2 in_ids;
-layout(constant_id = 25) const bool JOBS = false;  // as in tasks.glsl
-#define INSTANCE (JOBS ? in_ids.x : push.instance)
+#define INSTANCE in_ids.x
 #define TRIANGLE_ID in_ids.y
 #else
+#ifdef IDS
+layout(location = 3) flat in uint in_instance;
+#define INSTANCE in_instance
+#endif  // else push.instance: the instances of a draw have the same material
 #define TRIANGLE_ID uint(gl_PrimitiveID)
 #endif
 

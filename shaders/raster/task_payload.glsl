@@ -1,12 +1,13 @@
-// What a task workgroup passes to its mesh workgroups: PAYLOAD_WORDS words for each meshlet, the
-// first of which is the number of its item (tasks.glsl).
+// What a task workgroup passes to its mesh workgroups: its row, and PAYLOAD_WORDS words for each
+// meshlet, the first of which is the number of its item (tasks.glsl).
 //
-// Every device has room for 16 KiB (maxTaskPayloadSize); `mesh` needs 128 bytes, `mesh-paper`
-// 2,400. Mesh workgroups have 28 KiB or more for the payload and their shared memory together
+// Every device has room for 16 KiB (maxTaskPayloadSize); `mesh` needs 132 bytes, `mesh-paper`
+// 2,404. Mesh workgroups have 28 KiB or more for the payload and their shared memory together
 // (maxMeshPayloadAndSharedMemorySize). The host checks both: MeshPath.payload in
 // vk_backend/raster/mesh.py.
 
 struct Payload {
+  uint row;
   uint words[TASK_MESHLETS * PAYLOAD_WORDS];
 };
 taskPayloadSharedEXT Payload payload;

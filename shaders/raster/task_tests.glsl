@@ -73,13 +73,15 @@ void count_workgroup(uint workgroup) {
 // TASK_MESHLETS. item: the thread's; it is the current one if it is to be launched.
 uint tested_place(out uint item) {
   uint thread = gl_LocalInvocationIndex, bit = 1u << thread;
-  uint row = gl_WorkGroupID.y * CUT_COLUMNS + gl_WorkGroupID.x;  // rows in indirect draws only
-  uint workgroup = push.first_place / TASK_MESHLETS + row;
-  item = push.first + row * TASK_MESHLETS + thread;
+  // Rows of workgroups are instances; with JOBS they go on in the list.
+  uint columns = JOBS ? CUT_COLUMNS : gl_NumWorkGroups.x;
+  uint number = gl_WorkGroupID.y * columns + gl_WorkGroupID.x;
+  uint workgroup = push.first_place / TASK_MESHLETS + number;
+  item = push.first + (JOBS ? number : gl_WorkGroupID.x) * TASK_MESHLETS + thread;
   if (thread == 0u) workgroup_tested = workgroup_launched = workgroup_hidden = 0u;
   barrier();
   if (item < item_total()) {
-    open_item(item);
+    open_item(item, gl_WorkGroupID.y);
     if (!JOBS || visible_sides() == push.sides) {
       atomicOr(workgroup_tested, bit);
       if (item_wanted(workgroup, bit)) atomicOr(workgroup_launched, bit);

@@ -1,6 +1,6 @@
 // Paths `mesh` and `mesh-paper`: push constants, and the meshlets that task and mesh workgroups
-// work on. An item is a meshlet of push.instance or, with JOBS, a cluster in the list of the
-// frame's cut.
+// work on. An item is a meshlet of an instance, those of push.instance and after it that are
+// alike, or, with JOBS, a cluster in the list of the frame's cut.
 #ifndef TASKS_GLSL
 #define TASKS_GLSL
 #define OWN_PUSH
@@ -27,7 +27,7 @@ layout(buffer_reference, std430, buffer_reference_align = 4) buffer MeshletBits 
 
 layout(push_constant) uniform TaskPush {
   uvec2 frame;
-  uint instance;     // without JOBS
+  uint instance;     // without JOBS, that of the first row of workgroups
   uint first;        // item of the draw's first thread
   uint first_place;  // of that item among those of all instances; a multiple of TASK_MESHLETS
   uint sides;        // with JOBS: SIDES_ of the instances that are drawn; others are left out
@@ -56,8 +56,8 @@ uint item_total() {
   return Primitives(the_frame().primitives).at[primitive].meshlets;
 }
 
-// Makes an item the current one.
-void open_item(uint item) {
+// Makes an item the current one. row: of its task workgroup.
+void open_item(uint item, uint row) {
   if (JOBS) {
     Job job = Jobs(push.jobs).at[item];
     task_instance = job.instance;
@@ -65,7 +65,7 @@ void open_item(uint item) {
     task_meshlet = job.meshlet;
     task_number = job.number;
   } else {
-    task_instance = push.instance;
+    task_instance = push.instance + row;
     task_primitive = Instances(the_frame().instances).at[push.instance].primitive;
     task_meshlet = task_number = item;
   }

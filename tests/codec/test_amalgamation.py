@@ -9,13 +9,17 @@ import sys
 import pytest
 
 from tests.helpers import interface_program
-from tests.helpers.environment import missing
+from tests.helpers.environment import ROOT, missing
 from tools import amalgamate
 
 # Options that fuse multiplications and additions unless the file forbids it; the processor of every
 # machine that runs these tests has them.
 HASWELL = ("-march=haswell",) if platform.machine() == "x86_64" else ()
-PLAIN = ("-std=c++17", "-O1", "-fno-exceptions", "-fno-rtti", "-Wall", "-Wextra", "-Werror")
+STRICT = ("-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Werror")
+ENGINE = ("-std=c++17", "-O1", "-fno-exceptions", "-fno-rtti")
+PLAIN = (*ENGINE, *STRICT)
+PROGRAMS = ROOT / "tests" / "codec" / "package"
+TRANSPORT = ROOT / "spec" / "transport_vectors"
 
 
 @pytest.fixture(scope="module")
@@ -28,20 +32,66 @@ def folder(tmp_path_factory):
 def compile_program(folder, cxx, cc, *options):
     """Builds files.c with the decoder; returns the program's path."""
     command = [*cxx, *PLAIN, "-pedantic", *options, "-c", "gltf_meshlet.cpp", "-o", "decoder.o"]
-    run(command, folder)
+    assert run(command, folder) == ""
     return link_program(folder, cxx, cc, "decoder.o")
 
 
-def link_program(folder, cxx, cc, decoder):
-    strict = [*cc, *interface_program.STRICT]
-    run([*strict, "-I.", "-c", interface_program.SOURCE, "-o", "program.o"], folder)
-    run([*cxx, "program.o", decoder, "-o", "program"], folder)
+def link_program(folder, cxx, cc, decoder, source=interface_program.SOURCE, options=()):
+    strict = [*cc, *interface_program.STRICT, *options]
+    run([*strict, "-I.", "-c", source, "-o", "program.o"], folder)
+    run([*cxx, *options, "program.o", decoder, "-o", "program", "-lpthread"], folder)
     return folder / "program"
 
 
 def run(command, folder):
+    """What the command prints as notes and warnings."""
     result = subprocess.run(command, cwd=folder, capture_output=True, text=True)
     assert result.returncode == 0, result.stderr
+    return result.stderr
+
+
+def sanitized_program(folder, source, sanitizer):
+    if not shutil.which("g++"):
+        missing("g++ is not installed")
+    options = [f"-fsanitize={sanitizer}", "-g"]
+    run(["g++", *ENGINE, *options, "-c", "gltf_meshlet.cpp", "-o", "checked.o"], folder)
+    return link_program(folder, ["g++"], ["gcc"], "checked.o", PROGRAMS / source, options)
+
+
+def test_failed_allocations_are_statuses(folder):
+    """Without exceptions, each allocation fails once. Under ASan and UBSan."""
+    program = sanitized_program(folder, "memory.c", "address,undefined")
+    for packed in sorted(TRANSPORT.glob("valid*.bin"))[:3]:
+        run([program, interface_program.VECTORS / "valid_group_tables.bin", packed], folder)
+
+
+def test_threads_share_a_view_and_its_arrays(folder):
+    """A queue of ranges, under ThreadSanitizer."""
+    program = sanitized_program(folder, "jobs.c", "thread")
+    # ThreadSanitizer of older compilers needs addresses that are not spread over all of memory.
+    fixed = ["setarch", "-R"] if shutil.which("setarch") else []
+    run([*fixed, program, *sorted(interface_program.VECTORS.glob("valid_*.bin"))], folder)
+
+
+def test_defines_no_symbol_but_the_interface(folder):
+    """An engine may have a namespace of any name."""
+    if not shutil.which("g++") or not shutil.which("nm"):
+        missing("g++ and nm are not installed")
+    run(["g++", *PLAIN, "-c", "gltf_meshlet.cpp", "-o", "symbols.o"], folder)
+    listed = subprocess.run(
+        ["nm", "-g", "--defined-only", folder / "symbols.o"], stdout=-1, text=True
+    )
+    names = [line.split()[-1] for line in listed.stdout.splitlines()]
+    assert len(names) > 10
+    assert [name for name in names if not name.startswith("gltf_meshlet_")] == []
+
+
+def test_is_made_without_packages(tmp_path):
+    """By Python alone, as the shader package is; with the licence."""
+    for module in ("amalgamate", "build_shader_package"):
+        command = [sys.executable, "-S", "-m", f"tools.{module}", tmp_path]
+        subprocess.run(command, cwd=ROOT, check=True)
+    assert (tmp_path / "LICENSE").read_text() == (ROOT / "LICENSE").read_text()
 
 
 @pytest.mark.parametrize(
@@ -76,18 +126,40 @@ def test_decodes_all_vectors_with_options_of_microsofts_compiler(folder, tmp_pat
     interface_program.check_vectors(records)
 
 
-def test_compiles_for_webassembly(folder):
+@pytest.mark.parametrize(
+    "options",
+    [
+        ("-target", "wasm32-wasi", "-msimd128"),
+        ("-target", "wasm32-wasi"),
+        ("-target", "x86_64-windows-gnu"),
+        pytest.param(("-target", "x86-linux-gnu"), marks=pytest.mark.full),
+    ],
+)
+def test_compiles_with_zig(options, folder):
+    """Clang, without a warning."""
     if importlib.util.find_spec("ziglang") is None:
         missing("the Python package ziglang is not installed (make web installs it)")
-    command = [sys.executable, "-m", "ziglang", "c++", "-target", "wasm32-wasi", "-msimd128"]
-    source = ["-c", "gltf_meshlet.cpp", "-o", "wasm.o"]
-    run([*command, *PLAIN, *source], folder)
+    command = [sys.executable, "-m", "ziglang", "c++", *options, *PLAIN]
+    assert run([*command, "-c", "gltf_meshlet.cpp", "-o", "zig.o"], folder) == ""
 
 
-def test_refuses_fast_math(folder):
-    command = ["g++", "-std=c++17", "-ffast-math", "-fsyntax-only", "gltf_meshlet.cpp"]
+@pytest.mark.parametrize(
+    ("options", "problem"),
+    [
+        (["-ffast-math"], "without -ffast-math"),
+        (["-funsafe-math-optimizations"], "without -funsafe-math-optimizations"),
+        (["-freciprocal-math"], "without -funsafe-math-optimizations"),
+        pytest.param(
+            ["-mfpmath=387"],
+            "compile for SSE2",
+            marks=pytest.mark.skipif(platform.machine() != "x86_64", reason="x87 is of x86"),
+        ),
+    ],
+)
+def test_refuses_options_that_change_values(options, problem, folder):
+    command = ["g++", "-std=c++17", *options, "-fsyntax-only", "gltf_meshlet.cpp"]
     result = subprocess.run(command, cwd=folder, capture_output=True, text=True)
-    assert "without -ffast-math" in result.stderr
+    assert problem in result.stderr
 
 
 def test_uses_no_other_file(folder):

@@ -136,3 +136,19 @@ def test_shared_library_shows_the_interface_and_nothing_else(prefix):
     declared = set(re.findall(r"\bgltf_meshlet_\w+(?=\()", header))
     assert set(symbols) == declared
     assert "libgltf_meshlet.so.1" in run("objdump", "-p", library)
+
+
+def test_static_library_has_one_prefix(prefix):
+    """Functions of the interface, and the codec's namespace; templates of the standard library are
+    every program's."""
+    (library,) = prefix.glob("lib*/libgltf_meshlet.a")
+    listed = run("nm", "-gC", "--defined-only", library).splitlines()
+    # Weak ones, V and W, may be merged: those of templates with arguments of the library only.
+    strong = {line.split(" ", 2)[2] for line in listed if re.match(r"\w+ [ABCDGRST] ", line)}
+    ours = re.compile(r"^(gltf_meshlet_|(vtable for |typeinfo (name )?for )?gltf_meshlet_codec::)")
+    assert len(strong) > 20
+    assert sorted(name for name in strong if not ours.match(name)) == []
+
+
+def test_licence_is_installed(prefix):
+    assert (prefix / "share" / "licenses" / "gltf_meshlet" / "LICENSE").exists()

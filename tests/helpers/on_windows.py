@@ -153,13 +153,14 @@ def uris():
         errors = command("decompress", "bad.gltf", "bad.glb", status=2)
         assert "not a relative path" in errors, errors
     assert not Path("bad.glb").exists()
-    Path("there.mtl").write_text("newmtl m\n")
-    there = Path("there.mtl").resolve()
+    Path("elsewhere").mkdir()
+    there = Path("elsewhere/there.mtl").resolve()
+    there.write_text("newmtl m\n")
     for name in (there, there.as_posix(), f"{there.drive}there.mtl", "//host/share/x.mtl"):
         triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
         Path("names.obj").write_text(f"mtllib {name}\n{triangle}", encoding="utf-8")
         errors = command("compress", "names.obj", "names.glb")
-        assert "is not a relative path, so its material is left out" in errors, errors
+        assert "is not a relative path, so its materials are left out" in errors, errors
 
 
 def closed_pipe():

@@ -28,6 +28,7 @@ COMMANDS = (
     "validate",
     "render",
     "view",
+    "gpu-check",
     "demo",
 )
 FLAG = re.compile(r"(?<![\w-])--?[a-z][a-z-]*")
@@ -137,7 +138,7 @@ def test_readme_shows_how_to_start():
 @pytest.mark.parametrize("command", COMMANDS)
 def test_manual_has_every_flag_of_a_command_and_no_other(command, capsys):
     manual = (ROOT / "docs" / "cli.md").read_text()
-    sections = dict(re.findall(r"^## (\w+)\n(.*?)(?=^## |\Z)", manual, re.DOTALL | re.MULTILINE))
+    sections = dict(re.findall(r"^## ([\w-]+)\n(.*?)(?=^## |\Z)", manual, re.DOTALL | re.MULTILINE))
     section = sections[command]
     if "| all of [`compress`](#compress) |" in section:
         section += sections["compress"]
@@ -152,7 +153,7 @@ def test_manual_has_every_flag_of_a_command_and_no_other(command, capsys):
 def test_manual_lists_every_command(capsys):
     with pytest.raises(SystemExit):
         cli.main(["--help"])
-    real = re.findall(r"^ {4}([a-z]+)\b", capsys.readouterr().out, re.M)
+    real = re.findall(r"^ {4}([a-z-]+)\b", capsys.readouterr().out, re.M)
     manual = (ROOT / "docs" / "cli.md").read_text()
     assert tuple(real) == COMMANDS
     assert tuple(re.findall(r"^## (.*)$", manual, re.M)) == COMMANDS

@@ -4,6 +4,7 @@ Imports inside functions and those for type checkers count as all others.
 """
 
 import ast
+import importlib
 import re
 from pathlib import Path
 
@@ -62,6 +63,7 @@ VULKAN_LAYERS = (
     {"raytrace"},
     {"frame_commands"},
     {"renderer"},
+    {"check"},
     {"command"},
     {"__init__"},
 )
@@ -264,3 +266,10 @@ def test_no_sources_include_each_other_in_a_circle():
 def test_circles_are_found():
     assert circle_in({"a": {"b"}, "b": {"c"}, "c": {"b"}}) == ["b", "c"]
     assert circle_in({"a": {"b", "c"}, "b": {"c"}, "c": set()}) == []
+
+
+@pytest.mark.parametrize("package", ["gltf_ext", "gltf_ext.lod"])
+def test_every_public_name_can_be_imported(package):
+    module = importlib.import_module(package)
+    for name in module.__all__:
+        assert getattr(module, name) is not None

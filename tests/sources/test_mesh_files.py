@@ -7,7 +7,7 @@ import os
 import random
 import tracemalloc
 from functools import partial
-from pathlib import PureWindowsPath
+from pathlib import Path, PureWindowsPath
 
 import numpy as np
 import pytest
@@ -18,8 +18,9 @@ import gltf_ext
 from gltf_ext import _codec
 from gltf_ext.errors import MeshletError
 from gltf_ext.portable import is_relative
-from gltf_ext.sources import mesh_files
+from gltf_ext.sources import text
 from gltf_ext.sources.importers import open_model, read_meshes, referenced_files
+from gltf_ext.sources.mesh_files import is_there
 from gltf_ext.sources.row_arrays import FileRows, MemoryRows
 from gltf_ext.sources.source import read_primitive
 from gltf_ext.work_files import WorkFile
@@ -51,18 +52,19 @@ def ply(order: str) -> bytes:
     """A triangle and a quad with colours; then a triangle."""
     header = (
         f"ply\nformat {order} 1.0\ncomment TextureFile t.png\nelement vertex 5\n"
-        "property double x\nproperty float y\nproperty float z\nproperty uchar red\n"
+        "property double x\nproperty float y\nproperty float z\nproperty float16 u\n"
+        "property uchar v\nproperty uchar red\n"
         "property uchar green\nproperty uchar blue\nelement edge 0\nproperty int vertex1\n"
         "element face 3\nproperty list uchar int vertex_indices\nproperty ushort flag\nend_header\n"
     )
-    vertices = [(i, i * i, 0.5, 10 * i, 0, 255) for i in range(5)]
+    vertices = [(i, i * i, 0.5, 0.25, 1, 10 * i, 0, 255) for i in range(5)]
     faces = [(0, 1, 2), (0, 1, 2, 3), (2, 3, 4)]
     if order == "ascii":
         rows = [*vertices, *((len(face), *face, 7) for face in faces)]
         return (header + "\n".join(" ".join(map(str, row)) for row in rows)).encode()
     end = "<" if "little" in order else ">"
     vertex = np.dtype(
-        [(n, end + t) for n, t in zip("xyzrgb", ("f8", "f4", "f4", "u1", "u1", "u1"))]
+        [(n, end + t) for n, t in zip("xyzuvrgb", ["f8", "f4", "f4", "f2", "u1", "u1", "u1", "u1"])]
     )
     body = np.array(vertices, vertex).tobytes()
     for face in faces:
@@ -151,10 +153,23 @@ end_header
 
 
 def read(path):
-    """name -> (triangles, attributes) of each mesh."""
+    """(name of the mesh, of the material) -> (triangles, attributes) of each primitive.
+
+    Further primitives of the same names have a number as well.
+    """
     document = open_model(path)
-    primitives = [read_primitive(document, i, 0)[0] for i in range(len(document.meshes))]
-    return {m["name"]: (p.indices, p.attributes) for m, p in zip(document.meshes, primitives)}
+    result = {}
+    for m, mesh in enumerate(document.meshes):
+        for p, primitive in enumerate(mesh["primitives"]):
+            number = primitive.get("material")
+            names = (
+                mesh["name"],
+                None if number is None else document.materials[number].get("name"),
+            )
+            arrays = read_primitive(document, m, p)[0]
+            key = (*names, p) if names in result else names
+            result[key] = (arrays.indices, arrays.attributes)
+    return result
 
 
 def corners(mesh, attribute="POSITION"):
@@ -164,27 +179,30 @@ def corners(mesh, attribute="POSITION"):
 
 def test_obj(folder):
     meshes = read(folder / "a.obj")
-    assert list(meshes) == ["thing", "red", "two words"]
-    quad = meshes["thing"]
+    assert list(meshes) == [
+        ("thing", None),
+        ("thing", "red"),
+        ("thing", "two words"),
+        ("thing", "two words", 3),
+    ]
+    quad = meshes["thing", None]
     assert corners(quad) == [
         [[0, 0, 0], [1, 0, 0], [1, 1, 0]],
         [[0, 0, 0], [1, 1, 0], [0, 1, 0]],
     ]
     assert corners(quad, "TEXCOORD_0")[0] == [[0, 1], [1, 0.75], [1, 0]]
     assert set(corners(quad, "NORMAL")[1][0]) == {0, 1}
-    assert len(meshes["red"][1]["POSITION"]) == 3
-    assert corners(meshes["two words"]) == [
-        [[0, 0, 5], [0, 1, 0], [1, 1, 0]],
-        [[0, 0, 5], [0, 1, 0], [1, 1, 0]],
-    ]
-    assert set(meshes["two words"][1]) == {"POSITION"}, "a corner has no normal"
+    assert len(meshes["thing", "red"][1]["POSITION"]) == 3
+    for key, normal in ((("thing", "two words"), {"NORMAL"}), (("thing", "two words", 3), set())):
+        assert corners(meshes[key]) == [[[0, 0, 5], [0, 1, 0], [1, 1, 0]]]
+        assert set(meshes[key][1]) == {"POSITION", *normal}
 
 
 def test_obj_materials(folder):
     document = open_model(folder / "a.obj")
-    names = [m["primitives"][0].get("material") for m in document.meshes]
+    numbers = [p.get("material") for m in document.meshes for p in m["primitives"]]
     red, other = document.materials
-    assert names == [None, 0, 1] and (red["name"], other["name"]) == ("red", "two words")
+    assert numbers == [None, 0, 1, 1] and (red["name"], other["name"]) == ("red", "two words")
     pbr = red["pbrMetallicRoughness"]
     assert pbr["baseColorFactor"] == [1, 0.5, 0, 1]
     assert pbr["roughnessFactor"] == pytest.approx(0.02**0.25)
@@ -287,8 +305,8 @@ def test_obj_several_libraries(tmp_path, line):
     document = open_model(tmp_path / "a.obj")
     assert [material["name"] for material in document.materials] == ["a", "b"]
     assert document.import_warnings == ()
-    named = {path.resolve() for path in referenced_files(tmp_path / "a.obj") if path.is_file()}
-    assert len(named) == 2
+    named = {path for path in referenced_files(tmp_path / "a.obj") if path.is_file()}
+    assert named >= set(document.files()) and len(document.files()) >= 2
 
 
 def test_obj_libraries_that_are_not_there(tmp_path):
@@ -304,8 +322,8 @@ def test_obj_libraries_that_are_not_there(tmp_path):
     [
         ("-s 1 1 1 t.png", ""),
         ("-blendu on -Bm 0.5 -imfchan r -texres 9 -type sphere t.png", ""),
-        ("-s 2 t.png", "-s"),
-        ("-o 0 0 0 -s 1 3 -clamp on t.png", "-s, -clamp"),
+        ("-s 2 t.png", ""),
+        ("-o 0 0 0 -s 1 3 -clamp on -cc on t.png", "-cc"),
         ("-mm 0 1 -t 0.5 0.5 0.5 -cc off t.png", "-t"),
         ("-clamp off my t.png", ""),
         ("-s 1 1 1 1", ""),
@@ -315,18 +333,19 @@ def test_obj_libraries_that_are_not_there(tmp_path):
     ],
 )
 def test_obj_texture_options(tmp_path, words, lost):
-    """The file is found behind them; those that change the picture are named."""
+    """The file is found behind them; those that are lost and change the picture are named."""
     (tmp_path / "sub").mkdir()
     for name in ("t.png", "my t.png", "1", "sub/t.png"):
         Image.new("RGB", (2, 2)).save(tmp_path / name, "PNG")
     (tmp_path / "m.mtl").write_text(f"newmtl m\nmap_Kd {words}\n")
-    (tmp_path / "a.obj").write_text("mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n")
+    (tmp_path / "a.obj").write_text(f"mtllib m.mtl\n{TRIANGLE}")
     document = open_model(tmp_path / "a.obj")
     assert len(document.images) == 1
     assert document.import_warnings == (
         (f"m: its texture is shown without {lost}",) if lost else ()
     )
-    assert len([path for path in referenced_files(tmp_path / "a.obj") if path.is_file()]) == 2
+    named = {path for path in referenced_files(tmp_path / "a.obj") if path.is_file()}
+    assert named >= set(document.files()) and len(document.files()) == 2
 
 
 def test_obj_with_indices_of_missing_normals(tmp_path):
@@ -363,7 +382,7 @@ def test_ply_with_values_at_corners(tmp_path):
 @pytest.mark.parametrize("name, names", [("a.stl", ["first one", "b"]), ("b.stl", ["b.stl"])])
 def test_stl(folder, name, names):
     meshes = read(folder / name)
-    assert list(meshes) == names
+    assert list(meshes) == [(name, None) for name in names]
     for mesh in meshes.values():
         assert corners(mesh) == [[[0, 0, 0], [1, 0, 0], [0, 1, 0]]] * 2
 
@@ -372,7 +391,7 @@ def test_stl(folder, name, names):
 def test_blocks_of_any_size_give_the_same(folder, monkeypatch, name):
     whole = read(folder / name)
     for size in (1, 7, 50, 120):
-        monkeypatch.setattr(mesh_files, "MOST_BYTES", size)
+        monkeypatch.setattr(text, "MOST_BYTES", size)
         parts = read(folder / name)
         assert parts.keys() == whole.keys()
         for key, (triangles, attributes) in whole.items():
@@ -383,23 +402,25 @@ def test_blocks_of_any_size_give_the_same(folder, monkeypatch, name):
 
 @pytest.mark.parametrize("name", FILES)
 def test_rows_in_work_files_are_those_in_memory(folder, monkeypatch, name):
-    monkeypatch.setattr(mesh_files, "MOST_BYTES", 50)
+    monkeypatch.setattr(text, "MOST_BYTES", 50)
     stores = (MemoryRows, partial(FileRows, WorkFile(str(folder))))
     contents, stored_contents = (read_meshes(folder / name, rows) for rows in stores)
     assert contents.warnings == stored_contents.warnings
     assert contents.others == stored_contents.others
-    meshes, others = contents.meshes, stored_contents.meshes
-    assert len(meshes) == len(others)
-    for mesh, other in zip(meshes, others):
-        assert (mesh.name, [names for names, _ in mesh.groups], mesh.triangle_count) == (
-            other.name,
+    names, other_names = ([m.name for m in c.meshes] for c in (contents, stored_contents))
+    assert names == other_names
+    primitives, others = ([p for _, _, p in c.places()] for c in (contents, stored_contents))
+    assert len(primitives) == len(others)
+    for mesh, other in zip(primitives, others):
+        assert ([names for names, _ in mesh.groups], mesh.triangle_count) == (
             [names for names, _ in other.groups],
             other.triangle_count,
         )
         for attribute, rows in mesh.attributes.items():
             stored = other.attributes[attribute]
             assert (stored.format, stored.count) == (rows.format, rows.count)
-            np.testing.assert_array_equal(stored.rows(1, 2), rows.rows(1, 2))
+            last = rows.count - 1, rows.count
+            np.testing.assert_array_equal(stored.rows(*last), rows.rows(*last))
         indexed, expected = other.indexed(), mesh.indexed()
         np.testing.assert_array_equal(indexed.triangles, expected.triangles)
         assert indexed.attributes.keys() == expected.attributes.keys()
@@ -434,14 +455,14 @@ def test_memory_is_at_most_three_times_the_file(tmp_path, name):
         ("a.ply", ply("ascii")[:-20], "too short"),
         ("a.ply", ply("ascii").replace(b"face 3", b"face 4"), "is cut off"),
         ("a.ply", ply("binary_little_endian")[:-1], "is cut off"),
-        ("a.ply", ply("ascii").replace(b"3 0 1 2 7", b"3 0 1 9 7"), "a face uses vertex 10 of 5"),
+        ("a.ply", ply("ascii").replace(b"3 0 1 2 7", b"3 0 1 9 7"), "a face uses vertex 9 of 5"),
         ("a.ply", ply("ascii").replace(b"vertex 5", b"vertex 9" + b"9" * 30), "too short"),
         (
             "a.ply",
             ply("binary_big_endian").replace(b"list uchar int", b"list int double"),
             "is cut off",
         ),
-        ("a.ply", ply("ascii").replace(b"3 0 1 2 7", b"3 0 1 -2 7"), "a face uses vertex 0 of 5"),
+        ("a.ply", ply("ascii").replace(b"3 0 1 2 7", b"3 0 1 -2 7"), "a face uses vertex -2 of 5"),
         ("a.ply", TWO_VERTEX_ELEMENTS, "has 3 values of COLOR_0 instead of 4"),
         ("a.ply", TWO_FACE_ELEMENTS, "has 3 values of TEXCOORD_0 instead of 6"),
         ("a.obj", b"f 1 2 3\n", "a face uses vertex 3 of 0"),
@@ -488,11 +509,17 @@ def test_agrees_with_trimesh(tmp_path):
 
 # --- files that a model names ---
 
-TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n"
+TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nusemtl m\nf 1/1 2/2 3/3\n"
+LOSSES = {
+    "library": "its materials are left out",
+    "texture": "this texture is left out",
+    "ply": "this texture is left out",
+}
 TRIANGLE_PLY = (
     "ply\nformat ascii 1.0\ncomment TextureFile {}\nelement vertex 3\nproperty float x\n"
-    "property float y\nproperty float z\nelement face 1\n"
-    "property list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"
+    "property float y\nproperty float z\nproperty float s\nproperty float t\nelement face 1\n"
+    "property list uchar int vertex_indices\nend_header\n"
+    "0 0 0 0 0\n1 0 0 0 0\n0 1 0 0 0\n3 0 1 2\n"
 )
 
 
@@ -541,7 +568,7 @@ def test_files_by_absolute_paths_are_not_read(tmp_path, kind):
     path = write_naming(tmp_path / "model", kind, secret)
     document = open_model(path)
     (warning,) = document.import_warnings
-    assert warning == f"{secret} is not a relative path, so its material is left out"
+    assert warning == f"{secret} is not a relative path, so {LOSSES[kind]}"
     assert not document.images and secret not in document.files()
     assert secret not in referenced_files(path)
 
@@ -557,8 +584,10 @@ def test_files_on_other_machines_and_drives_of_windows(tmp_path, monkeypatch, ki
     touched = touched_files(monkeypatch)
     (warning,) = open_model(path).import_warnings
     assert "is not a relative path" in warning
-    assert {file.name for file in referenced_files(path)} <= {"m.mtl"}
-    assert {os.path.basename(name) for name in map(str, touched)} <= {"a.obj", "a.ply", "m.mtl"}
+    files = {"a.obj", "a.ply", "m.mtl", "x.mtl", "x.png"}  # the last two, beside the model
+    assert {file.name for file in referenced_files(path)} <= files
+    assert all(Path(name).parent == tmp_path for name in touched)
+    assert {os.path.basename(name) for name in touched} <= files
 
 
 @pytest.mark.parametrize("kind", KINDS_OF_NAMES)
@@ -568,7 +597,7 @@ def test_files_of_names_that_are_too_long(tmp_path, kind, name):
     path = write_naming(tmp_path, kind, name)
     (warning,) = open_model(path).import_warnings
     assert "xx" in warning or "üü" in warning
-    assert "is not there, so its material is left out" in warning and len(warning) < 500
-    assert {file.name for file in referenced_files(path) if os.path.isfile(file)} <= {"m.mtl"}
+    assert f"is not there, so {LOSSES[kind]}" in warning and len(warning) < 500
+    assert {file.name for file in referenced_files(path) if is_there(file)} <= {"m.mtl"}
     report = gltf_ext.compress(path, tmp_path / "out.glb")
     assert warning in report["warnings"]

@@ -33,9 +33,9 @@ def test_choice_by_number_and_name():
 
 @pytest.mark.parametrize(("select", "index"), [("0", 0), ("2", 2), ("4070", 1), ("rtx 40", 1)])
 def test_a_number_may_be_part_of_a_name(select, index):
-    from vk_backend.gpu.physical import _index_of
+    from vk_backend.gpu.physical import index_of
 
-    assert _index_of(select, ["llvmpipe", "RTX 4070", "RTX 4090"]) == index
+    assert index_of(select, ["llvmpipe", "RTX 4070", "RTX 4090"]) == index
 
 
 @pytest.mark.parametrize("select", ["no such device", 99, "99", "²", "9" * 5000])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import re
 import shutil
 import struct
 import subprocess
@@ -31,6 +32,11 @@ def package(tmp_path_factory):
     (path,) = folder.glob("*.zip")
     zipfile.ZipFile(path).extractall(folder)
     return folder
+
+
+def test_manual_has_no_link_to_a_missing_file(package):
+    for target in re.findall(r"\]\(([^)]+)\)", (package / "README.md").read_text()):
+        assert target.startswith("https:") or (package / target).exists(), target
 
 
 def glslang(package, *arguments) -> bytes:

@@ -6,10 +6,12 @@ shaders/decoders/slot_jobs.glsl describes the decoding of a batch.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+
+from gltf_ext.ranges import begins
 
 from ..gpu.device import Device
 from ..gpu.limits import MAX_WORKGROUPS
@@ -27,28 +29,15 @@ BULK_MESHLETS = 4000
 
 
 @dataclass(frozen=True)
-class Segment:
-    """Meshlets [first, first + meshlets) of an instance, in the slots from `slot` on.
-
-    Same fields as the structure of shaders/decoders/slot_jobs.glsl.
-    """
-
-    instance: int
-    first: int
-    meshlets: int
-    slot: int
-
-
-@dataclass(frozen=True)
 class Batch:
-    """Jobs of a decoder: segments, and the address of their table."""
+    """Jobs of a decoder: SEGMENTs, and the address of their table."""
 
-    segments: list[Segment]
+    segments: np.recarray
     address: int
 
     @property
     def first_slot(self) -> int:
-        return self.segments[0].slot
+        return int(self.segments.slot[0])
 
     @property
     def slots(self) -> int:
@@ -74,62 +63,75 @@ class Batch:
 class BatchTable(Owner):
     """Batches and the table of their segments on the device."""
 
-    def __init__(self, device: Device, batches: list[list[Segment]]):
-        rows = np.array([astuple(segment) for batch in batches for segment in batch], np.uint32)
+    def __init__(self, device: Device, batches: list[np.recarray]):
+        rows = np.concatenate(batches)
         table = Buffer(device, rows.nbytes).write(rows)
         super().__init__(segments=table)
         begin = np.cumsum([0, *map(len, batches)]) * SEGMENT.itemsize
         self.batches = [Batch(batch, table.address + int(at)) for batch, at in zip(batches, begin)]
 
 
-def meshlets_of(scene: Scene) -> list[int]:
-    """Of each instance."""
-    return [scene.primitives[i.primitive].meshlets for i in scene.instances]
-
-
-def slots_of(batches: list[list[Segment]]) -> int:
+def slots_of(batches: list[np.recarray]) -> int:
     """Slots that any batch needs, if all begin at slot 0."""
     return max(map(_slots_of, batches))
 
 
-def _slots_of(segments: list[Segment]) -> int:
-    return segments[-1].slot + segments[-1].meshlets - segments[0].slot
+def _slots_of(segments: np.recarray) -> int:
+    return int(segments.slot[-1]) + int(segments.meshlets[-1]) - int(segments.slot[0])
 
 
-def schedule_whole(meshlets: Sequence[int], slots: int) -> list[list[Segment]]:
-    """Batches of at most `slots` slots for the bulk passes: no segment is cut.
+def schedule_whole(meshlets: Sequence[int] | np.ndarray, slots: int) -> list[np.recarray]:
+    """Batches of at most `slots` slots for the bulk passes: no segment is cut. See `schedule`.
 
     meshlets: of each instance, at most `slots`. Segments begin at multiples of BULK_SLOTS.
     """
-    batches: list[list[Segment]] = []
-    slot = slots
-    for instance, count in enumerate(meshlets):
-        if slot + count > slots:
-            batches.append([])
-            slot = 0
-        batches[-1].append(Segment(instance, 0, count, slot))
-        slot += -(-count // BULK_SLOTS) * BULK_SLOTS
+    counts = np.asarray(meshlets, np.int64)
+    begin = begins(-(-counts // BULK_SLOTS) * BULK_SLOTS)
+    ends = begin[:-1] + counts
+    batches = []
+    first = 0
+    while first < len(counts):
+        end = int(np.searchsorted(ends, begin[first] + slots, "right"))
+        own = np.arange(first, end)
+        batches.append(_segments(own, 0 * own, counts[own], begin[own] - begin[first]))
+        first = end
     return batches
 
 
-def schedule(meshlets: Sequence[int], slots: int, sections: int = 1) -> list[list[Segment]]:
+def schedule(
+    meshlets: Sequence[int] | np.ndarray, slots: int, sections: int = 1
+) -> list[np.recarray]:
     """Cuts the meshlets of all instances, in order, into batches of at most `slots` meshlets.
 
     meshlets: of each instance. sections: of the ring, `slots` slots each; batches use them in turn.
+    Returns the SEGMENTs of each batch: meshlets [first, first + meshlets) of an instance in the
+    slots from `slot` on.
     """
-    batches: list[list[Segment]] = []
-    free = 0
-    for instance, count in enumerate(meshlets):
-        first = 0
-        while first < count:
-            if free == 0:
-                batches.append([])
-                free = slots
-            taken = min(count - first, free)
-            slot = (len(batches) - 1) % sections * slots + slots - free
-            batches[-1].append(Segment(instance, first, taken, slot))
-            first, free = first + taken, free - taken
-    return batches
+    begin = begins(np.asarray(meshlets, np.int64))
+    total = int(begin[-1])
+    cuts = np.union1d(begin[:-1][np.diff(begin) > 0], np.arange(0, total, slots))
+    instance = np.searchsorted(begin, cuts, "right") - 1
+    batch = cuts // slots
+    slot = batch % sections * slots + cuts % slots
+    counts = np.diff(np.append(cuts, total))
+    ends = np.searchsorted(batch, np.arange(-(-total // slots)), "right").tolist()
+    return [
+        _segments(instance[of], cuts[of] - begin[instance[of]], counts[of], slot[of])
+        for of in map(slice, [0, *ends], ends)
+    ]
+
+
+def _segments(
+    instance: np.ndarray, first: np.ndarray, meshlets: np.ndarray, slot: np.ndarray
+) -> np.recarray:
+    rows = np.zeros(len(instance), SEGMENT)
+    rows["instance"], rows["first"], rows["meshlets"], rows["slot"] = (
+        instance,
+        first,
+        meshlets,
+        slot,
+    )
+    return rows.view(np.recarray)
 
 
 def bulk_fits(scene: Scene, layout: SlotLayout, slots: int) -> bool:

@@ -127,6 +127,15 @@ class Decoder(Owner):
         """Buffer addresses, by the names of RasterPush in shaders/raster/raster.glsl."""
         return addresses(RASTER_PUSH, self.buffers)
 
+    def slot_words(self) -> np.ndarray:
+        """uint32[slots, words]: what the slots hold; waits."""
+        words = self.buffers["slots"].read()
+        return words[: words.size // self.slots * self.slots].reshape(self.slots, -1)
+
+    def summaries(self) -> np.ndarray:
+        """uint32[slots]: triangles | vertices << 8 | error << 16 of what they hold; waits."""
+        return self.buffers["summaries"].read()[: self.slots]
+
     def decode(self, commands: Any, jobs: Jobs, pushed: np.ndarray) -> None:
         """Records the decoding of meshlets into their slots; no barrier after the last pass.
 

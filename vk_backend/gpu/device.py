@@ -9,12 +9,12 @@ from typing import Any
 
 from . import vk
 from .errors import VulkanError
+from .instance import create_instance
 from .limits import read_limits
-from .physical import API_VERSION, CAPABILITIES, NEEDED, OPTIONAL, choose, no_driver
+from .physical import CAPABILITIES, NEEDED, OPTIONAL, choose
 
-VALIDATION_LAYER = "VK_LAYER_KHRONOS_validation"
-DEBUG_EXTENSION = "VK_EXT_debug_utils"
-FEATURES_EXTENSION = "VK_EXT_validation_features"
+# Vulkan demands that it is enabled where a device has it: such drivers translate to another API.
+PORTABILITY_SUBSET = "VK_KHR_portability_subset"
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ class Device:
         self._functions: dict[str, Any] = {}
         self._made: dict[Hashable, Any] = {}
         self._handle = self._messenger = None
-        self._instance = self._create_instance(validation)
+        self._instance = create_instance(validation=validation)
         try:
             self._open(select, validation)
         except BaseException:
@@ -306,39 +306,6 @@ class Device:
 
     # --- creation ---
 
-    def _create_instance(self, validation: bool) -> Any:
-        layers: list[str] = []
-        extensions: list[str] = []
-        chain: Any = None
-        if validation:
-            if VALIDATION_LAYER not in {
-                layer.layerName for layer in vk.vkEnumerateInstanceLayerProperties()
-            }:
-                raise VulkanError(
-                    "the Vulkan validation layer is not installed",
-                    "Debian: apt install vulkan-validationlayers",
-                )
-            layers, extensions = [VALIDATION_LAYER], [DEBUG_EXTENSION, FEATURES_EXTENSION]
-            enabled = [vk.VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION_EXT]
-            chain = vk.VkValidationFeaturesEXT(
-                enabledValidationFeatureCount=len(enabled), pEnabledValidationFeatures=enabled
-            )
-        application = vk.VkApplicationInfo(pApplicationName="gltf-meshlet", apiVersion=API_VERSION)
-        try:
-            return vk.vkCreateInstance(
-                vk.VkInstanceCreateInfo(
-                    pNext=chain,
-                    pApplicationInfo=application,
-                    enabledLayerCount=len(layers),
-                    ppEnabledLayerNames=layers,
-                    enabledExtensionCount=len(extensions),
-                    ppEnabledExtensionNames=extensions,
-                ),
-                None,
-            )
-        except vk.VkErrorIncompatibleDriver:
-            raise no_driver() from None
-
     def _create_messenger(self) -> Any:
         severity = (
             vk.VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT
@@ -368,7 +335,7 @@ class Device:
 
     def _create_device(self) -> Any:
         chain, structures = None, dict(self.needed)
-        extensions: list[str] = []
+        extensions = [e for e in (PORTABILITY_SUBSET,) if e in self.extensions]
         for capability in sorted(self.capabilities):
             extensions += CAPABILITIES[capability][0]
             for structure, members in CAPABILITIES[capability][1].items():

@@ -88,7 +88,7 @@ class Physical:
             return VulkanError(
                 f"{self.name} has no queue for graphics and compute", "choose another --device"
             )
-        missing = self._missing(needed)
+        missing = self.missing(needed)
         if missing:
             return VulkanError(
                 f"{self.name} lacks {', '.join(missing)}",
@@ -125,9 +125,9 @@ class Physical:
         core = vk.vkGetPhysicalDeviceFeatures(self.handle)
         if capability in CORE and not getattr(core, CORE[capability]):
             return False
-        return not self._missing(features)
+        return not self.missing(features)
 
-    def _missing(self, features: Features) -> list[str]:
+    def missing(self, features: Features) -> list[str]:
         """The features that the device lacks."""
         missing = []
         for structure, members in features.items():
@@ -143,15 +143,9 @@ def choose(instance: Any, select: str | int | None, needed: Features) -> Physica
     By default the first GPU that paths can use, or else the first such device: a software renderer.
     Raises VulkanError if there is none.
     """
-    try:
-        handles = vk.vkEnumeratePhysicalDevices(instance)
-    except vk.VkError:
-        handles = []
-    if not handles:
-        raise no_driver()
-    listed = [Physical(handle) for handle in handles]
+    listed = devices_of(instance)
     if select is not None:
-        listed = [listed[_index_of(str(select), [device.name for device in listed])]]
+        listed = [listed[index_of(str(select), [device.name for device in listed])]]
     faults = []
     for device in sorted(listed, key=lambda device: device.is_software):
         fault = device.fault(needed)
@@ -161,6 +155,17 @@ def choose(instance: Any, select: str | int | None, needed: Features) -> Physica
     raise faults[0]
 
 
+def devices_of(instance: Any) -> list[Physical]:
+    """All devices of the drivers. Raises VulkanError if there is none."""
+    try:
+        handles = vk.vkEnumeratePhysicalDevices(instance)
+    except vk.VkError:
+        handles = []
+    if not handles:
+        raise no_driver()
+    return [Physical(handle) for handle in handles]
+
+
 def no_driver() -> VulkanError:
     return VulkanError(
         "there is no Vulkan driver",
@@ -168,7 +173,7 @@ def no_driver() -> VulkanError:
     )
 
 
-def _index_of(select: str, names: list[str]) -> int:
+def index_of(select: str, names: list[str]) -> int:
     """The index of the device with this number, or with this part of its name."""
     numbers = [str(i) for i in range(len(names))]
     if select in numbers:

@@ -8,9 +8,13 @@ import numpy as np
 
 from gltf_ext.lod.cuts import View, cut_for_view
 
+from ..gpu.errors import VulkanError
 from ..scene.camera import Camera
-from ..scene.scene import Instance, Primitive, Scene
+from ..scene.instances import Instance, Instances
+from ..scene.scene import Primitive, Scene
 from .hierarchies import Hierarchies
+
+MAX_CUTS = 1 << 14  # instances: the host takes a millisecond for each
 
 
 def cut_scene(scene: Scene, camera: Camera, width: int, height: int, pixels: float) -> Scene:
@@ -18,8 +22,14 @@ def cut_scene(scene: Scene, camera: Camera, width: int, height: int, pixels: flo
 
     pixels: error of the cut. What is out of view has a cut, too, because light comes from there. A
     primitive of the result is a page, or the clusters of it that a cut needs; instances that need
-    the same share it. Raises MeshletError for malformed pages.
+    the same share it. Raises MeshletError for malformed pages, VulkanError for too many instances.
     """
+    if len(scene.instances) > MAX_CUTS:
+        raise VulkanError(
+            f"{len(scene.instances):,} instances are too many to choose levels for rays, at most "
+            f"{MAX_CUTS:,}",
+            "choose --path visibility, or leave out --lod-error",
+        )
     h = Hierarchies(scene)
     x, y, z, is_point = camera.eye
     view = View((x, y, z) if is_point else None, camera.pixels_per_unit(width, height))
@@ -54,4 +64,4 @@ def cut_scene(scene: Scene, camera: Camera, width: int, height: int, pixels: flo
                     )
                 )
             instances.append(replace(instance, primitive=made[key], page=number))
-    return replace(scene, primitives=primitives, instances=instances)
+    return replace(scene, primitives=primitives, instances=Instances.of(instances))

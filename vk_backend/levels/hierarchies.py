@@ -46,12 +46,11 @@ class Hierarchies:
         self.clusters = np.concatenate([np.diff(_first_clusters(t)) for t in tables])
         self.sizes = np.concatenate([t.pages["byteLength"] for t in tables]).astype(np.int64)
         self.is_root = np.concatenate([np.arange(len(t.pages)) < t.root_pages for t in tables])
-        placed = [tables[i.primitive] for i in scene.instances]
-        self.all_clusters = sum(int(t.cluster_begin[-1]) for t in placed)
+        self.all_clusters = int(scene.of_instances([t.cluster_begin[-1] for t in tables]).sum())
         if self.all_clusters >= MAX_DRAWN:
             raise MeshletError("its scene has too many instances", "render a part of it")
-        self.top_clusters = sum(_top_clusters(t) for t in placed)
-        self.unique_top_clusters = sum(_top_clusters(t) for t in tables)
+        top = [_top_clusters(t) for t in tables]
+        self.top_clusters, self.unique_top_clusters = int(scene.of_instances(top).sum()), sum(top)
 
     def read(self, page: int) -> bytes:
         """The checked blob of a page. Raises MeshletError."""
@@ -137,7 +136,7 @@ class Hierarchies:
         """BLOCK[blocks]: groups of all instances, CUT_THREADS in each block but the last ones."""
         threads = CONSTANTS["CUT_THREADS"]
         groups = np.array([len(p.tables.groups) for p in self.primitives])
-        of_instance = -(-groups // threads)[[i.primitive for i in self._scene.instances]]
+        of_instance = -(-groups // threads)[self._scene.instances.primitive]
         rows = np.zeros(int(of_instance.sum()), BLOCK)
         rows["instance"] = np.repeat(np.arange(len(of_instance)), of_instance)
         rows["first_group"] = numbers_of(np.zeros_like(of_instance), of_instance) * threads

@@ -15,7 +15,8 @@ from ..gpu.pipelines import push
 from ..gpu.targets import Targets
 from ..scene.buffers import require_room
 from ..scene.decoded import HAS_COLOR, HAS_NORMAL, HAS_TEXCOORD
-from ..scene.scene import Instance, Scene
+from ..scene.instances import Instance, Run
+from ..scene.scene import Scene
 from ..scene.view import SceneView
 from .pipeline import FRAGMENT, Modules, graphics_pipeline
 
@@ -43,6 +44,17 @@ def raster_constants(scene: Scene, culling: bool) -> dict[str, int]:
 def require_team(device: Device, scene: Scene, path: str, shared_bytes: int) -> None:
     """Raises VulkanError if a team that decodes a meshlet needs more shared memory."""
     require_room(device, scene, path, shared_bytes, "choose --path geometry or vertex")
+
+
+def parts_of_run(run: Run, workgroups: int) -> list[Run]:
+    """A run in parts of at most MAX_WORKGROUPS workgroups, or single instances.
+
+    workgroups: of an instance. Shaders find the instance by the row of their workgroup.
+    """
+    most = max(MAX_WORKGROUPS // max(workgroups, 1), 1)
+    return [
+        Run(run.first + first, min(most, run.count - first)) for first in range(0, run.count, most)
+    ]
 
 
 class Graphics:
@@ -97,20 +109,22 @@ class Graphics:
         )
         vk.vkCmdSetFrontFace(commands, front)
 
-    def instances(self, commands: Any, data: np.ndarray) -> Iterator[Instance]:
-        """All instances, each with its sides and push constants recorded."""
-        for number, instance in enumerate(self._view.scene.instances):
-            self.set_sides(commands, number)
-            data["instance"] = number
+    def runs(self, commands: Any, data: np.ndarray) -> Iterator[tuple[Run, Instance]]:
+        """(run, its first instance) of all, each with its sides and push constants recorded."""
+        for run in self._view.scene.instances.runs:
+            self.set_sides(commands, run.first)
+            data["instance"] = run.first
             self.push(commands, data)
-            yield instance
+            yield run, self._view.scene.instances[run.first]
 
     def push(self, commands: Any, data: np.ndarray) -> None:
         """Records push constants."""
         push(commands, self._view.layout, data)
 
-    def draw_tasks(self, commands: Any, data: np.ndarray, count: int, **fields: int) -> None:
-        """Records draws of `count` workgroups of mesh or task shaders, as many as a draw may have.
+    def draw_tasks(
+        self, commands: Any, data: np.ndarray, count: int, rows: int = 1, **fields: int
+    ) -> None:
+        """Records draws of rows of `count` workgroups, as many columns as a draw may have.
 
         data: push constants. fields: how much a field grows with each workgroup.
         """
@@ -118,6 +132,6 @@ class Graphics:
         data = data.copy()
         for first in range(0, count, MAX_WORKGROUPS):
             self.push(commands, data)
-            draw(commands, min(count - first, MAX_WORKGROUPS), 1, 1)
+            draw(commands, min(count - first, MAX_WORKGROUPS), rows, 1)
             for name, step in fields.items():
                 data[name] += MAX_WORKGROUPS * step

@@ -1,4 +1,4 @@
-"""Paths `vertex` and `geometry`: a draw for each instance.
+"""Paths `vertex` and `geometry`: a draw for each run of instances.
 
 `vertex` draws the decompressed model with its indices, on any device. In `geometry` a geometry
 shader receives a point for each meshlet, decodes it and emits its triangles.
@@ -45,9 +45,9 @@ class VertexDrawing(Drawing):
             vk.vkCmdBindVertexBuffers(commands, 0, 1, [buffers.vertices.handle], [0])
             indices = buffers.index_buffer.handle
             vk.vkCmdBindIndexBuffer(commands, indices, 0, vk.VK_INDEX_TYPE_UINT32)
-            for instance in self._graphics.instances(commands, data):
+            for run, instance in self._graphics.runs(commands, data):
                 first_index, first_vertex, count = buffers.index_range(instance.primitive)
-                vk.vkCmdDrawIndexed(commands, count, 1, first_index, first_vertex, 0)
+                vk.vkCmdDrawIndexed(commands, count, run.count, first_index, first_vertex, 0)
 
     def meshlet_ids(self, ids: np.ndarray) -> np.ndarray:
         """The shaders number triangles through all meshlets of a primitive."""
@@ -83,5 +83,6 @@ class GeometryDrawing(Drawing):
     def _draw(self, commands: Any, targets: Targets) -> None:
         data = push_record(RASTER_PUSH, frame=self.view.frame)
         with self._graphics.rendering(commands, targets):
-            for instance in self._graphics.instances(commands, data):
-                vk.vkCmdDraw(commands, self.scene.primitives[instance.primitive].meshlets, 1, 0, 0)
+            for run, instance in self._graphics.runs(commands, data):
+                meshlets = self.scene.primitives[instance.primitive].meshlets
+                vk.vkCmdDraw(commands, meshlets, run.count, 0, 0)

@@ -12,12 +12,12 @@ import numpy as np
 
 from gltf_ext.ranges import begins
 
-from ..decode.batches import meshlets_of
 from ..decode.bounds import fill_bounds
 from ..decode.structures import RASTER_PUSH
 from ..gpu import vk
 from ..gpu.constants import CONSTANTS
 from ..gpu.device import Device
+from ..gpu.limits import Limits
 from ..gpu.memory import Buffer, Owner
 from ..gpu.pipelines import ComputePipeline, addresses, push_record
 from ..gpu.reflection import structure
@@ -28,7 +28,7 @@ from ..scene.buffers import require_payload
 from ..scene.drawing import DEFAULT, Drawing, Options, Step
 from ..scene.scene import Scene
 from ..scene.view import BLOBS, SceneView
-from .graphics import SURFACE, Graphics, raster_constants, require_team
+from .graphics import SURFACE, Graphics, parts_of_run, raster_constants, require_team
 from .pipeline import MESH, TASK
 
 TASK_PUSH, TASK_COUNTERS = map(structure, ("TaskPush", "TaskCounters"))
@@ -62,7 +62,11 @@ class MeshPath:
     @property
     def payload(self) -> int:
         """Bytes that a task workgroup passes to mesh workgroups."""
-        return 4 * self.meshlets * self.words
+        return 4 * (1 + self.meshlets * self.words)
+
+    def shared_bytes(self, limits: Limits) -> int:
+        """Shared memory that a team may use: the payload takes some of a mesh workgroup's."""
+        return min(limits.mesh_shared_bytes, limits.mesh_total_bytes - self.payload)
 
     @property
     def constants(self) -> dict[str, int]:
@@ -104,9 +108,7 @@ class MeshDrawing(Drawing):
     ):
         device.require(self.capability, path.name)
         require_payload(device, path.name, path.payload)
-        limits = device.limits
-        shared = min(limits.mesh_shared_bytes, limits.mesh_total_bytes - path.payload)
-        require_team(device, scene, path.name, shared)
+        require_team(device, scene, path.name, path.shared_bytes(device.limits))
         levels = Levels(device, scene, options.pages) if scene.has_levels else None
         super().__init__(levels.view() if levels else SceneView(device, scene, BLOBS))
         self._path, self.levels = path, levels
@@ -118,7 +120,7 @@ class MeshDrawing(Drawing):
         else:
             fill_bounds(self.view.buffers)
             # The number of each instance's first task workgroup.
-            self._begin = begins(-(-np.array(meshlets_of(scene)) // path.meshlets))
+            self._begin = begins(-(-scene.instance_meshlets // path.meshlets))
             most = path.meshlets * int(self._begin[-1])
         phases = ("FIRST", "SECOND") if options.occlusion else ("VISIBLE",)
         names = phases if options.culling else ("ALL",)
@@ -178,13 +180,16 @@ class MeshDrawing(Drawing):
 
     def _draw_instances(self, commands: Any, data: np.ndarray) -> None:
         meshlets = self._path.meshlets
-        for number, workgroups in enumerate(np.diff(self._begin)):
-            self._graphics.set_sides(commands, number)
-            data["instance"], data["first_place"] = number, meshlets * self._begin[number]
-            # Every device can draw so many, with 32 mesh workgroups each.
-            self._graphics.draw_tasks(
-                commands, data, int(workgroups), first=meshlets, first_place=meshlets
-            )
+        for run in self.scene.instances.runs:
+            self._graphics.set_sides(commands, run.first)
+            count = int(self._begin[run.first + 1] - self._begin[run.first])
+            for part in parts_of_run(run, count):
+                data["instance"] = part.first
+                data["first_place"] = meshlets * self._begin[part.first]
+                # Every device can draw so many, with 32 mesh workgroups each.
+                self._graphics.draw_tasks(
+                    commands, data, count, part.count, first=meshlets, first_place=meshlets
+                )
 
     def _draw_jobs(self, commands: Any, data: np.ndarray) -> None:
         """Records a draw of all jobs for each kind of sides that instances show."""
@@ -200,7 +205,8 @@ class MeshDrawing(Drawing):
     def _instance_of_sides(self) -> dict[int, int]:
         """SIDES_ -> an instance that shows them. As visible_sides of task_tests.glsl."""
         found: dict[int, int] = {}
-        for number, instance in enumerate(self.scene.instances):
+        for number in (run.first for run in self.scene.instances.runs):
+            instance = self.scene.instances[number]
             both = self.scene.materials[instance.material].double_sided
             name = "BOTH" if both else "MIRRORED" if instance.mirrored else "FRONT"
             found.setdefault(CONSTANTS[f"SIDES_{name}"], number)

@@ -9,7 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from ..decode.batches import Batch, BatchTable, meshlets_of, schedule
+import numpy as np
+
+from ..decode.batches import Batch, BatchTable, schedule
 from ..decode.bounds import fill_bounds
 from ..decode.decoder import Decoder
 from ..decode.slots import slots_in
@@ -20,9 +22,10 @@ from ..gpu.device import Device, Timeline
 from ..gpu.pipelines import push_record
 from ..gpu.targets import Targets
 from ..scene.drawing import DEFAULT, Drawing, Options, Step
+from ..scene.instances import Run
 from ..scene.scene import Scene
 from ..scene.view import BLOBS, SceneView
-from .graphics import SURFACE, Graphics, raster_constants, require_team
+from .graphics import SURFACE, Graphics, parts_of_run, raster_constants, require_team
 from .pipeline import MESH
 
 RING = 8192  # slots, unless the scene has fewer meshlets
@@ -67,13 +70,14 @@ class StreamDrawing(Drawing):
         if options.cache is not None:
             slots = slots_in(options.cache, Decoder.slot_bytes(scene))
         slots = min(slots, CONSTANTS["MAX_SLOTS"])
-        meshlets = meshlets_of(scene)
-        sections, of_section = division(sum(meshlets), slots)
+        meshlets = scene.instance_meshlets
+        sections, of_section = division(int(meshlets.sum()), slots)
         super().__init__(SceneView(device, scene, BLOBS))
         fill_bounds(self.view.buffers)
-        self.slots = min(sections * of_section, sum(meshlets))
+        self.slots = min(sections * of_section, int(meshlets.sum()))
         constants = raster_constants(scene, options.culling)
-        self._decoder = self.own(Decoder(device, scene, self.slots, constants))
+        self._run_numbers = scene.instances.run_numbers()
+        self.decoder = self.own(Decoder(device, scene, self.slots, constants))
         table = self.own(BatchTable(device, schedule(meshlets, of_section, sections)))
         self.batches = table.batches
         if sections > 1:
@@ -81,7 +85,7 @@ class StreamDrawing(Drawing):
         self._graphics = Graphics(
             self.view,
             (("stream.mesh", MESH),),
-            self._decoder.constants,
+            self.decoder.constants,
             options.ids,
             numbers=options.ids,
             fragment=fragment,
@@ -100,8 +104,8 @@ class StreamDrawing(Drawing):
         def record(commands: Any) -> None:
             if not self.overlap:  # else a semaphore says that earlier drawing is done
                 self.device.barrier(commands, MESH_STAGE, 0, COMPUTE_STAGE, 0)
-            pushed = push_record(RASTER_PUSH, frame=self.view.frame, **self._decoder.addresses)
-            self._decoder.decode(commands, batch, pushed)
+            pushed = push_record(RASTER_PUSH, frame=self.view.frame, **self.decoder.addresses)
+            self.decoder.decode(commands, batch, pushed)
 
         return Step("decode", record)
 
@@ -112,16 +116,32 @@ class StreamDrawing(Drawing):
             # A semaphore between two queues is not enough: NVIDIA's driver leaves stale data in
             # caches.
             self.device.barrier(commands, COMPUTE_STAGE, WRITE, MESH_STAGE, READ)
-            pushed = push_record(RASTER_PUSH, frame=self.view.frame, **self._decoder.addresses)
+            pushed = push_record(RASTER_PUSH, frame=self.view.frame, **self.decoder.addresses)
             with self._graphics.rendering(commands, targets, resumed=resumed):
-                for segment in batch.segments:
-                    self._graphics.set_sides(commands, segment.instance)
-                    pushed["instance"], pushed["first"] = segment.instance, segment.first
-                    pushed["first_slot"] = segment.slot
-                    count = segment.meshlets
-                    self._graphics.draw_tasks(commands, pushed, count, first=1, first_slot=1)
+                for segment, count in self._draws_of(batch.segments):
+                    self._draw(commands, pushed, segment, count)
 
         return Step("draw", record)
+
+    def _draw(self, commands: Any, pushed: np.ndarray, segment: Any, count: int) -> None:
+        """Records the draws of a segment and of the count - 1 instances after it."""
+        first, meshlets, slot = int(segment.first), int(segment.meshlets), int(segment.slot)
+        run = Run(int(segment.instance), count)
+        self._graphics.set_sides(commands, run.first)
+        for part in parts_of_run(run, meshlets):
+            pushed["instance"], pushed["first"] = part.first, first
+            pushed["first_slot"] = slot + (part.first - run.first) * meshlets
+            self._graphics.draw_tasks(commands, pushed, meshlets, part.count, first=1, first_slot=1)
+
+    def _draws_of(self, batch: np.recarray) -> list[tuple[Any, int]]:
+        """(segment, number of segments) that one draw takes: whole instances of a run."""
+        run = self._run_numbers[batch.instance]
+        whole = batch.meshlets == self.scene.instance_meshlets[batch.instance]
+        goes_on = (run[1:] == run[:-1]) & whole[1:] & whole[:-1]
+        goes_on &= np.diff(batch.instance.astype(np.int64)) == 1  # some have no meshlets
+        starts = np.flatnonzero(np.concatenate([[True], ~goes_on]))
+        counts = np.diff(np.append(starts, len(batch)))
+        return [(batch[start], count) for start, count in zip(starts, counts.tolist())]
 
 
 def _timelines(device: Device) -> tuple[Timeline, Timeline]:

@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from gltf_scene.scene import box_corners
+from gltf_scene.values import box_corners
 
 from ..decode.bounds import record_bounds
 from ..gpu import vk
@@ -17,7 +17,6 @@ from ..gpu.errors import VulkanError
 from ..gpu.memory import Buffer
 from ..gpu.pipelines import ComputePipeline
 from ..gpu.reflection import structure
-from ..scene.scene import Instance
 from ..scene.view import SceneView
 from . import acceleration
 from .acceleration import BOTTOM, BOX_BYTES, INPUT, TOP, Boxes, Instances, Shape, Structures
@@ -25,6 +24,8 @@ from .acceleration import BOTTOM, BOX_BYTES, INPUT, TOP, Boxes, Instances, Shape
 PLACED, SOURCE = structure("Placed"), structure("Source")  # of shaders/raytrace/rt_common.glsl
 MESHLET_TRIANGLES = CONSTANTS["MESHLET_TRIANGLES"]
 INSTANCE_MASKED = CONSTANTS["INSTANCE_MASKED"]
+MOST_CORNERS = 1 << 14  # that each frame transforms
+NO_INSTANCES = np.zeros(0, np.int64)
 VISIBLE = 0xFF000000  # visibility mask of an instance, in the upper 8 bits of its custom index
 
 
@@ -143,15 +144,15 @@ class Geometry:
         low = boxes[:, :, 0].min(axis=1).astype(np.float64)
         high = boxes[:, :, 1].max(axis=1).astype(np.float64)
         centers, corners = np.zeros((len(rows), 3)), []
-        for instance in self._scene.instances:
-            own = rows["primitive"] == instance.primitive
-            matrix = self._to_world(instance).T
+        for number, instances in self._scene.instances.of_primitive.items():
+            own = rows["primitive"] == number
+            matrices = self._to_world(number, instances)
             with np.errstate(all="ignore"):  # the numbers of a file may be anything
                 around = box_corners(low[own].min(axis=0), high[own].max(axis=0))
-                corners.append(_homogeneous(around) @ matrix)
-                placed = _homogeneous((low[own] + high[own]) / 2) @ matrix
+                corners.append(_homogeneous(around) @ matrices.transpose(0, 2, 1))
+                placed = _homogeneous((low[own] + high[own]) / 2) @ matrices[-1].T
             centers[own] = np.nan_to_num(placed[:, :3])
-        self.corners = np.concatenate(corners)
+        self.corners = _few_around(np.concatenate([c.reshape(-1, 4) for c in corners]))
         order = spatial_order(centers, size)
         # Within a part the file's order: primitive by primitive.
         order = order[np.lexsort((order, np.arange(len(order)) // size))]
@@ -160,45 +161,30 @@ class Geometry:
         self.sources.write(rows)
         return rows
 
-    def _to_world(self, instance: Instance) -> np.ndarray:
-        """float64[4, 4] from the coordinates in which an instance's primitive is traced."""
+    def _to_world(self, primitive: int, instances: np.ndarray) -> np.ndarray:
+        """float64[n, 4, 4] from the coordinates in which a primitive is traced, of its instances.
+
+        instances: int64[n], numbers.
+        """
+        matrices: np.ndarray = self._scene.instances.matrix[instances]
         if not self._on_grid:
-            return instance.matrix
-        position = self._scene.primitives[instance.primitive].attributes["POSITION"]
+            return matrices
+        position = self._scene.primitives[primitive].attributes["POSITION"]
         grid = np.diag([position.stream.step * position.scale] * 3 + [1.0])
         grid[:3, 3] = np.array(position.stream.offset[:3]) * position.scale
-        matrix: np.ndarray = instance.matrix @ grid
-        return matrix
+        result: np.ndarray = matrices @ grid
+        return result
 
     def _place(self, pieces: list[Piece]) -> None:
         """Builds the top levels: of each part all its pieces in all their instances."""
-        instances = self._scene.instances
-        numbers: dict[int, list[int]] = {}
-        for i, instance in enumerate(instances):
-            numbers.setdefault(instance.primitive, []).append(i)
-        # By part, then instance.
-        placed = sorted((p.part, i, n) for n, p in enumerate(pieces) for i in numbers[p.primitive])
-        triangles = MESHLET_TRIANGLES * np.array(
-            [1 + int(self._scene.primitives[i.primitive].drawn.max()) for i in instances]
-        )
-        if triangles.sum() >= 1 << 32 or len(placed) > CONSTANTS["PLACED_INDEX"]:
-            raise VulkanError(
-                f"{len(placed):,} instances with {triangles.sum():,} triangles are too many to "
-                "trace",
-                "split the scene",
-            )
-        keys = np.cumsum(triangles) - triangles
-        table = np.array(
-            [(i, pieces[n].primitive, pieces[n].first, keys[i]) for _, i, n in placed], PLACED
-        )
+        table, part, piece = self._placed_rows(pieces)
         self.placed = Buffer(self._device, table.nbytes).write(table)
-        templates = np.array([self._instance_row(i) for i in instances], acceleration.INSTANCE)
-        rows = templates[table["instance"]]
+        rows = self._instance_rows()[table["instance"]]
         rows["index_mask"] |= np.arange(len(rows), dtype=np.uint32)
-        rows["structure"] = [self.bottom.addresses[n] for _, _, n in placed]
+        rows["structure"] = np.array(self.bottom.addresses, np.uint64)[piece]
         self.any_masked = bool((rows["index_mask"] & INSTANCE_MASKED).any())
         address = self._input(rows)
-        begins = np.searchsorted([part for part, _, _ in placed], np.arange(self.parts + 1))
+        begins = np.searchsorted(part, np.arange(self.parts + 1))
         self.tops = Structures(
             self._device,
             TOP,
@@ -208,28 +194,69 @@ class Geometry:
             ],
         )
 
-    def _instance_row(self, instance: Instance) -> np.ndarray:
-        """acceleration.INSTANCE[()] of an instance, without index and structure."""
-        with np.errstate(over="ignore"):
-            transform = self._to_world(instance)[:3].astype(np.float32)
+    def _placed_rows(self, pieces: list[Piece]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """(PLACED[n], the part and the piece of each): pieces in all their instances.
+
+        By part, then instance. Raises VulkanError for too many.
+        """
+        scene = self._scene
+        shown = [scene.instances.of_primitive.get(p.primitive, NO_INSTANCES) for p in pieces]
+        piece = np.repeat(np.arange(len(pieces)), [len(own) for own in shown])
+        instance = np.concatenate(shown)
+        last = [1 + int(p.drawn.max(initial=-1)) for p in scene.primitives]
+        triangles = MESHLET_TRIANGLES * scene.of_instances(last)
+        if triangles.sum() >= 1 << 32 or len(piece) > CONSTANTS["PLACED_INDEX"]:
+            raise VulkanError(
+                f"{len(piece):,} instances with {triangles.sum():,} triangles are too many to "
+                "trace",
+                "split the scene, or choose --path visibility",
+            )
+        part = np.array([p.part for p in pieces])[piece]
+        order = np.lexsort((piece, instance, part))
+        piece, instance, part = piece[order], instance[order], part[order]
+        table = np.zeros(len(piece), PLACED)
+        keys = np.cumsum(triangles) - triangles
+        columns = (
+            instance,
+            np.array([p.primitive for p in pieces])[piece],
+            np.array([p.first for p in pieces])[piece],
+            keys[instance],
+        )
+        for name, column in zip(PLACED.names or (), columns):
+            table[name] = column
+        return table, part, piece
+
+    def _instance_rows(self) -> np.ndarray:
+        """acceleration.INSTANCE[n] of all instances, without index and structure."""
+        scene = self._scene
+        transform = np.zeros((len(scene.instances), 3, 4), np.float32)
+        for number, own in scene.instances.of_primitive.items():
+            with np.errstate(over="ignore"):
+                transform[own] = self._to_world(number, own)[:, :3]
+        seen = np.isfinite(transform).all(axis=(1, 2))
+        transform[~seen] = np.eye(3, 4)
         # A flattened instance has no inverse transform, so rays cannot hit it.
-        seen = (
-            np.isfinite(transform).all()
-            and np.linalg.matrix_rank(transform[:, :3].astype(np.float64)) == 3
+        seen &= np.linalg.matrix_rank(transform[:, :, :3].astype(np.float64)) == 3
+        transform[~seen] = np.eye(3, 4)
+        mask = CONSTANTS["MATERIAL_MASK"] | CONSTANTS["MATERIAL_BLEND"]
+        masked = np.array([bool(m.flags & mask) for m in scene.materials])[scene.instances.material]
+        rows = np.zeros(len(transform), acceleration.INSTANCE)
+        rows["transform"] = transform
+        rows["index_mask"] = np.where(masked, INSTANCE_MASKED, 0) | np.where(seen, VISIBLE, 0)
+        rows["offset_flags"] = np.where(
+            masked,
+            vk.VK_GEOMETRY_INSTANCE_FORCE_NO_OPAQUE_BIT_KHR << 24,
+            vk.VK_GEOMETRY_INSTANCE_FORCE_OPAQUE_BIT_KHR << 24,
         )
-        masked = self._scene.materials[instance.material].flags & (
-            CONSTANTS["MATERIAL_MASK"] | CONSTANTS["MATERIAL_BLEND"]
-        )
-        flag = (
-            vk.VK_GEOMETRY_INSTANCE_FORCE_NO_OPAQUE_BIT_KHR
-            if masked
-            else vk.VK_GEOMETRY_INSTANCE_FORCE_OPAQUE_BIT_KHR
-        )
-        row = np.zeros((), acceleration.INSTANCE)
-        row["transform"] = transform if seen else np.eye(3, 4)
-        row["index_mask"] = (INSTANCE_MASKED if masked else 0) | (VISIBLE if seen else 0)
-        row["offset_flags"] = flag << 24
-        return row
+        return rows
+
+
+def _few_around(corners: np.ndarray) -> np.ndarray:
+    """float64[m, 4]: the points themselves, or of many the corners of a box around them."""
+    if len(corners) <= MOST_CORNERS:
+        return corners
+    points = corners[:, :3]
+    return _homogeneous(box_corners(points.min(axis=0), points.max(axis=0)))
 
 
 def _homogeneous(points: np.ndarray) -> np.ndarray:

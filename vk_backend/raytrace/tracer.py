@@ -157,6 +157,11 @@ class RayTracer(Tracer):
             parts = parts[::-1]
         self.passes = len(sweeps) * self.parts
 
+    def slot_words(self) -> np.ndarray:
+        """uint32[slots, words]: what the cache holds; waits."""
+        words = self._own["cache"].read()
+        return words[: self.slots * self.slot_bytes // 4].reshape(self.slots, -1)
+
     def _record_fill(self, commands: Any, first: int, count: int) -> None:
         """Records the decoding of `count` meshlets from number `first` on into the first slots."""
         sources, cache = self._own["sources"].address, self._own["cache"].address

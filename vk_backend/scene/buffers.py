@@ -14,8 +14,10 @@ from ..gpu.memory import STORAGE, Buffer
 from ..gpu.pipelines import push_record
 from ..gpu.reflection import structure
 from .camera import Camera
-from .scene import SHADED, Attribute, Instance, Primitive, Scene
+from .instances import Instances
+from .scene import SHADED, Attribute, Primitive, Scene
 
+LEAST_SINGULAR = 1e-15  # share of the largest: as numpy's pseudo-inverse, which drops smaller ones
 # Shared memory that a team decoder needs at most (shaders/decoders/team_meshlet.glsl), in bytes:
 # per element of a vertex, per stream, and for the rest.
 TEAM_ELEMENT_BYTES = 256
@@ -41,7 +43,8 @@ class SceneBuffers:
         self.device, self.scene, self._rows = device, scene, rows
         self._buffers: list[Buffer] = []
         self.primitives = np.array([primitive_record(p) for p in scene.primitives], PRIMITIVE)
-        self._matrices = np.array([i.matrix for i in scene.instances])
+        # float64[4, 4 n]: columns of all matrices, so that one product transforms them all.
+        self._columns = scene.instances.matrix.transpose(1, 0, 2).reshape(4, -1)
         self.blobs: Any = None
         self.index_buffer: Any = None
         if "blobs" in needs:
@@ -108,7 +111,7 @@ class SceneBuffers:
 
     def _upload_tables(self) -> None:
         """Primitives, instances and materials, in this order in one buffer."""
-        instances = np.array([_instance_record(i) for i in self.scene.instances], INSTANCE)
+        instances = instance_records(self.scene.instances)
         materials = np.array(
             [push_record(MATERIAL, **vars(m)) for m in self.scene.materials], MATERIAL
         )
@@ -139,8 +142,8 @@ class SceneBuffers:
 
     def object_to_clip_matrices(self, camera: Camera, width: int, height: int) -> np.ndarray:
         """float32[instances, 4, 4], column by column."""
-        matrices = camera.world_to_clip(width, height) @ self._matrices
-        return np.ascontiguousarray(matrices.transpose(0, 2, 1), np.float32)
+        columns = camera.world_to_clip(width, height) @ self._columns
+        return np.ascontiguousarray(columns.reshape(4, -1, 4).transpose(1, 2, 0), np.float32)
 
 
 def primitive_record(p: Primitive) -> np.ndarray:
@@ -165,17 +168,25 @@ def _attribute_record(a: Attribute) -> np.ndarray:
     return row
 
 
-def _instance_record(instance: Instance) -> np.ndarray:
-    return push_record(
-        INSTANCE,
-        object_to_world=instance.matrix.T,
-        # The matrix of a flattened node has no inverse.
-        world_to_object=np.linalg.pinv(instance.matrix).T,
-        primitive=instance.primitive,
-        material=instance.material,
-        scale=np.linalg.norm(instance.matrix[:3, :3], 2),
-        flags=CONSTANTS["INSTANCE_MIRRORED"] if instance.mirrored else 0,
-    )
+def instance_records(instances: Instances) -> np.ndarray:
+    """INSTANCE[n]"""
+    rows = np.zeros(len(instances), INSTANCE)
+    rows["object_to_world"] = instances.matrix.transpose(0, 2, 1)
+    rows["world_to_object"] = _inverses(instances.matrix).transpose(0, 2, 1)
+    rows["primitive"], rows["material"] = instances.primitive, instances.material
+    rows["scale"] = np.linalg.svd(instances.matrix[:, :3, :3], compute_uv=False)[:, 0]
+    rows["flags"] = instances.mirrored * CONSTANTS["INSTANCE_MIRRORED"]
+    return rows
+
+
+def _inverses(matrices: np.ndarray) -> np.ndarray:
+    """float64[n, 4, 4]; the matrix of a flattened node has a pseudo-inverse instead."""
+    singular = np.linalg.svd(matrices, compute_uv=False)
+    flat = singular[:, -1] <= LEAST_SINGULAR * singular[:, 0]
+    result = np.zeros_like(matrices)
+    result[~flat] = np.linalg.inv(matrices[~flat])
+    result[flat] = np.linalg.pinv(matrices[flat])
+    return result
 
 
 def team_bytes(elements: int, streams: int) -> int:

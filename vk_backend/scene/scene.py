@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -25,15 +26,10 @@ from gltf_ext.lod.reading import LodPrimitive, read_lod
 from gltf_ext.ranges import begins
 from gltf_ext.sources.importers import open_model
 from gltf_ext.sources.primitives import is_compressed
-from gltf_scene.scene import (
-    PlacedPrimitive,
-    ValueFormat,
-    box_corners,
-    is_mirrored,
-    position_box,
-    read_scene,
-    value_format,
-)
+from gltf_scene.features import STRENGTH, UNLIT, undrawn
+from gltf_scene.instancing import MAX_PLACES
+from gltf_scene.scene import PlacedPrimitive, read_scene
+from gltf_scene.values import ValueFormat, box_corners, position_box, value_format
 from gltf_scene.view_points import view_points
 
 from ..gpu.constants import CONSTANTS
@@ -46,8 +42,11 @@ from .decoded import (
     Decoded,
     meshlet_triangles,
 )
+from .instances import Instances
 from .materials import Material, Materials, Texture
 
+DRAWN = frozenset({UNLIT, STRENGTH})  # of gltf_scene.features
+MAX_MESHLETS = 1 << 31  # of all instances: shaders number them with 32 bits
 # Attributes that shading needs: role -> elements that it may have.
 ROLES = {"POSITION": (3,), "NORMAL": (3,), "TEXCOORD": (2,), "COLOR": (3, 4)}
 SHADED = tuple(ROLES)
@@ -163,24 +162,6 @@ class Primitive:
         )
 
 
-@dataclass(frozen=True)
-class Instance:
-    """A primitive, or one of its pages, in its place.
-
-    primitive, material: indices in the Scene; matrix: float64[4, 4], object to world; page: its
-    number. The pages of an instance follow each other.
-    """
-
-    primitive: int
-    material: int
-    matrix: np.ndarray
-    page: int = 0
-
-    @property
-    def mirrored(self) -> bool:
-        return is_mirrored(self.matrix)
-
-
 @dataclass
 class Scene:
     """The compressed primitives of a file, placed.
@@ -191,7 +172,7 @@ class Scene:
 
     path: str
     primitives: list[Primitive]
-    instances: list[Instance]
+    instances: Instances
     materials: list[Material]
     textures: list[Texture]
     cameras: list[Camera]
@@ -200,6 +181,10 @@ class Scene:
     document: Document
     placed: list[PlacedPrimitive]
     warnings: list[str] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.instances, Instances):
+            self.instances = Instances.of(self.instances)
 
     @cached_property
     def view_points(self) -> np.ndarray:
@@ -214,8 +199,8 @@ class Scene:
         """
         if not any(primitive.first_meshlet for primitive in self.primitives):
             return ids
-        numbers = np.cumsum([instance.page == 0 for instance in self.instances]) - 1
-        first = np.array([self.primitives[i.primitive].first_meshlet for i in self.instances])
+        numbers = np.cumsum(self.instances.page == 0) - 1
+        first = self.of_instances([p.first_meshlet for p in self.primitives])
         drawn = ids[..., 0] < len(self.instances)
         own = ids[drawn]
         result: np.ndarray = ids.copy()
@@ -231,7 +216,7 @@ class Scene:
         if all(primitive.chosen is None for primitive in self.primitives):
             return ids
         begin = begins(np.array([p.meshlets for p in self.primitives]))
-        of_instance = begin[[i.primitive for i in self.instances]]
+        of_instance = begin[self.instances.primitive]
         numbers = np.concatenate([p.drawn for p in self.primitives])
         drawn = ids[..., 0] < len(self.instances)
         place, triangle = np.divmod(ids[drawn, 1], CONSTANTS["MESHLET_TRIANGLES"])
@@ -246,11 +231,23 @@ class Scene:
         The latter count triangles through all meshlets of a primitive.
         """
         result: np.ndarray = ids.copy()
-        for number, instance in enumerate(self.instances):
-            own = ids[..., 0] == number
-            if own.any():
-                result[own, 1] = self.primitives[instance.primitive].decoded().ids()[ids[own, 1]]
+        drawn = ids[..., 0] < len(self.instances)
+        own = ids[drawn]
+        primitive = self.instances.primitive[own[:, 0]]
+        for number in np.unique(primitive):
+            at = primitive == number
+            own[at, 1] = self.primitives[number].decoded().ids()[own[at, 1]]
+        result[drawn] = own
         return result
+
+    def of_instances(self, values: Sequence[int]) -> np.ndarray:
+        """int64[n]: of each instance the value of its primitive."""
+        return np.asarray(np.array(values, np.int64)[self.instances.primitive])
+
+    @cached_property
+    def instance_meshlets(self) -> np.ndarray:
+        """int64[n]: meshlets of each instance."""
+        return self.of_instances([p.meshlets for p in self.primitives])
 
     @property
     def compressed_bytes(self) -> int:
@@ -277,7 +274,7 @@ class Scene:
     @property
     def triangles(self) -> int:
         """Of all instances."""
-        return sum(self.primitives[i.primitive].triangles for i in self.instances)
+        return int(self.of_instances([p.triangles for p in self.primitives]).sum())
 
     @property
     def attributes(self) -> int:
@@ -331,18 +328,14 @@ class _Loader:
     def result(self) -> Scene:
         require_compressed(self._document)
         source = read_scene(self._document)
-        self._warnings += source.warnings
-        instances = [
-            instance
-            for p in source.primitives
-            if self._is_compressed(p)
-            for instance in self._instances(p)
-        ]
-        if not instances:
+        self._warnings += source.warnings + undrawn(self._document, DRAWN)
+        parts = [self._instances(p) for p in source.primitives if self._is_compressed(p)]
+        if not parts:
             raise MeshletError(
                 "no node of its scene shows a compressed primitive",
                 "check the file in another viewer",
             )
+        instances = self._joined(parts)
         low, high = self._bounds(instances)
         return Scene(
             self._path,
@@ -368,21 +361,37 @@ class _Loader:
         )
         return False
 
-    def _instances(self, placed: PlacedPrimitive) -> list[Instance]:
-        """A placed primitive: an instance for each of its pages."""
+    def _instances(self, placed: PlacedPrimitive) -> Instances:
+        """A placed primitive: in each place an instance for each of its pages."""
         material, texcoord = self._materials.index(placed.material)
         place = placed.mesh, placed.primitive
         if place not in self._indices:
             compressed = read_compressed(self._document, *place)
-            if compressed.targets:
-                self._warnings.append("morph targets are not applied")
             first = len(self._primitives)
             self._primitives += self._pages(compressed, texcoord)
             self._indices[place] = range(first, len(self._primitives))
-        return [
-            Instance(primitive, material, placed.matrix, page)
-            for page, primitive in enumerate(self._indices[place])
-        ]
+        pages = self._indices[place]
+        self._require_few(len(pages) * len(placed.matrices))
+        return Instances.placed(pages, material, placed.matrices)
+
+    def _joined(self, parts: list[Instances]) -> Instances:
+        self._require_few(sum(map(len, parts)))
+        instances = Instances.joined(parts)
+        meshlets = np.array([p.meshlets for p in self._primitives], np.int64)
+        total = int(meshlets[instances.primitive].sum())
+        if total > MAX_MESHLETS:
+            raise MeshletError(
+                f"its instances have {total:,} meshlets, more than {MAX_MESHLETS:,}",
+                "split the scene",
+            )
+        return instances
+
+    def _require_few(self, count: int) -> None:
+        if count > MAX_PLACES:
+            raise MeshletError(
+                f"its instances have {count:,} pages, more than {MAX_PLACES:,}",
+                "compress the original again with larger pages, or split the scene",
+            )
 
     def _pages(self, compressed: Compressed, texcoord: int) -> list[Primitive]:
         names = dict(zip(ROLES, ("POSITION", "NORMAL", f"TEXCOORD_{texcoord}", "COLOR_0")))
@@ -452,13 +461,15 @@ class _Loader:
             return low, high
         return np.clip(box[0], low, high), np.clip(box[1], low, high)
 
-    def _bounds(self, instances: list[Instance]) -> tuple[np.ndarray, np.ndarray]:
+    def _bounds(self, instances: Instances) -> tuple[np.ndarray, np.ndarray]:
         """(low, high), float64[3] each, of all instances in world space."""
-        corners = []
-        for instance in instances:
-            primitive = self._primitives[instance.primitive]
-            matrix = instance.matrix
+        low, high = np.full(3, np.inf), np.full(3, -np.inf)
+        for number, own in instances.of_primitive.items():
+            primitive = self._primitives[number]
+            matrices = instances.matrix[own]
             local = box_corners(primitive.low, primitive.high)
-            corners.append(local @ matrix[:3, :3].T + matrix[:3, 3])
-        points = np.concatenate(corners)
-        return points.min(axis=0), points.max(axis=0)
+            corners = np.matmul(local, matrices[:, :3, :3].transpose(0, 2, 1))
+            corners += matrices[:, None, :3, 3]
+            low = np.minimum(low, corners.min(axis=(0, 1)))
+            high = np.maximum(high, corners.max(axis=(0, 1)))
+        return low, high

@@ -9,7 +9,6 @@ from ..decode.batches import (
     Batch,
     BatchTable,
     bulk_fits,
-    meshlets_of,
     schedule,
     schedule_whole,
     slots_of,
@@ -45,8 +44,8 @@ class BatchedDrawing(Drawing):
         super().__init__(SceneView(device, scene, BLOBS))
         fill_bounds(self.view.buffers)
         slots = min(SLOTS, CONSTANTS["MAX_SLOTS"])
-        meshlets = meshlets_of(scene)
-        is_bulk = sum(meshlets) >= BULK_MESHLETS and bulk_fits(scene, SlotLayout.of(scene), slots)
+        meshlets = scene.instance_meshlets
+        is_bulk = meshlets.sum() >= BULK_MESHLETS and bulk_fits(scene, SlotLayout.of(scene), slots)
         batches = (schedule_whole if is_bulk else schedule)(meshlets, slots)
         passes, constants = BULK if is_bulk else TEAM, raster_constants(scene, options.culling)
         self.slots = slots_of(batches)

@@ -13,7 +13,6 @@ import numpy as np
 
 from gltf_ext.ranges import numbers_of
 
-from ..decode.batches import meshlets_of
 from ..decode.bounds import fill_bounds
 from ..decode.decoder import Decoder, Stage
 from ..decode.slots import slots_in
@@ -57,7 +56,7 @@ class AllMeshlets(Owner):
     step = "cull"
 
     def __init__(self, device: Device, scene: Scene):
-        counts, meshlets = np.array(meshlets_of(scene)), sum(p.meshlets for p in scene.primitives)
+        counts, meshlets = scene.instance_meshlets, sum(p.meshlets for p in scene.primitives)
         most = int(counts.sum())
         if most > CONSTANTS["MAX_SLOTS"]:
             raise VulkanError(
@@ -68,7 +67,7 @@ class AllMeshlets(Owner):
         super().__init__(decoded=decoded)
         self._device, self._scene = device, scene
         self.most, self.clusters, self.decoded = most, meshlets, decoded
-        rows = np.array([instance.primitive for instance in scene.instances])
+        rows = scene.instances.primitive
         self.table = np.zeros(self.most, JOB)
         self.table["instance"] = np.repeat(np.arange(len(rows)), counts)
         self.table["row"] = np.repeat(rows, counts)

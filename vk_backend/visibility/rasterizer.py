@@ -95,8 +95,8 @@ class Rasterizer(Owner):
         super().__init__(pieces=pieces, overflow=Buffer(view.device, 8 * most))
         self._view, self._device = view, view.device
         if masked is None:
-            materials = [view.scene.materials[i.material] for i in view.scene.instances]
-            masked = any(material.flags & MASKED for material in materials)
+            shown = np.unique(view.scene.instances.material)
+            masked = any(view.scene.materials[number].flags & MASKED for number in shown)
         constants = {
             **constants,
             "CULLING": 1,  # the decoder has done it: the same pipelines with culling and without

@@ -66,20 +66,26 @@ void test_objects() {
   gltf_meshlet_counts counts = sized<gltf_meshlet_counts>();
   const void* items;
   size_t bytes;
-  char stack[256] = {};
-  for (void* wrong : {static_cast<void*>(nullptr), reinterpret_cast<void*>(~uintptr_t(0)),
-                      reinterpret_cast<void*>(uintptr_t(123456)), static_cast<void*>(stack)}) {
+  alignas(16) char stack[256] = {};
+  for (void* wrong : {static_cast<void*>(nullptr), static_cast<void*>(stack)}) {
     REFUSED(gltf_meshlet_get_counts(static_cast<gltf_meshlet_view*>(wrong), &counts));
     REFUSED(gltf_meshlet_get_array(static_cast<gltf_meshlet_result*>(wrong), 0, &items, &bytes));
     if (wrong) REFUSED(gltf_meshlet_close(wrong));
   }
   REFUSED(gltf_meshlet_get_array(reinterpret_cast<gltf_meshlet_result*>(view), 0, &items, &bytes));
   WORKS(gltf_meshlet_get_counts(view, &counts));
+  gltf_meshlet_scratch* scratch;
+  REFUSED(gltf_meshlet_open_scratch(nullptr));
+  WORKS(gltf_meshlet_open_scratch(&scratch));
+  auto* const no_view = reinterpret_cast<gltf_meshlet_view*>(scratch);
+  auto* const no_scratch = reinterpret_cast<gltf_meshlet_scratch*>(view);
+  REFUSED(gltf_meshlet_get_counts(no_view, &counts));
+  REFUSED(gltf_meshlet_validate(no_view, 1));
+  REFUSED(gltf_meshlet_decode_meshlets(no_view, nullptr, nullptr, 0, nullptr, nullptr, nullptr));
+  REFUSED(gltf_meshlet_decode_meshlets(view, no_scratch, nullptr, 0, nullptr, nullptr, nullptr));
+  WORKS(gltf_meshlet_decode_meshlets(view, scratch, nullptr, 0, nullptr, nullptr, nullptr));
   WORKS(gltf_meshlet_close(view));
-  REFUSED(gltf_meshlet_close(view));
-  REFUSED(gltf_meshlet_get_counts(view, &counts));
-  REFUSED(gltf_meshlet_validate(view, 1));
-  REFUSED(gltf_meshlet_decode_meshlets(view, nullptr, 0, nullptr, nullptr, nullptr));
+  WORKS(gltf_meshlet_close(scratch));
   WORKS(gltf_meshlet_close(nullptr));
   WORKS(gltf_meshlet_close(open_view()));
 }
@@ -123,16 +129,17 @@ void test_views() {
                                 view);
   gltf_meshlet_blob blob = sized<gltf_meshlet_blob>();
   gltf_meshlet_stream stream;
-  uint32_t one;
+  uint32_t one[1];
   EXPECT(gltf_meshlet_get_blob(view, many, &blob) == GLTF_MESHLET_NUMBER);
   EXPECT(gltf_meshlet_get_stream(view, many, 0, &stream) == GLTF_MESHLET_NUMBER);
   EXPECT(gltf_meshlet_get_stream(view, 0, many, &stream) == GLTF_MESHLET_NUMBER);
   REFUSED(gltf_meshlet_get_stream(view, 0, 0, nullptr));
-  EXPECT(gltf_meshlet_get_meshlet_triangles(view, many, &one, 1) == GLTF_MESHLET_NUMBER);
-  REFUSED(gltf_meshlet_get_meshlet_triangles(view, 0, nullptr, 1 << 20));
-  REFUSED(gltf_meshlet_get_meshlet_triangles(view, 0, &one, 1));
-  for (int32_t threads : {-1, 0, 1, 1 << 30, INT32_MIN, INT32_MAX})
-    WORKS(gltf_meshlet_validate(view, threads));
+  WORKS(gltf_meshlet_get_begins(view, 0, nullptr, nullptr, 1 << 20));
+  REFUSED(gltf_meshlet_get_begins(view, 0, one, nullptr, 1));
+  REFUSED(gltf_meshlet_get_begins(view, 0, nullptr, one, 1));
+  REFUSED(gltf_meshlet_get_begins(view, -1, nullptr, nullptr, 1 << 20));
+  for (int32_t threads : {0, 1, 1 << 30, INT32_MAX}) WORKS(gltf_meshlet_validate(view, threads));
+  for (int32_t threads : {-1, INT32_MIN}) REFUSED(gltf_meshlet_validate(view, threads));
   WORKS(gltf_meshlet_close(view));
 }
 
@@ -144,7 +151,7 @@ void test_decoding() {
   const auto refused = [&](gltf_meshlet_arrays arrays) {
     REFUSED(gltf_meshlet_decode(view, 1, &arrays));
     arrays.first_vertex = 0;
-    REFUSED(gltf_meshlet_decode_range(view, 0, room.counts.meshlets, &arrays));
+    REFUSED(gltf_meshlet_decode_range(view, nullptr, 0, room.counts.meshlets, &arrays, nullptr));
   };
   gltf_meshlet_arrays wrong = good;
   refused((wrong.size = 0, wrong));
@@ -158,41 +165,103 @@ void test_decoding() {
   wrong.first_vertex = 1;
   REFUSED(gltf_meshlet_decode(view, 1, &wrong));
   REFUSED(gltf_meshlet_decode(view, 1, nullptr));
+  REFUSED(gltf_meshlet_decode(view, -1, &good));
   const uint64_t all = room.counts.meshlets, largest = ~uint64_t(0);
-  REFUSED(gltf_meshlet_decode_range(view, 0, all - 1, &room.arrays));  // needs 64 for each
-  EXPECT(gltf_meshlet_decode_range(view, 0, 0, &room.arrays) == GLTF_MESHLET_NUMBER);
-  EXPECT(gltf_meshlet_decode_range(view, all, 1, &room.arrays) == GLTF_MESHLET_NUMBER);
-  EXPECT(gltf_meshlet_decode_range(view, 1, largest, &room.arrays) == GLTF_MESHLET_NUMBER);
-  EXPECT(gltf_meshlet_decode_range(view, largest, largest, &room.arrays) == GLTF_MESHLET_NUMBER);
-  WORKS(gltf_meshlet_decode_range(view, 0, all, &room.arrays));
+  const auto range = [&](uint64_t first, uint64_t count) {
+    return gltf_meshlet_decode_range(view, nullptr, first, count, &room.arrays, nullptr);
+  };
+  REFUSED(range(0, all - 1));  // needs 64 for each
+  EXPECT(range(0, 0) == GLTF_MESHLET_NUMBER);
+  EXPECT(range(all, 1) == GLTF_MESHLET_NUMBER);
+  EXPECT(range(1, largest) == GLTF_MESHLET_NUMBER);
+  EXPECT(range(largest, largest) == GLTF_MESHLET_NUMBER);
+  WORKS(range(0, all));
   const uint32_t numbers[] = {0, uint32_t(all)};
-  REFUSED(gltf_meshlet_decode_meshlets(view, nullptr, 1, nullptr, nullptr, nullptr));
-  WORKS(gltf_meshlet_decode_meshlets(view, nullptr, 0, nullptr, nullptr, nullptr));
-  EXPECT(gltf_meshlet_decode_meshlets(view, numbers, 2, nullptr, nullptr, nullptr) ==
-         GLTF_MESHLET_NUMBER);
+  const auto meshlets = [&](const uint32_t* list, size_t count) {
+    return gltf_meshlet_decode_meshlets(view, nullptr, list, count, nullptr, nullptr, nullptr);
+  };
+  REFUSED(meshlets(nullptr, 1));
+  WORKS(meshlets(nullptr, 0));
+  EXPECT(meshlets(numbers, 2) == GLTF_MESHLET_NUMBER);
   WORKS(gltf_meshlet_close(view));
 }
 
-// Two threads decode with one view, until one has been refused and the other one closes it.
+// Begins that are not the view's never lead outside of the arrays.
+void test_begins() {
+  gltf_meshlet_view* view = open_view();
+  Room room(view);
+  const size_t all = size_t(room.counts.meshlets);
+  std::vector<uint32_t> triangles(all + 1), vertices(all + 1);
+  WORKS(gltf_meshlet_get_begins(view, 1, triangles.data(), vertices.data(), all + 1));
+  EXPECT(triangles[all] == room.counts.triangles && vertices[all] == room.counts.vertices);
+  gltf_meshlet_arrays& to = room.arrays;
+  const auto range = [&](uint64_t first, uint64_t count) {
+    return gltf_meshlet_decode_range(view, nullptr, first, count, &to, nullptr);
+  };
+  to.triangle_begins = triangles.data();
+  REFUSED(range(0, all));
+  to.vertex_begins = vertices.data();
+  WORKS(range(0, all));
+  WORKS(range(all - 1, 1));
+  to.vertex_room--;
+  REFUSED(range(0, 1));
+  to.vertex_room++;
+  to.triangle_room--;
+  REFUSED(range(0, 1));
+  to.triangle_room++;
+  to.first_vertex = 1;
+  REFUSED(range(0, 1));
+  to.first_vertex = 0;
+  for (std::vector<uint32_t>* begins : {&triangles, &vertices}) {
+    const std::vector<uint32_t> good = *begins;
+    begins->back()++;
+    REFUSED(range(0, all));
+    begins->back() = 0;
+    REFUSED(range(0, all));
+    *begins = good;
+    (*begins)[1]++;
+    EXPECT(range(0, all) == GLTF_MESHLET_MALFORMED);
+    begins->assign(all + 1, 0);
+    EXPECT(range(0, all) == GLTF_MESHLET_MALFORMED);
+    *begins = good;
+  }
+  WORKS(range(0, all));
+  WORKS(gltf_meshlet_close(view));
+}
+
+// Two threads decode with one scratch, until one has been refused.
 void test_threads() {
   gltf_meshlet_view* view = open_view();
-  std::atomic<int> busy{0}, closed{0};
+  gltf_meshlet_scratch* scratch;
+  WORKS(gltf_meshlet_open_scratch(&scratch));
+  std::atomic<int> busy{0};
   const std::vector<uint32_t> numbers(1000, 0);
   const auto run = [&] {
-    while (true) {
-      const int status = gltf_meshlet_decode_meshlets(view, numbers.data(), numbers.size(), nullptr,
-                                                      nullptr, nullptr);
+    while (!busy) {
+      const int status = gltf_meshlet_decode_meshlets(view, scratch, numbers.data(), numbers.size(),
+                                                      nullptr, nullptr, nullptr);
       if (status == GLTF_MESHLET_BUSY) busy++;
-      if (status == GLTF_MESHLET_ARGUMENT) break;
       EXPECT(status == GLTF_MESHLET_OK || status == GLTF_MESHLET_BUSY);
-      if (busy) gltf_meshlet_close(view);
     }
-    closed++;
   };
   std::thread other(run);
   run();
   other.join();
-  EXPECT(busy > 0 && closed == 2);
+  WORKS(gltf_meshlet_close(scratch));
+  WORKS(gltf_meshlet_close(view));
+}
+
+void test_allocator() {
+  gltf_meshlet_allocator allocator{};
+  REFUSED(gltf_meshlet_set_allocator(&allocator));
+  allocator.size = sizeof allocator;
+  allocator.allocate = [](void*, size_t) -> void* { return nullptr; };
+  REFUSED(gltf_meshlet_set_allocator(&allocator));  // half of it
+  allocator.release = [](void*, void*) {};
+  WORKS(gltf_meshlet_set_allocator(&allocator));
+  gltf_meshlet_view* view;
+  EXPECT(gltf_meshlet_open(file.data(), file.size(), &view) == GLTF_MESHLET_MEMORY);
+  WORKS(gltf_meshlet_set_allocator(nullptr));
 }
 
 // A mesh of two triangles, which encodes.
@@ -292,6 +361,9 @@ void test_encoding() {
   ENCODE_REFUSES(m.stream.bits = 33);
   ENCODE_REFUSES(m.stream.predictor = 99);
   ENCODE_REFUSES(m.stream.step = NAN);
+  ENCODE_REFUSES(m.options.threads = -1);
+  ENCODE_REFUSES(m.stream.reserved = 1);
+  ENCODE_REFUSES(m.ids[3] = 0);  // another position
   ENCODE_REFUSES(m.options.effort = 3);
   ENCODE_REFUSES(m.options.max_triangles = 65);
   ENCODE_REFUSES(m.options.max_vertices = 2);
@@ -330,7 +402,6 @@ void test_results() {
   EXPECT(gltf_meshlet_get_array(result, 1, &items, &bytes) == GLTF_MESHLET_NUMBER);
   WORKS(gltf_meshlet_get_array(result, 0, &items, &bytes));
   WORKS(gltf_meshlet_close(result));
-  REFUSED(gltf_meshlet_get_array(result, 0, &items, &bytes));
 }
 
 void test_packing() {
@@ -339,7 +410,8 @@ void test_packing() {
   REFUSED(gltf_meshlet_pack(file.data(), file.size(), 1, nullptr));
   EXPECT(gltf_meshlet_pack(file.data(), file.size() - 4, 1, &result) == GLTF_MESHLET_MALFORMED);
   EXPECT(result == nullptr);
-  WORKS(gltf_meshlet_pack(file.data(), file.size(), -1, &result));
+  REFUSED(gltf_meshlet_pack(file.data(), file.size(), -1, &result));
+  WORKS(gltf_meshlet_pack(file.data(), file.size(), 1, &result));
   const void* packed = nullptr;
   size_t size = 0, bytes = 0;
   WORKS(gltf_meshlet_get_array(result, 0, &packed, &size));
@@ -401,6 +473,25 @@ void test_lines() {
   REFUSED(gltf_meshlet_scan_lines(text, 1, keywords, words, 1, nullptr));
 }
 
+void test_polygons() {
+  gltf_meshlet_result* result;
+  const float points[] = {0, 0, 0, 1, 0, 0, 0, 1, NAN};
+  const uint32_t three = 3, sizes[] = {2, 1};
+  WORKS(gltf_meshlet_triangulate(nullptr, 0, nullptr, 0, &result));
+  WORKS(gltf_meshlet_close(result));
+  WORKS(gltf_meshlet_triangulate(points, 3, &three, 1, &result));
+  WORKS(gltf_meshlet_close(result));
+  WORKS(gltf_meshlet_triangulate(points, 3, sizes, 2, &result));
+  WORKS(gltf_meshlet_close(result));
+  REFUSED(gltf_meshlet_triangulate(points, 2, &three, 1, &result));
+  EXPECT(result == nullptr);
+  REFUSED(gltf_meshlet_triangulate(points, 3, sizes, 1, &result));
+  REFUSED(gltf_meshlet_triangulate(points, ~size_t(0), &three, 1, &result));
+  REFUSED(gltf_meshlet_triangulate(nullptr, 3, &three, 1, &result));
+  REFUSED(gltf_meshlet_triangulate(points, 3, nullptr, 1, &result));
+  REFUSED(gltf_meshlet_triangulate(points, 3, &three, 1, nullptr));
+}
+
 void test_levels() {
   GENERATE_REFUSES(m.groups.size = 0);
   GENERATE_REFUSES(m.groups.begin = nullptr);
@@ -451,7 +542,7 @@ void test_levels() {
   carried.areas = nullptr;
   REFUSED(measure());
   WORKS(gltf_meshlet_close(surface));
-  REFUSED(gltf_meshlet_measure(surface, &m.groups, &m.groups, chosen, 1, &carried, 1, &result));
+  REFUSED(gltf_meshlet_measure(nullptr, &m.groups, &m.groups, chosen, 1, &carried, 1, &result));
   float distance[4];
   const float* p = m.positions;
   WORKS(gltf_meshlet_get_distances(p, 4, &m.groups, p, 4, 0, 1, distance, nullptr));
@@ -468,16 +559,19 @@ int main(int argc, char** argv) {
   std::ifstream input(argc > 1 ? argv[1] : "", std::ios::binary);
   file.assign(std::istreambuf_iterator<char>(input), {});
   EXPECT(gltf_meshlet_abi() == GLTF_MESHLET_ABI && *gltf_meshlet_error() == 0);
+  test_allocator();
   test_objects();
   test_bytes();
   test_views();
   test_decoding();
+  test_begins();
   test_threads();
   test_encoding();
   test_results();
   test_packing();
   test_weld_and_sort();
   test_lines();
+  test_polygons();
   test_levels();
   return 0;
 }

@@ -9,7 +9,7 @@
 
 #include "decode/serial_decoder.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 namespace {
 
 constexpr uint32_t kBytes = (1u << 29) - 4, kPage = 1u << 16;
@@ -70,10 +70,10 @@ bool refused(uint8_t* blob, const Case& c) {
 }
 
 }  // namespace
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec
 
 int main() {
-  using namespace meshlet;
+  using namespace gltf_meshlet_codec;
   const size_t mapped = size_t(kBytes) + 4 + kPage;
   void* memory = mmap(nullptr, mapped, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
   if (memory == MAP_FAILED) return std::fprintf(stderr, "FAILED: no memory\n"), 1;

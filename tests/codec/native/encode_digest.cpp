@@ -7,7 +7,7 @@
 #include "encode/pages.h"
 #include "common/weld.h"
 
-using namespace meshlet;
+using namespace gltf_meshlet_codec;
 
 namespace {
 

@@ -77,9 +77,9 @@ struct Arrays {
       values.emplace_back(vertex_count * (s.kind == GLTF_MESHLET_OCT ? 3u : s.elements));
   }
 
-  // Calls decode(arrays), which writes integers or values; returns what it wrote, or nothing.
+  // Calls decode(arrays), which writes integers or values; returns whether it did.
   template <class Decode>
-  std::optional<gltf_meshlet_arrays> fill(bool integers, Decode decode) {
+  bool fill(bool integers, Decode decode) {
     std::vector<uint32_t*> as_integers;
     for (std::vector<uint32_t>& array : values) as_integers.push_back(array.data());
     std::vector<void*> as_values(as_integers.begin(), as_integers.end());
@@ -91,70 +91,101 @@ struct Arrays {
       out.integers = as_integers.data();
     else
       out.values = as_values.data();
-    if (!valid(decode(&out))) return {};
-    return out;
+    return valid(decode(out));
   }
 };
 
+struct Scratch {
+  gltf_meshlet_scratch* scratch = nullptr;
+
+  Scratch() { expect(valid(gltf_meshlet_open_scratch(&scratch)), "there is no scratch"); }
+  ~Scratch() { gltf_meshlet_close(scratch); }
+  Scratch(const Scratch&) = delete;
+};
+
 // Returns nothing if the view is malformed.
-std::optional<Arrays> decode_everything(const View& view, bool integers) {
+std::optional<Arrays> decode_everything(const View& view, bool integers, int32_t threads) {
   const gltf_meshlet_counts& n = view.counts;
   expect(n.vertices <= 64 * n.meshlets, "more vertices than the meshlets can hold");
   Arrays arrays(n.triangles, n.vertices, view);
-  const auto decode = [&](auto* out) { return gltf_meshlet_decode(view.view, 1, out); };
-  if (!arrays.fill(integers, decode)) return {};
+  if (!arrays.fill(integers,
+                   [&](auto& out) { return gltf_meshlet_decode(view.view, threads, &out); }))
+    return {};
   for (uint32_t vertex : arrays.triangles)
     expect(vertex < n.vertices, "a triangle names a vertex that does not exist");
   return arrays;
 }
 
-// Decodes ranges of a valid blob and compares the values at all corners with those of `whole`.
-// continued: each range continues the one before.
-void compare_ranges(const Bytes& bytes, uint32_t number, const Arrays& whole, bool continued) {
-  std::optional<View> view(bytes);
-  const gltf_meshlet_blob blob = view->blobs[number];
-  const uint64_t step = blob.meshlets / 3 + 1, last = blob.first_meshlet + blob.meshlets;
-  size_t corner = 3 * size_t(blob.first_triangle), vertices = 0;
-  std::vector<std::vector<uint32_t>> values(view->streams.size());
-  for (uint64_t first = blob.first_meshlet; first < last; first += step) {
-    const uint64_t count = std::min(step, last - first);
-    Arrays part(64 * count, 64 * count, *view);
-    if (!continued) {
-      view.emplace(bytes);
-      vertices = 0;
-      values.assign(values.size(), {});
-    }
-    const uint32_t other = uint32_t(last - 1);  // changes nothing
-    expect(valid(gltf_meshlet_decode_meshlets(view->view, &other, 1, nullptr, nullptr, nullptr)),
-           "a meshlet of a valid blob is refused");
-    const auto written = part.fill(
-        true, [&](auto* out) { return gltf_meshlet_decode_range(view->view, first, count, out); });
-    expect(written.has_value(), "a range of a valid blob is refused");
-    vertices += written->vertices_out;
-    for (size_t s = 0; s < values.size(); s++)
-      values[s].insert(
-          values[s].end(), part.values[s].begin(),
-          part.values[s].begin() + long(written->vertices_out) * view->streams[s].elements);
-    for (size_t i = 0; i < 3 * written->triangles_out; i++, corner++) {
-      const uint32_t there = whole.triangles[corner], here = part.triangles[i];
-      expect(here < vertices, "a range names a vertex that does not exist");
-      expect(!continued || here + blob.first_vertex == there, "a range continues other numbers");
-      for (size_t s = 0; s < values.size(); s++)
-        for (uint32_t c = 0, n = view->streams[s].elements; c < n; c++)
-          expect(values[s][n * here + c] == whole.values[s][n * there + c],
-                 "a range decodes to other values");
-    }
-  }
+// Calls action(first, count) for ranges that fill a blob, the last one first.
+template <class Action>
+void for_ranges(const gltf_meshlet_blob& blob, uint64_t step, Action action) {
+  const uint64_t n = blob.meshlets;
+  for (uint64_t i = (n + step - 1) / step; i-- > 0;)
+    action(blob.first_meshlet + i * step, std::min(step, n - i * step));
+}
+
+// Decodes ranges of a valid blob alone, and compares the values at all corners with those of
+// `whole`. One that follows another one is no continuation of it.
+void compare_ranges(const View& view, const gltf_meshlet_blob& blob, const Arrays& whole,
+                    const std::vector<uint32_t>& triangle_begins) {
+  const Scratch scratch;
+  for (uint64_t step : {uint64_t(1), uint64_t(3), blob.meshlets})
+    for_ranges(blob, step, [&](uint64_t first, uint64_t count) {
+      Arrays part(64 * count, 64 * count, view);
+      uint32_t sizes[2];
+      const auto decode = [&](auto& out) {
+        return gltf_meshlet_decode_range(view.view, scratch.scratch, first, count, &out, sizes);
+      };
+      expect(part.fill(true, decode), "a range of a valid blob is refused");
+      const uint32_t* there = &whole.triangles[3 * size_t(triangle_begins[first])];
+      for (size_t i = 0; i < 3 * size_t(sizes[0]); i++) {
+        const uint32_t here = part.triangles[i];
+        expect(here < sizes[1], "a range names a vertex that does not exist");
+        for (size_t s = 0; s < part.values.size(); s++)
+          for (uint32_t c = 0, n = view.streams[s].elements; c < n; c++)
+            expect(part.values[s][n * here + c] == whole.values[s][n * there[i] + c],
+                   "a range decodes to other values");
+      }
+    });
+}
+
+// Decodes ranges to the arrays of the whole view, each of which must get what gltf_meshlet_decode
+// writes there, and nothing else: an array that is whole stays so. whole: of a valid view.
+void decode_parts(const View& view, const std::vector<uint32_t>& triangle_begins,
+                  const std::vector<uint32_t>& vertex_begins, const Arrays* whole) {
+  const Scratch scratch;
+  Arrays parts(view.counts.triangles, view.counts.vertices, view);
+  Arrays kept = parts;
+  if (whole) kept = *whole;
+  for (uint64_t step : {1u, 2u, 7u})
+    for (const gltf_meshlet_blob& blob : view.blobs)
+      for_ranges(blob, step, [&](uint64_t first, uint64_t count) {
+        for (Arrays* to : {&parts, &kept}) {
+          const bool done = to->fill(true, [&](auto& out) {
+            out.triangle_begins = triangle_begins.data();
+            out.vertex_begins = vertex_begins.data();
+            return gltf_meshlet_decode_range(view.view, step == 2 ? nullptr : scratch.scratch,
+                                             first, count, &out, nullptr);
+          });
+          expect(done || !whole, "a part of a valid view is refused");
+        }
+      });
+  expect(!whole || (kept.triangles == whole->triangles && kept.values == whole->values),
+         "a part writes to places of others");
+  expect(!whole || (parts.triangles == whole->triangles && parts.values == whole->values),
+         "the parts are not the whole");
 }
 
 void decode_meshlets(const View& view) {
+  const Scratch scratch;
   size_t elements = 0;
   for (const gltf_meshlet_stream& s : view.streams) elements += s.elements;
   std::vector<uint32_t> integers(64 * elements);
   uint8_t triangles[3 * 64];
   uint32_t sizes[2];
   for (uint32_t m = uint32_t(view.counts.meshlets); m-- > 0;)
-    if (valid(gltf_meshlet_decode_meshlets(view.view, &m, 1, sizes, triangles, integers.data())))
+    if (valid(gltf_meshlet_decode_meshlets(view.view, scratch.scratch, &m, 1, sizes, triangles,
+                                           integers.data())))
       for (uint32_t i = 0; i < 3 * sizes[0]; i++)
         expect(triangles[i] < sizes[1], "a meshlet names a vertex that does not exist");
 }
@@ -163,13 +194,23 @@ void decode_meshlets(const View& view) {
 bool try_view(const Bytes& bytes) {
   const View view(bytes);
   if (!view.view) return false;
-  const std::optional<Arrays> whole = decode_everything(view, true);
-  expect(decode_everything(view, false).has_value() == whole.has_value(),
+  const std::optional<Arrays> whole = decode_everything(view, true, 1);
+  expect(decode_everything(view, false, 1).has_value() == whole.has_value(),
          "decoding to values and to integers disagree on a view");
   const bool all = valid(gltf_meshlet_validate(view.view, 1));
   expect(whole || !all, "a valid view does not decode");
-  for (uint32_t b = 0; all && b < view.counts.blobs; b++)
-    for (bool continued : {false, true}) compare_ranges(bytes, b, *whole, continued);
+  const std::optional<Arrays> by_threads = decode_everything(view, true, 3);
+  expect(by_threads.has_value() == whole.has_value(), "threads change whether a view decodes");
+  expect(!all || (by_threads->triangles == whole->triangles && by_threads->values == whole->values),
+         "threads decode to other values");
+  std::vector<uint32_t> triangle_begins(view.counts.meshlets + 1), vertex_begins = triangle_begins;
+  const bool begins = valid(gltf_meshlet_get_begins(view.view, 3, triangle_begins.data(),
+                                                    vertex_begins.data(), triangle_begins.size()));
+  expect(begins || !all, "a valid view has no begins");
+  if (all)
+    for (const gltf_meshlet_blob& blob : view.blobs)
+      compare_ranges(view, blob, *whole, triangle_begins);
+  if (begins) decode_parts(view, triangle_begins, vertex_begins, all ? &*whole : nullptr);
   auto statistics = sized<gltf_meshlet_statistics>();
   expect(valid(gltf_meshlet_get_statistics(view.view, &statistics)) || !all,
          "bits of a valid view are not counted");

@@ -96,8 +96,8 @@ std::string check_disk(const Mesh& mesh, const std::vector<int64_t>& glued, cons
 
 }  // namespace
 
-std::string check_meshlets(const Mesh& mesh, const meshlet::GenerationOptions& options,
-                           const meshlet::Meshlets& meshlets) {
+std::string check_meshlets(const Mesh& mesh, const gltf_meshlet_codec::GenerationOptions& options,
+                           const gltf_meshlet_codec::Meshlets& meshlets) {
   const auto& disk_begin = meshlets.disk_begin;
   const auto& meshlet_begin = meshlets.meshlet_begin;
   std::vector<bool> seen(mesh.triangle_count(), false);
@@ -131,7 +131,7 @@ std::string check_meshlets(const Mesh& mesh, const meshlet::GenerationOptions& o
   return {};
 }
 
-void add_figures(const Mesh& mesh, const meshlet::Meshlets& meshlets, Figures& figures) {
+void add_figures(const Mesh& mesh, const gltf_meshlet_codec::Meshlets& meshlets, Figures& figures) {
   const size_t triangles = mesh.triangle_count();
   std::vector<uint32_t> disk_of(triangles), meshlet_of(triangles);
   for (uint32_t m = 0; m + 1 < meshlets.meshlet_begin.size(); m++)

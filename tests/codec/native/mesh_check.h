@@ -14,15 +14,15 @@ struct Mesh {
 
   size_t vertex_count() const { return positions.size() / 3; }
   size_t triangle_count() const { return triangles.size() / 3; }
-  meshlet::MeshView view() const {
+  gltf_meshlet_codec::MeshView view() const {
     return {triangles.data(), triangle_count(), position_ids.data(), positions.data(),
             vertex_count()};
   }
 };
 
 // Returns an empty string if all guarantees hold, else the problem.
-std::string check_meshlets(const Mesh& mesh, const meshlet::GenerationOptions& options,
-                           const meshlet::Meshlets& meshlets);
+std::string check_meshlets(const Mesh& mesh, const gltf_meshlet_codec::GenerationOptions& options,
+                           const gltf_meshlet_codec::Meshlets& meshlets);
 
 // Sums over the meshlets of one or more meshes.
 struct Figures {
@@ -36,4 +36,4 @@ struct Figures {
   size_t pairs = 0;
 };
 
-void add_figures(const Mesh& mesh, const meshlet::Meshlets& meshlets, Figures& figures);
+void add_figures(const Mesh& mesh, const gltf_meshlet_codec::Meshlets& meshlets, Figures& figures);

@@ -45,8 +45,8 @@ class Random {
 
 void weld_positions(Mesh& mesh) {
   mesh.position_ids.resize(mesh.vertex_count());
-  meshlet::weld_rows(reinterpret_cast<const uint8_t*>(mesh.positions.data()), mesh.vertex_count(),
-                     12, mesh.position_ids.data());
+  gltf_meshlet_codec::weld_rows(reinterpret_cast<const uint8_t*>(mesh.positions.data()),
+                                mesh.vertex_count(), 12, mesh.position_ids.data());
 }
 
 std::vector<Mesh> read_meshes(const char* path) {
@@ -124,25 +124,25 @@ void tear(Mesh& mesh, Random& random, uint32_t odds) {
 }
 
 // The mesh as it is partitioned: sorted.
-Mesh sorted(const meshlet::SpatialMesh& mesh) {
+Mesh sorted(const gltf_meshlet_codec::SpatialMesh& mesh) {
   const float* points = &mesh.points[0].x;
   return {{points, points + 3 * mesh.points.size()},
           {mesh.triangles.begin(), mesh.triangles.end()},
           {mesh.position_ids.begin(), mesh.position_ids.end()}};
 }
 
-meshlet::Meshlets generate(const meshlet::SpatialMesh& mesh,
-                           const meshlet::GenerationOptions& options) {
-  return meshlet::generate_meshlets(mesh, meshlet::match_half_edges(mesh.view(), options.threads),
-                                    options);
+gltf_meshlet_codec::Meshlets generate(const gltf_meshlet_codec::SpatialMesh& mesh,
+                                      const gltf_meshlet_codec::GenerationOptions& options) {
+  return gltf_meshlet_codec::generate_meshlets(
+      mesh, gltf_meshlet_codec::match_half_edges(mesh.view(), options.threads), options);
 }
 
-meshlet::SpatialMesh sort(const Mesh& mesh, int threads) {
-  return meshlet::sort_in_space(mesh.view(), threads);
+gltf_meshlet_codec::SpatialMesh sort(const Mesh& mesh, int threads) {
+  return gltf_meshlet_codec::sort_in_space(mesh.view(), threads);
 }
 
 // Is it the same mesh in another order?
-bool same_triangles(const Mesh& mesh, const meshlet::SpatialMesh& sorted) {
+bool same_triangles(const Mesh& mesh, const gltf_meshlet_codec::SpatialMesh& sorted) {
   std::vector<std::array<uint32_t, 3>> before, after;
   for (size_t i = 0; i < mesh.triangles.size(); i += 3) {
     before.push_back({mesh.triangles[i], mesh.triangles[i + 1], mesh.triangles[i + 2]});
@@ -159,23 +159,24 @@ bool same_triangles(const Mesh& mesh, const meshlet::SpatialMesh& sorted) {
   return before == after;
 }
 
-bool same(const meshlet::Meshlets& a, const meshlet::Meshlets& b) {
+bool same(const gltf_meshlet_codec::Meshlets& a, const gltf_meshlet_codec::Meshlets& b) {
   return a.triangles == b.triangles && a.disk_begin == b.disk_begin &&
          a.meshlet_begin == b.meshlet_begin;
 }
 
-constexpr meshlet::Effort kEfforts[] = {meshlet::Effort::kFast, meshlet::Effort::kNormal,
-                                        meshlet::Effort::kHigh};
+constexpr gltf_meshlet_codec::Effort kEfforts[] = {gltf_meshlet_codec::Effort::kFast,
+                                                   gltf_meshlet_codec::Effort::kNormal,
+                                                   gltf_meshlet_codec::Effort::kHigh};
 
 // Checks the meshlets of all efforts; returns those of the last one.
-meshlet::Meshlets check(Mesh mesh, const std::string& name,
-                        meshlet::GenerationOptions options = {}) {
+gltf_meshlet_codec::Meshlets check(Mesh mesh, const std::string& name,
+                                   gltf_meshlet_codec::GenerationOptions options = {}) {
   weld_positions(mesh);
-  const meshlet::SpatialMesh in_space = sort(mesh, 1);
+  const gltf_meshlet_codec::SpatialMesh in_space = sort(mesh, 1);
   expect(same_triangles(mesh, in_space), name + ": sorted is another mesh");
   expect(in_space.triangles == sort(mesh, 3).triangles, name + ": order depends on threads");
-  meshlet::Meshlets meshlets;
-  for (const meshlet::Effort effort : kEfforts) {
+  gltf_meshlet_codec::Meshlets meshlets;
+  for (const gltf_meshlet_codec::Effort effort : kEfforts) {
     options.effort = effort;
     options.threads = 1;
     meshlets = generate(in_space, options);
@@ -188,9 +189,9 @@ meshlet::Meshlets check(Mesh mesh, const std::string& name,
 }
 
 // A mesh of these triangles with position ids, and no positions.
-meshlet::HalfEdges match(const std::vector<uint32_t>& triangles, const std::vector<uint32_t>& ids,
-                         int threads = 2) {
-  return meshlet::match_half_edges(
+gltf_meshlet_codec::HalfEdges match(const std::vector<uint32_t>& triangles,
+                                    const std::vector<uint32_t>& ids, int threads = 2) {
+  return gltf_meshlet_codec::match_half_edges(
       {triangles.data(), triangles.size() / 3, ids.data(), nullptr, ids.size()}, threads);
 }
 
@@ -204,21 +205,21 @@ void test_half_edges() {
   // Two triangles joined by 1-2; a third one on 0-1, wound the wrong way; a fourth and fifth on
   // 2-0.
   const std::vector<uint32_t> triangles{0, 1, 2, 2, 1, 3, 0, 1, 4, 0, 2, 5, 0, 2, 6};
-  const meshlet::HalfEdges few = match(triangles, distinct(7));
+  const gltf_meshlet_codec::HalfEdges few = match(triangles, distinct(7));
   for (int32_t h = 0; h < 15; h++)
     expect(few.by_vertex(h) == (h == 1 ? 3 : h == 3 ? 1 : -1), "half-edge " + std::to_string(h));
   // Vertices 4 and 5 have the positions of 0 and 1: 5-4 closes on 0-1.
-  const meshlet::HalfEdges torn = match({0, 1, 2, 5, 4, 3}, {0, 1, 2, 3, 0, 1});
+  const gltf_meshlet_codec::HalfEdges torn = match({0, 1, 2, 5, 4, 3}, {0, 1, 2, 3, 0, 1});
   expect(torn.by_vertex(0) < 0 && torn.by_position(0) == 3, "half-edges joined by position");
   // 1-2 is matched by vertex; 5-6 and 8-7 have the same positions and are matched with each other.
-  const meshlet::HalfEdges four =
+  const gltf_meshlet_codec::HalfEdges four =
       match({0, 1, 2, 2, 1, 3, 4, 5, 6, 7, 8, 9}, {0, 1, 2, 3, 4, 1, 2, 2, 1, 9});
   expect(four.by_position(1) == 3 && four.by_position(7) == 9 && four.by_vertex(7) < 0,
          "two pairs at one position");
   // A star: one vertex in very many triangles.
   std::vector<uint32_t> star;
   for (uint32_t i = 0; i < 1000; i++) star.insert(star.end(), {0, 1 + i, 1 + (i + 1) % 1000});
-  const meshlet::HalfEdges closed = match(star, distinct(1001));
+  const gltf_meshlet_codec::HalfEdges closed = match(star, distinct(1001));
   for (int32_t i = 0; i < 1000; i++)
     expect(closed.by_vertex(3 * i + 2) == (i + 1) % 1000 * 3, "star");
 }
@@ -237,7 +238,7 @@ void test_half_edges_of_threads() {
   add(4 * n, 6 * n, 7 * n);
   add(4 * n, 7 * n, 5 * n);
   for (const int threads : {1, 2, 3, 8}) {
-    const meshlet::HalfEdges matched = match(triangles, ids, threads);
+    const gltf_meshlet_codec::HalfEdges matched = match(triangles, ids, threads);
     bool right = true;
     for (uint32_t i = 0; i < 3 * n; i += 3)
       right = right && matched.by_vertex(i + 1) == int32_t(3 * n + i) && matched.by_vertex(i) < 0 &&
@@ -250,7 +251,7 @@ void test_half_edges_of_threads() {
 void test_weld() {
   const std::vector<uint8_t> rows{1, 2, 3, 1, 2, 4, 1, 2, 3, 0, 0, 0, 1, 2, 4};
   std::vector<uint32_t> remap(5);
-  expect(meshlet::weld_rows(rows.data(), 5, 3, remap.data()) == 3, "welded count");
+  expect(gltf_meshlet_codec::weld_rows(rows.data(), 5, 3, remap.data()) == 3, "welded count");
   expect(remap == std::vector<uint32_t>({0, 1, 0, 2, 1}), "welded rows");
 }
 
@@ -263,7 +264,7 @@ void test_shapes() {
         "tetrahedron");
   check({{3e38f, -3e38f, 0, -3e38f, 1e-40f, 0, 0, 3e38f, 3e38f}, {0, 1, 2, 2, 1, 0}, {}},
         "huge numbers");
-  const meshlet::Meshlets plane = check(make_grid(64, false, false), "grid");
+  const gltf_meshlet_codec::Meshlets plane = check(make_grid(64, false, false), "grid");
   expect(plane.meshlet_begin.size() - 1 < 8192 / 55, "a grid fills its meshlets");
   check(make_grid(40, true, false), "tube");
   check(make_grid(40, true, true), "torus");
@@ -290,7 +291,7 @@ Mesh make_box(uint32_t n) {
 }
 
 void test_seams() {
-  const meshlet::Meshlets cube =
+  const gltf_meshlet_codec::Meshlets cube =
       check(make_box(2), "cube");  // 48 triangles and 54 vertices on six faces
   expect(cube.meshlet_begin.size() == 2 && cube.disk_begin.size() == 7,
          "faces of a cube share a meshlet");
@@ -300,10 +301,10 @@ void test_seams() {
 void test_progress() {
   Mesh mesh = make_grid(150, false, false);
   weld_positions(mesh);
-  meshlet::GenerationOptions options;
+  gltf_meshlet_codec::GenerationOptions options;
   std::vector<float> fractions{0};
   options.progress = [&](float fraction) { fractions.push_back(fraction); };
-  const meshlet::SpatialMesh in_space = sort(mesh, 1);
+  const gltf_meshlet_codec::SpatialMesh in_space = sort(mesh, 1);
   generate(in_space, options);
   expect(std::is_sorted(fractions.begin(), fractions.end()) && fractions.back() == 1, "progress");
   options.progress = [](float) { throw std::runtime_error("stop"); };
@@ -319,10 +320,11 @@ void test_progress() {
 void test_limits() {
   for (const int triangles : {1, 2, 16, 17, 63, 64}) {
     for (const int vertices : {3, 4, 20, 64}) {
-      meshlet::GenerationOptions options;
+      gltf_meshlet_codec::GenerationOptions options;
       options.max_triangles = triangles;
       options.max_vertices = vertices;
-      options.weight = triangles % 2 ? meshlet::Weight::kChoe : meshlet::Weight::kPaper;
+      options.weight =
+          triangles % 2 ? gltf_meshlet_codec::Weight::kChoe : gltf_meshlet_codec::Weight::kPaper;
       check(make_grid(20, true, false),
             "limits " + std::to_string(triangles) + " " + std::to_string(vertices), options);
     }
@@ -342,17 +344,17 @@ void test_hostile() {
   }
   Mesh scraps;
   for (int i = 0; i < 500; i++) append(scraps, make_grid(1 + random.below(3), false, false));
-  const meshlet::Meshlets packed = check(scraps, "scraps");
+  const gltf_meshlet_codec::Meshlets packed = check(scraps, "scraps");
   expect(packed.meshlet_begin.size() < packed.disk_begin.size() / 3, "scraps share meshlets");
 }
 
-uint32_t checksum(const meshlet::Meshlets& meshlets, uint32_t sum) {
+uint32_t checksum(const gltf_meshlet_codec::Meshlets& meshlets, uint32_t sum) {
   for (const auto* part : {&meshlets.triangles, &meshlets.disk_begin, &meshlets.meshlet_begin})
     for (const uint32_t value : *part) sum = (sum ^ value) * 16777619u;
   return sum;
 }
 
-void report(const char* path, const meshlet::GenerationOptions& options, bool checked) {
+void report(const char* path, const gltf_meshlet_codec::GenerationOptions& options, bool checked) {
   Figures figures;
   double seconds = 0;
   uint32_t histogram[4] = {0, 0, 0, 0};
@@ -360,8 +362,8 @@ void report(const char* path, const meshlet::GenerationOptions& options, bool ch
   uint32_t sum = 2166136261u;
   for (const Mesh& mesh : read_meshes(path)) {
     const auto start = std::chrono::steady_clock::now();
-    const meshlet::SpatialMesh in_space = sort(mesh, options.threads);
-    const meshlet::Meshlets meshlets = generate(in_space, options);
+    const gltf_meshlet_codec::SpatialMesh in_space = sort(mesh, options.threads);
+    const gltf_meshlet_codec::Meshlets meshlets = generate(in_space, options);
     seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     for (int i = 0; i < 4; i++) histogram[i] += meshlets.histogram[i];
     sum = checksum(meshlets, sum);
@@ -397,7 +399,7 @@ void report(const char* path, const meshlet::GenerationOptions& options, bool ch
 }  // namespace
 
 int main(int argc, char** argv) {
-  meshlet::GenerationOptions options;
+  gltf_meshlet_codec::GenerationOptions options;
   bool checked = true;
   int i = 1;
   for (; i < argc && std::strncmp(argv[i], "--", 2) == 0; i++) {
@@ -413,7 +415,7 @@ int main(int argc, char** argv) {
     if (option == "--fill") options.fill = float(std::atof(value));
     if (option == "--threads") options.threads = std::atoi(value);
     if (option == "--weight" && std::strcmp(value, "choe") == 0)
-      options.weight = meshlet::Weight::kChoe;
+      options.weight = gltf_meshlet_codec::Weight::kChoe;
   }
   if (i == argc) {
     test_half_edges();

@@ -34,8 +34,8 @@ void operator delete[](void* place, size_t) noexcept { std::free(place); }
 
 namespace {
 
-using namespace meshlet;
-using namespace meshlet::transport;
+using namespace gltf_meshlet_codec;
+using namespace gltf_meshlet_codec::transport;
 
 enum Border { kLoops, kSeam, kOwnedEdges };
 

@@ -4,7 +4,7 @@
 
 #include "decode/serial_decoder.h"
 
-namespace meshlet {
+namespace gltf_meshlet_codec {
 namespace {
 
 // The serial decoder and the parallel connectivity, on the same symbols.
@@ -85,10 +85,10 @@ bool same(BothDecoders& d) {
 }
 
 }  // namespace
-}  // namespace meshlet
+}  // namespace gltf_meshlet_codec
 
 int main() {
-  using namespace meshlet;
+  using namespace gltf_meshlet_codec;
   static BothDecoders d;
   Random random{1};
   uint32_t tried = 0, largest = 0;

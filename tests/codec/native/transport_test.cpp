@@ -18,11 +18,11 @@ Bytes read(const std::filesystem::path& path) {
 }
 
 Bytes unpacked(const Bytes& packed) {
-  std::vector<meshlet::PackedPage> pages;
-  if (meshlet::read_page_table(packed.data(), packed.size(), pages)) return {};
+  gltf_meshlet_codec::List<gltf_meshlet_codec::PackedPage> pages;
+  if (gltf_meshlet_codec::read_page_table(packed.data(), packed.size(), pages)) return {};
   Bytes view(pages.back().begin + pages.back().bytes);
-  const auto unpacker = meshlet::make_page_unpacker();
-  for (const meshlet::PackedPage& page : pages)
+  const auto unpacker = gltf_meshlet_codec::make_page_unpacker();
+  for (const gltf_meshlet_codec::PackedPage& page : pages)
     if (unpacker->unpack(packed.data(), page, view.data() + page.begin)) return {};
   return view;
 }
@@ -37,7 +37,7 @@ int main(int argc, char** argv) {
     if (path.extension() != ".resident") continue;
     const Bytes resident = read(path), expected = read(path.replace_extension(".bin"));
     Bytes packed;
-    const bool same = !meshlet::pack_view(resident.data(), resident.size(), 1, packed) &&
+    const bool same = !gltf_meshlet_codec::pack_view(resident.data(), resident.size(), 1, packed) &&
                       packed == expected && unpacked(expected) == resident;
     if (!same) std::fprintf(stderr, "FAILED: %s\n", path.c_str());
     failures += !same;
