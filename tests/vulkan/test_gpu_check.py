@@ -295,7 +295,7 @@ def test_a_small_payload_excludes_a_path(checker, monkeypatch):
     ways(monkeypatch, "vertex", "mesh-paper")
     report = checker.device_report(0)
     assert report["ways"][1]["result"] == "not offered"
-    assert report["ways"][1]["why"].endswith("bytes at most, the path needs 2400")
+    assert report["ways"][1]["why"].endswith("bytes at most, the path needs 2404")
 
 
 def test_without_the_package_that_builds_levels(tmp_path, monkeypatch):

@@ -174,8 +174,8 @@ def test_the_pyramid_has_the_farthest_depths(renderer, scene, size):
 def test_a_small_payload_is_refused(renderer, drawn, monkeypatch):
     limits = renderer.device.limits
     monkeypatch.setattr(renderer, "_drawings", {})
-    monkeypatch.setattr(renderer.device, "limits", replace(limits, task_payload_bytes=2399))
-    with pytest.raises(MeshletError, match=r"mesh-paper passes 2400 bytes .* at most 2399; choose"):
+    monkeypatch.setattr(renderer.device, "limits", replace(limits, task_payload_bytes=2403))
+    with pytest.raises(MeshletError, match=r"mesh-paper passes 2404 bytes .* at most 2403; choose"):
         drawn(hall_flight()[0], "mesh-paper")
     assert drawn(hall_flight()[0], "mesh").covered.any()
 
