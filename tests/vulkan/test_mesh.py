@@ -185,7 +185,7 @@ def test_the_payload_takes_room_from_the_team(renderer, scene, drawn, monkeypatc
 
     needed = team_bytes(scene.max_elements, scene.max_streams)
     monkeypatch.setattr(renderer, "_drawings", {})
-    limits = replace(renderer.device.limits, mesh_total_bytes=needed + 128)
+    limits = replace(renderer.device.limits, mesh_total_bytes=needed + 132)
     monkeypatch.setattr(renderer.device, "limits", limits)
     with pytest.raises(MeshletError, match="too many for path mesh-paper"):
         drawn(hall_flight()[0], "mesh-paper")
