@@ -156,26 +156,17 @@ class Flight:
     def __init__(
         self, device: Any, path: Path, pool: int, size: tuple[int, int], occlusion: bool, fills: int
     ):
-        from vk_backend.renderer import PATHS
+        from vk_backend.scene.drawing import Options
         from vk_backend.scene.scene import load_scene
-        from vk_backend.visibility.levels import LevelsDrawing
-        from vk_backend.visibility.pooled import DecodedPool
+        from vk_backend.visibility.pooled import PooledDrawing
 
         self.width, self.height = size
         self.scene = load_scene(path, levels=True)
         primitive = self.scene.primitives[0]
         self.size = float((primitive.high - primitive.low).max())
         pages = int(PAGES_SHARE * pool)
-        self.drawing = LevelsDrawing(
-            device,
-            self.scene,
-            PATHS["visibility"],
-            pool=pages,
-            ring=(pool - pages) // DecodedPool.slot_bytes(self.scene),
-            occlusion=occlusion,
-            ids=False,
-        )
-        self.drawing.least_pixels = PIXELS
+        options = Options(cache=pool - pages, pages=pages, occlusion=occlusion)
+        self.drawing = PooledDrawing(device, self.scene, options)
         self._targets = self.drawing.targets(device, *size, False)
         self._load = Load(device, fills)
 
@@ -185,12 +176,11 @@ class Flight:
 
         self._load.begin()
         camera = camera_at(moment, self.scene.low, self.scene.high, self.size)
-        self.drawing.look(camera, self.width, self.height)
+        self.drawing.look(camera, self.width, self.height, PIXELS)
         frame = FrameCommands(self.drawing, self._targets, steps=True)
         steps = frame.run_steps()
         frame.free()
         finished = self.drawing.finish(wait)
-        assert self.drawing.statistics is not None
         return {
             "milliseconds": sum(steps.values()),
             "steps": steps,
@@ -252,10 +242,10 @@ def compared(renderer: Any, path: Path, options: argparse.Namespace) -> dict:
     full = [renderer.render(whole, camera, "visibility", *size) for camera in cameras]
     for camera, exact in zip(cameras, full):
         picture = renderer.render(flown, camera, "visibility", *size, lod_error=PIXELS)
-        chosen = renderer.drawing.chosen()
-        primitive = renderer.drawing.hierarchies.primitives[0]
+        chosen = renderer.drawing.jobs.jobs()["number"]
+        primitive = renderer.drawing.levels.hierarchies.primitives[0]
         drawn = np.zeros(len(primitive.tables.cluster_group), bool)
-        drawn[chosen[:, 1]] = True
+        drawn[chosen] = True
         pages = np.unique(primitive.tables.groups["page"][primitive.tables.cluster_group[drawn]])
         shown = primitive.mesh(Cut(none, drawn, pages, pages))
         for one, other in ((picture, primitive.compressed.decode()), (exact, shown)):

@@ -9,33 +9,44 @@ buffers in the driver's acceleration structure. Their shaders are in bench/shade
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import partial
 from typing import Any, ClassVar
 
 import numpy as np
 
 import bench.compiled_shaders  # noqa: F401  before their structures
+from vk_backend.decode.bounds import fill_bounds
+from vk_backend.decode.fill import Filler
+from vk_backend.decode.slots import SlotLayout
+from vk_backend.decode.structures import RASTER_PUSH
 from vk_backend.frame_commands import FrameCommands
 from vk_backend.gpu import vk
 from vk_backend.gpu.constants import CONSTANTS
 from vk_backend.gpu.device import Device
 from vk_backend.gpu.limits import MAX_WORKGROUPS
 from vk_backend.gpu.memory import Buffer
-from vk_backend.gpu.pipelines import ComputePipeline
+from vk_backend.gpu.pipelines import ComputePipeline, push_record
 from vk_backend.gpu.reflection import structure
-from vk_backend.raster.drawing import Drawing, Path
-from vk_backend.raster.mesh import MeshDrawing
+from vk_backend.gpu.targets import Targets
+from vk_backend.raster.graphics import SURFACE, Graphics, parts_of_run, raster_constants
+from vk_backend.raster.instances import GeometryDrawing, VertexDrawing
+from vk_backend.raster.mesh import MESH_PATHS, MeshDrawing
 from vk_backend.raster.pipeline import MESH, TASK
+from vk_backend.raster.stream import StreamDrawing
 from vk_backend.raytrace.acceleration import Shape
 from vk_backend.raytrace.commands import MESHLET_LEVELS, FrameSubmissions
 from vk_backend.raytrace.geometry import Geometry, Piece, pieces_of
-from vk_backend.raytrace.tracer import RayTracer
+from vk_backend.raytrace.rays import Tracer
+from vk_backend.raytrace.tracer import BOX_TRIANGLES, RayTracer, ray_constants, require
 from vk_backend.renderer import PATHS
 from vk_backend.scene.buffers import SceneBuffers
 from vk_backend.scene.camera import Camera
 from vk_backend.scene.decoded import Decoded
+from vk_backend.scene.drawing import DEFAULT, Drawing, Options, Step
 from vk_backend.scene.scene import Scene
-from vk_backend.visibility.drawing import VISIBILITY, VisibilityDrawing
+from vk_backend.scene.view import SceneView
+from vk_backend.visibility.batched import BatchedDrawing
 from vk_backend.visibility.pooled import PooledDrawing
 
 PLAIN_PRIMITIVE, PLAIN_MESHLET, CACHED_MESHLET, PAPER_PUSH = (
@@ -43,6 +54,15 @@ PLAIN_PRIMITIVE, PLAIN_MESHLET, CACHED_MESHLET, PAPER_PUSH = (
     for name in ("PlainPrimitive", "PlainMeshlet", "CachedMeshlet", "PaperPush")
 )
 NO_SLOT = 0xFFFFFFFF
+PAPER_HIT = {
+    "closestHitShader": "bench:paper.rchit",
+    "anyHitShader": "bench:paper.rahit",
+    "intersectionShader": "bench:paper.rint",
+}
+TRIANGLES_HIT = {
+    "closestHitShader": "bench:triangles.rchit",
+    "anyHitShader": "bench:triangles.rahit",
+}
 
 
 def plain_meshlets(decoded: Decoded) -> tuple[np.ndarray, np.ndarray]:
@@ -103,53 +123,72 @@ class PlainModel:
 
 
 class PlainDrawing(Drawing):
-    """A scene ready to be drawn by path mesh-plain."""
+    """Path mesh-plain. fragment: see Graphics."""
 
-    def __init__(self, device: Device, scene: Scene, path: Path, **options: Any):
-        super().__init__(device, scene, path, **options)
-        self.buffers.blobs.free()  # only the culling bounds needed them
-        self._model = PlainModel(self.buffers, meshlets=True)
+    name, capability = "mesh-plain", "mesh"
+    targets: ClassVar[Any] = Targets
+
+    def __init__(
+        self, device: Device, scene: Scene, options: Options = DEFAULT, fragment: str = SURFACE
+    ):
+        device.require(self.capability, self.name)
+        super().__init__(SceneView(device, scene, frozenset({"blobs", "bounds", "vertices"})))
+        buffers = self.view.buffers
+        fill_bounds(buffers)
+        buffers.blobs.free()  # only the culling bounds needed them
+        self._model = self.own(PlainModel(buffers, meshlets=True))
+        stages = (("bench:plain.task", TASK), ("bench:plain.mesh", MESH))
+        constants = raster_constants(scene, options.culling)
+        self._graphics = Graphics(
+            self.view, stages, constants, options.ids, numbers=options.ids, fragment=fragment
+        )
 
     @property
     def resident_bytes(self) -> int:
-        own = super().resident_bytes - self.buffers.blobs.allocated
-        return own + self._model.resident_bytes
+        return super().resident_bytes - self.view.buffers.blobs.allocated
 
-    @property
-    def _addresses(self) -> dict[str, int]:
-        return {"slots": self._model.table.address}
+    def frame(self, targets: Targets) -> list[Step]:
+        return [Step("draw", lambda commands: self._draw(commands, targets))]
 
-    def free(self) -> None:
-        super().free()
-        self._model.free()
+    def _draw(self, commands: Any, targets: Targets) -> None:
+        slots = self._model.table.address
+        with self._graphics.rendering(commands, targets):
+            data = push_record(RASTER_PUSH, frame=self.view.frame, slots=slots)
+            for run, instance in self._graphics.runs(commands, data):
+                meshlets = self.scene.primitives[instance.primitive].meshlets
+                count = -(-meshlets // PLAIN_MESHLETS)
+                for part in parts_of_run(run, count):
+                    data["instance"] = part.first
+                    self._graphics.draw_tasks(
+                        commands, data, count, part.count, first=PLAIN_MESHLETS
+                    )
 
 
-PLAIN = Path(
-    "mesh-plain",
-    frozenset({"blobs", "bounds", "vertices"}),
-    (("bench:plain.task", TASK), ("bench:plain.mesh", MESH)),
-    PlainDrawing,
-    "mesh",
-    workgroup=32,
-)
-POOLED = replace(VISIBILITY, name="visibility-pool", drawing=PooledDrawing)
-RASTER_PATHS = {**PATHS, PLAIN.name: PLAIN, POOLED.name: POOLED}
+POOLED = "visibility-pool"
+PLAIN_MESHLETS = 32  # of a task workgroup
+RASTER_PATHS = (*PATHS, PlainDrawing.name, POOLED)
 # The cheapest shaders that read every attribute.
-ATTRIBUTES = {
-    Drawing: "bench:attributes_{attributes}.frag",
-    MeshDrawing: "bench:attributes_{attributes}.frag",
-    PlainDrawing: "bench:attributes_{attributes}.frag",
-    VisibilityDrawing: "bench:visibility_attributes.comp",
-    PooledDrawing: "bench:visibility_attributes.comp",
-}
+CHEAP_SURFACE = "bench:attributes_{attributes}.frag"
+CHEAP_RESOLVE = "bench:visibility_attributes.comp"
+
+
+def drawing_of(device: Device, scene: Scene, path: str, options: Options, lit: bool) -> Drawing:
+    """A drawing of one of RASTER_PATHS. lit: see TimedDrawing."""
+    if path.startswith("visibility"):
+        cheap = {} if lit else {"resolve": CHEAP_RESOLVE, "masked": False}
+        kind: Any = PooledDrawing if path == POOLED else BatchedDrawing
+        return kind(device, scene, options, **cheap)
+    mesh = {mesh_path.name: partial(MeshDrawing, mesh_path) for mesh_path in MESH_PATHS}
+    others = (StreamDrawing, GeometryDrawing, VertexDrawing, PlainDrawing)
+    make = {**mesh, **{kind.name: kind for kind in others}}[path]
+    return make(device, scene, options, fragment=SURFACE if lit else CHEAP_SURFACE)
 
 
 class TimedDrawing:
     """One picture with one path: recorded once, run and timed any number of times.
 
-    path: a key of RASTER_PATHS. lit: shade the surface; else use the cheapest shader that reads
-    every attribute. pool: bytes, for visibility-pool. occlusion: for mesh and mesh-paper. targets:
-    what it is drawn into.
+    path: one of RASTER_PATHS. lit: shade the surface; else use the cheapest shader that reads every
+    attribute. targets: what it is drawn into.
     """
 
     def __init__(
@@ -161,20 +200,10 @@ class TimedDrawing:
         width: int,
         height: int,
         *,
-        culling: bool,
         lit: bool,
-        ring: int | None = None,
-        pool: int | None = None,
-        occlusion: bool = True,
+        **options: Any,
     ):
-        row = RASTER_PATHS[path]
-        drawn = row if lit else replace(row, fragment=ATTRIBUTES[row.drawing])
-        options: dict[str, Any] = {"culling": culling, "ids": False, "ring": ring}
-        if row is POOLED:
-            options["pool"] = pool
-        if row.drawing is MeshDrawing:
-            options["occlusion"] = occlusion
-        self.drawing = row.drawing(device, scene, drawn, **options)
+        self.drawing = drawing_of(device, scene, path, Options(ids=False, **options), lit)
         self._size = width, height
         self.look(camera)
         self.targets = self.drawing.targets(device, width, height, ids=False)
@@ -201,37 +230,45 @@ class TimedDrawing:
         self.targets.free()
 
 
-class PaperTracer(RayTracer):
+class PaperTracer(Tracer):
     """Path rt-paper: between frames, the slots go to the meshlets that most rays tested.
 
     cache: 0 is possible, too.
     """
 
-    path = "rt-paper"
-    hit_shaders: ClassVar = {
-        "closestHitShader": "bench:paper.rchit",
-        "anyHitShader": "bench:paper.rahit",
-        "intersectionShader": "bench:paper.rint",
-    }
-    box_triangles = CONSTANTS["MESHLET_TRIANGLES"]
-    may_sweep = False
+    def __init__(self, device: Device, scene: Scene, *, cache: int, **light: Any):
+        require(device, scene, "rt-paper")
+        layout = SlotLayout.of(scene, traced=True)
+        meshlets = sum(p.meshlets for p in scene.primitives)
+        slots = min(cache // layout.bytes, meshlets)
+        constants = ray_constants(scene, layout, CONSTANTS["MESHLET_TRIANGLES"])
+        with device.free_on_error():
+            view = SceneView(device, scene, frozenset({"blobs"}), matrices=False)
+            geometry = Geometry(view, constants=constants, part_meshlets=meshlets)
+            super().__init__(view, geometry, PAPER_HIT, constants, **light)
+            self.slots, self._missing = slots, 0
+            self._fill_list = ComputePipeline.of(device, "bench:paper_fill.comp", constants)
+            table = np.zeros(meshlets, CACHED_MESHLET)
+            table["slot"] = np.arange(meshlets)
+            table["slot"][slots:] = NO_SLOT
+            self._own |= {
+                "cache": Buffer(device, slots * layout.bytes),
+                "records": Buffer(device, table.nbytes).write(table),
+                "items": Buffer(device, 8 * slots),
+            }
+            own = {name: self._own[name].address for name in ("sources", "cache")}
+            with device.commands() as commands:
+                Filler(device, constants).decode(commands, 0, slots, frame=view.frame, **own)
 
-    def _make_cache(self, constants: dict[str, int]) -> None:
-        super()._make_cache(constants)
-        self._fill_list = ComputePipeline.of(self.device, "bench:paper_fill.comp", constants)
-        table = np.zeros(self.meshlets, CACHED_MESHLET)
-        table["slot"] = np.arange(self.meshlets)
-        table["slot"][self.slots :] = NO_SLOT
-        self._own["records"] = Buffer(self.device, table.nbytes).write(table)
-        self._own["items"] = Buffer(self.device, 8 * self.slots)
-        self._missing = 0
+    def meshlet_ids(self, hits: np.ndarray) -> np.ndarray:
+        return self.scene.drawn_ids(hits)
 
     def cached(self) -> np.ndarray:
         """CACHED_MESHLET[meshlets]: the slots, and how many rays tested each meshlet."""
         return self._own["records"].read(CACHED_MESHLET)
 
     def time(self, camera: Camera, width: int, height: int) -> float:
-        """As RayTracer.time; the time does not contain the choice of meshlets on the host."""
+        """As Tracer.time; the time does not contain the choice of meshlets on the host."""
         self._missing = self._choose()
         return super().time(camera, width, height)
 
@@ -248,13 +285,13 @@ class PaperTracer(RayTracer):
         self._own["records"].write(table)
         return len(missing)
 
-    def _record(self, submissions: FrameSubmissions, camera: Camera) -> None:
+    def record(self, submissions: FrameSubmissions, camera: Camera) -> None:
         if self._missing:
             commands = submissions.room_for(self._missing * MESHLET_LEVELS)
-            data = self._pushed(PAPER_PUSH, count=self._missing)
+            data = self.pushed(PAPER_PUSH, count=self._missing)
             self._fill_list.dispatch(commands, min(self._missing, MAX_WORKGROUPS), data)
             self.device.full_barrier(commands)
-        super()._record(submissions, camera)
+        super().record(submissions, camera)
 
 
 @dataclass(frozen=True)
@@ -289,9 +326,7 @@ class TriangleGeometry(Geometry):
 
     _on_grid = False
 
-    def _shapes(
-        self, rows: np.ndarray, primitives: int, part_meshlets: int
-    ) -> tuple[list[Piece], Sequence[Shape]]:
+    def _shapes(self, rows: np.ndarray, part_meshlets: int) -> tuple[list[Piece], Sequence[Shape]]:
         shapes = []
         for decoded in (primitive.decoded() for primitive in self._scene.primitives):
             positions = self._input(np.asarray(decoded.positions, np.float32))
@@ -301,32 +336,23 @@ class TriangleGeometry(Geometry):
         return pieces_of(rows, len(rows)), shapes
 
 
-class TrianglesTracer(RayTracer):
+class TrianglesTracer(Tracer):
     """Path rt-triangles: nothing is compressed, and there is no cache."""
 
-    path = "rt-triangles"
-    hit_shaders: ClassVar = {
-        "closestHitShader": "bench:triangles.rchit",
-        "anyHitShader": "bench:triangles.rahit",
-    }
-    needs: ClassVar = frozenset({"vertices", "indices"})
-    may_sweep = False
+    def __init__(self, device: Device, scene: Scene, *, cache: int | None = None, **light: Any):
+        device.require("raytracing", "rt-triangles")
+        constants = ray_constants(scene, SlotLayout.of(scene, traced=True), BOX_TRIANGLES)
+        constants["ATTRIBUTES"] = scene.attributes
+        meshlets = sum(p.meshlets for p in scene.primitives)
+        with device.free_on_error():
+            needs = frozenset({"vertices", "indices"})
+            view = SceneView(device, scene, needs, matrices=False)
+            geometry = TriangleGeometry(view, constants=constants, part_meshlets=meshlets)
+            super().__init__(view, geometry, TRIANGLES_HIT, constants, **light)
+            self._own["records"] = PlainModel(view.buffers, meshlets=False).table
 
-    def _count_slots(self, cache: float, cache_bytes: int | None) -> int:
-        return 0
-
-    def _constants(self) -> dict[str, int]:
-        return {**super()._constants(), "ATTRIBUTES": self.scene.attributes}
-
-    def _make_geometry(self, primitives: int, constants: dict[str, int]) -> Geometry:
-        sizes = {"primitives": primitives, "part_meshlets": self.meshlets}
-        return TriangleGeometry(self.device, self.scene, constants=constants, **sizes)
-
-    def _make_cache(self, constants: dict[str, int]) -> None:
-        self._own["records"] = PlainModel(self.buffers, meshlets=False).table
-
-    def _ids(self, hits: np.ndarray) -> np.ndarray:
+    def meshlet_ids(self, hits: np.ndarray) -> np.ndarray:
         return self.scene.meshlet_ids(hits)
 
 
-TRACERS = {tracer.path: tracer for tracer in (RayTracer, PaperTracer, TrianglesTracer)}
+TRACERS = {"rt": RayTracer, "rt-paper": PaperTracer, "rt-triangles": TrianglesTracer}

@@ -172,17 +172,20 @@ def measure_model(
     """A row for each of `paths` that the device supports. view: a value of VIEWS."""
     from bench.vulkan_paths import POOLED, TimedDrawing
     from vk_backend.raster.mesh import MeshDrawing
+    from vk_backend.raster.stream import StreamDrawing
     from vk_backend.scene.scene import load_scene
+    from vk_backend.visibility.batched import BatchedDrawing
 
     scene = load_scene(path)
     camera, size = view
     pool = max(int(POOL_SHARE * raw_bytes(scene)), LEAST_POOL)
     drawings: dict[str, TimedDrawing] = {}
-    lit = {"culling": culling, "lit": culling, "pool": pool}
+    lit = {"culling": culling, "lit": culling}
     for name in paths:
         try:
+            cache = pool if name == POOLED else None
             drawings[name] = TimedDrawing(
-                renderer.device, scene, camera(scene, *size), name, *size, **lit
+                renderer.device, scene, camera(scene, *size), name, *size, cache=cache, **lit
             )
         except MeshletError as error:
             progress(f"  skips {name}: {error}")
@@ -204,15 +207,15 @@ def measure_model(
     for name, drawing in drawings.items():
         row = {**facts, "path": name, "milliseconds": percentiles(times[name])}
         row["resident_bytes"] = drawing.drawing.resident_bytes
-        if drawing.drawing.ring:
-            row.update(ring=drawing.drawing.ring.slots, overlap=drawing.drawing.overlaps)
+        if isinstance(drawing.drawing, BatchedDrawing | StreamDrawing):
+            row.update(ring=drawing.drawing.slots, overlap=drawing.drawing.overlap is not None)
         if name in turning:
             row["turning"] = percentiles(turning[name])
-        if name == POOLED.name:
+        if name == POOLED:
             row["pool"] = pool
         if isinstance(drawing.drawing, MeshDrawing):
             row["tasks"] = asdict(drawing.drawing.tasks)
-        if name in (POOLED.name, "visibility"):
+        if name in (POOLED, "visibility"):
             runs = [drawing.run_steps() for _ in range(WARM_UP + FRAMES)][WARM_UP:]
             row["steps"] = {step: float(np.median([r[step] for r in runs])) for step in runs[0]}
         rows.append(row)

@@ -29,7 +29,7 @@ from gltf_ext._library import (
     Mesh,
     MeshletOptions,
     Result,
-    SampleArrays,
+    Samples,
     Statistics,
     StreamRow,
     Struct,
@@ -642,7 +642,7 @@ class ReplacementErrors(Handle):
             raise ValueError("begins do not rise from 0 to the number of vertices")
         if len(areas) != len(sample_vertices):
             raise ValueError("areas differ in length")
-        vertices = SampleArrays(
+        vertices = Samples(
             vertices=sample_vertices, begin=sample_begin, areas=areas, count=len(sample_vertices)
         )
         groups, result = (

@@ -98,7 +98,7 @@ MeshletOptions = _struct(
     "page_bytes progress user",
 )
 Groups = _struct("ppqq", "triangles begin triangle_count begin_count")
-SampleArrays = _struct("pppq", "vertices begin areas count")
+Samples = _struct("pppq", "vertices begin areas count")
 
 
 class Cancelled(Exception):

@@ -39,6 +39,19 @@ def _bytes(text: str) -> int:
         raise argparse.ArgumentTypeError(str(error)) from None
 
 
+def _cache(text: str) -> int | float:
+    """Bytes, or a share of the decoded geometry as a float."""
+    if not text.endswith("%"):
+        return _bytes(text)
+    try:
+        fraction = float(text[:-1]) / 100
+    except ValueError:
+        fraction = -1.0
+    if not 0 <= fraction <= 1:
+        raise argparse.ArgumentTypeError(f"{text!r} is no share from 0% to 100%")
+    return fraction
+
+
 class BackendOption(NamedTuple):
     """An option of a single back end. {} in its help is the default; a bool is a switch."""
 
@@ -69,16 +82,9 @@ BACKEND_OPTIONS = {
         "device": BackendOption(
             "number, or a part of the name (default: the first GPU)", type=str, metavar="DEVICE"
         ),
-        "ring": BackendOption(
-            "most meshlets that are kept decoded at a time (default 32768 with path visibility, "
-            "8192 with stream)",
-            minimum=1,
-        ),
-        "pool": BackendOption(
+        "pages": BackendOption(
             "with --lod-error: device memory for compressed pages; what does not fit is shown "
-            "coarser (default 256M); without: for meshlets that stay decoded from frame to frame "
-            "(default 0); K, M or G may follow",
-            minimum=0,
+            "coarser; K, M or G may follow (default 256M)",
             type=_bytes,
             metavar="BYTES",
         ),
@@ -93,18 +99,14 @@ BACKEND_OPTIONS = {
 }
 # The Vulkan paths that have an option. None: the device chooses the path, never rt.
 PATHS_WITH: dict[str, tuple[str | None, ...]] = {
-    "cache": ("rt",),
-    "cache_bytes": ("rt",),
+    "cache": ("visibility", "stream", "rt", None),
     "bounces": ("rt",),
-    "ring": ("visibility", "stream", None),
     "lod_error": ("visibility", "mesh", "mesh-paper", "rt", None),
-    "pool": ("visibility", "mesh", "mesh-paper", None),
+    "pages": ("visibility", "mesh", "mesh-paper", None),
 }
-# Paths whose pool is for compressed pages alone.
-LEVELS_ONLY = ("mesh", "mesh-paper")
-# Misses cost a GPU far more than a CPU. There, all decoded meshlets take a third of the memory of
-# uncompressed triangles.
-CACHE = {"mitsuba": 0.25, "vulkan": 1.0}
+# Of the decoded geometry, with Mitsuba. Misses cost a GPU far more than a CPU. There, all decoded
+# meshlets take a third of the memory of uncompressed triangles, and path rt keeps all.
+CACHE = 0.25
 LARGEST_SIDE = 16384  # pixels
 
 
@@ -150,15 +152,14 @@ def _add_shared(command: argparse.ArgumentParser) -> None:
         help="number of the file's camera (default %(default)s); a file without cameras is "
         "shown as a whole",
     )
-    caches = ", ".join(f"{fraction} with {backend}" for backend, fraction in CACHE.items())
     command.add_argument(
         "--cache",
-        type=float,
-        metavar="X",
-        help="share of the decoded geometry that may be in memory at a time, 0 to 1; --path rt "
-        f"needs 1/64 or more (default {caches})",
+        type=_cache,
+        metavar="SIZE",
+        help="memory for decoded geometry: bytes (K, M or G may follow), or a share of all such as "
+        f"25%% (default {CACHE:.0%}% with Mitsuba; with Vulkan by --path rt 100%%, by others "
+        "see docs/vulkan.md)",
     )
-    command.add_argument("--cache-bytes", type=int, metavar="N", help="the same in bytes")
     command.add_argument(
         "--lod-error",
         type=float,
@@ -192,25 +193,17 @@ def _check(options: argparse.Namespace) -> None:
         if not 1 <= getattr(options, name) <= LARGEST_SIDE:
             raise _out_of_range(options, name, f"1 to {LARGEST_SIDE}")
     _check_path(options)
-    if options.cache is None:
-        options.cache = CACHE[options.backend]
-    if not 0 <= options.cache <= 1:
-        raise _out_of_range(options, "cache", "0 to 1")
-    if options.cache_bytes is not None and options.cache_bytes < 0:
-        raise _out_of_range(options, "cache_bytes", "0 or more")
+    if options.cache is None and options.backend == "mitsuba":
+        options.cache = CACHE
     if options.lod_error is None:
         options.lod_error = 0.0
     if not 0 <= options.lod_error < math.inf:
         raise _out_of_range(options, "lod_error", "0 or more")
-    if options.pool and options.path in LEVELS_ONLY and not options.lod_error:
+    if options.pages is not None and not options.lod_error:
         raise MeshletError(
-            f"path {options.path} decodes into no pool",
+            "pages is for levels of detail",
             "leave it out or add --lod-error",
-            options=("pool",),
-        )
-    if options.pool and options.ring is not None and not options.lod_error:
-        raise MeshletError(
-            "pool takes the place of ring", "leave one out", options=("pool", "ring")
+            options=("pages",),
         )
     _fill_backend_options(options)
     if not Path(options.output).absolute().parent.is_dir():

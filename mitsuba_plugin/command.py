@@ -118,8 +118,7 @@ def _load(options: argparse.Namespace) -> mi.Scene:
             height=options.height,
             spp=options.spp,
             camera=options.camera,
-            cache=options.cache,
-            cache_bytes=options.cache_bytes,
+            **{"cache" if isinstance(options.cache, float) else "cache_bytes": options.cache},
             lod_error=options.lod_error,
         )
     for warning in caught:

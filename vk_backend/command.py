@@ -21,6 +21,7 @@ from gltf_ext.files import write_files
 from gltf_ext.lod.detail import missing_levels
 from gltf_ext.progress import progress_bar
 
+from .decode.slots import share_bytes
 from .gpu import vk
 from .gpu.errors import VulkanError
 from .renderer import PATHS, Picture, Renderer
@@ -29,7 +30,7 @@ from .scene.camera import Camera
 from .scene.scene import Scene, load_scene
 
 if TYPE_CHECKING:
-    from .raytrace.tracer import TracedPicture
+    from .raytrace.rays import TracedPicture
 
 GIF_MILLISECONDS = 50  # per picture of an animation
 
@@ -64,7 +65,7 @@ def _render(options: argparse.Namespace) -> int:
     drawn: list[Picture] = []  # of paths other than rt
     with ExitStack() as stack:
         renderer = stack.enter_context(
-            Renderer(options.device, options.validate, ring=options.ring, pool=options.pool)
+            Renderer(options.device, options.validate, pages=options.pages)
         )
         path = options.path or _default_path(renderer, scene)
         if path == "rt" and scene.has_levels:
@@ -165,10 +166,20 @@ def _default_path(renderer: Renderer, scene: Scene) -> str:
     return path
 
 
+def _cache_bytes(scene: Scene, path: str, cache: int | float | None) -> int | None:
+    """cache: bytes, or a share as a float."""
+    if not isinstance(cache, float):
+        return cache
+    if scene.has_levels:
+        raise VulkanError("with levels of detail the cache is a number of bytes", "for example 64M")
+    return share_bytes(scene, cache, traced=path == "rt")
+
+
 def _drawing(
     renderer: Renderer, scene: Scene, path: str, options: argparse.Namespace
 ) -> tuple[Draw, Callable[[], int]]:
     """(function that draws with a path, function that returns its bytes of device memory)"""
+    renderer.cache = _cache_bytes(scene, path, options.cache)
     if path in PATHS:
 
         def draw(camera: Camera) -> Picture:
@@ -186,13 +197,7 @@ def _drawing(
         return draw, lambda: renderer.resident_bytes
     from .raytrace.tracer import RayTracer
 
-    tracer = RayTracer(
-        renderer.device,
-        scene,
-        cache=options.cache,
-        cache_bytes=options.cache_bytes,
-        bounces=options.bounces,
-    )
+    tracer = RayTracer(renderer.device, scene, cache=renderer.cache, bounces=options.bounces)
 
     def trace(camera: Camera) -> TracedPicture:
         return tracer.render(camera, options.width, options.height)

@@ -6,11 +6,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from .decode.ring import COMPUTE_STAGE, MESH_STAGE, Ring
 from .gpu import vk
 from .gpu.device import Queue, Submission
 from .gpu.pipelines import Timestamps
-from .raster.drawing import Drawing
+from .raster.stream import COMPUTE_STAGE, MESH_STAGE, Overlap
+from .scene.drawing import Drawing, Step
 
 ALL_STAGES = vk.VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT
 
@@ -25,23 +25,25 @@ class FrameCommands:
     """
 
     def __init__(self, drawing: Drawing, targets: Any, *, steps: bool = False):
-        self._device = drawing.device
-        self._ring = drawing.ring if drawing.overlaps else None
-        self._steps = drawing.steps if steps else ("frame",)
+        self._device, self._overlap = drawing.device, drawing.overlap
+        frame = drawing.frame(targets)
+        is_timed = steps and not self._overlap
+        self._steps = [step.name for step in frame] if is_timed else ["frame"]
         self._stamps = Timestamps(drawing.device, 1 + len(self._steps))
         self._marks = 0  # recorded so far
         # With two queues: the start, then the decoding and the drawing of each batch in turn.
         self._commands: list[tuple[Queue, Any]] = []
-        if self._ring:
-            self._record_overlapped(drawing, targets, len(self._ring.batches))
-        else:
-            with self._recorded(self._device.graphics) as commands:
-                self._start(commands)
-                if steps:
-                    drawing.record(commands, targets, self._mark)
-                else:
-                    drawing.record(commands, targets)
+        if self._overlap:
+            self._record_overlapped(frame)
+            return
+        with self._recorded(self._device.graphics) as commands:
+            self._start(commands)
+            for step in frame:
+                step.record(commands)
+                if is_timed:
                     self._mark(commands)
+            if not is_timed:
+                self._mark(commands)
 
     def run(self) -> float:
         """Draws the picture; milliseconds on the GPU, from the first to the last command."""
@@ -49,8 +51,8 @@ class FrameCommands:
 
     def run_steps(self) -> dict[str, float]:
         """Draws the picture; step -> milliseconds on the GPU, of all batches together."""
-        if self._ring:
-            self._device.submit_all(overlapped(self._commands, self._ring))
+        if self._overlap:
+            self._device.submit_all(overlapped(self._commands, self._overlap))
         else:
             self._device.submit(self._commands[0][1])
         times = dict.fromkeys(self._steps, 0.0)
@@ -64,15 +66,14 @@ class FrameCommands:
         for queue, commands in self._commands:
             vk.vkFreeCommandBuffers(self._device.handle, queue.pool, 1, [commands])
 
-    def _record_overlapped(self, drawing: Drawing, targets: Any, batches: int) -> None:
+    def _record_overlapped(self, frame: list[Step]) -> None:
         with self._recorded(self._device.graphics) as commands:
             self._start(commands)
-        for number in range(batches):
-            with self._recorded(self._device.compute) as commands:
-                drawing.record_decoding(commands, number)
-            with self._recorded(self._device.graphics) as commands:
-                drawing.record_drawing(commands, targets, number)
-                if number == batches - 1:
+        for number, step in enumerate(frame):
+            queue = self._device.graphics if number % 2 else self._device.compute
+            with self._recorded(queue) as commands:
+                step.record(commands)
+                if number == len(frame) - 1:
                     self._mark(commands)
 
     @contextmanager
@@ -95,15 +96,14 @@ class FrameCommands:
         self._marks += 1
 
 
-def overlapped(commands: list[tuple[Queue, Any]], ring: Ring) -> list[Submission]:
+def overlapped(commands: list[tuple[Queue, Any]], overlap: Overlap) -> list[Submission]:
     """Submissions to two queues that wait for each other.
 
     A batch is drawn when it is decoded. It is decoded when the frame has begun and the batch that
     held its slots before is drawn. commands: the start, then the decoding and the drawing of each
-    batch in turn. Advances the ring's timelines.
+    batch in turn. Advances the timelines.
     """
-    decoded, drawn = ring.decoded, ring.drawn
-    assert decoded is not None and drawn is not None, "the ring has two sections"
+    decoded, drawn = overlap.decoded, overlap.drawn
     batches = len(commands) // 2
     before, begun = decoded.value, drawn.value + 1
     # The end of decoding batch i is value before + 1 + i, the end of drawing it begun + 1 + i.
@@ -111,7 +111,7 @@ def overlapped(commands: list[tuple[Queue, Any]], ring: Ring) -> list[Submission
     # Decoding is submitted one batch ahead; if there is a single queue, the order works as well.
     for number in range(batches + 1):
         if number < batches:
-            free = begun + max(number - ring.sections + 1, 0)
+            free = begun + max(number - overlap.sections + 1, 0)
             wait = (drawn, free, COMPUTE_STAGE)
             signal = (decoded, before + 1 + number, COMPUTE_STAGE)
             submissions.append(Submission(*commands[1 + 2 * number], wait, signal))

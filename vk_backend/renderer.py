@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -12,21 +14,34 @@ from gltf_ext.errors import MeshletError
 from .frame_commands import FrameCommands
 from .gpu.device import Device
 from .gpu.errors import VulkanError
-from .raster.drawing import GRAPHICS_PATHS, Drawing
+from .levels.choice import LevelStatistics
+from .levels.jobs import PoolStatistics
+from .raster.instances import GeometryDrawing, VertexDrawing
 from .raster.mesh import MESH_PATHS, MeshDrawing, TaskStatistics
+from .raster.stream import StreamDrawing
 from .scene.camera import Camera
+from .scene.drawing import Drawing, Options
 from .scene.scene import Scene
-from .visibility.drawing import VISIBILITY
-from .visibility.levels import CutDrawing, LevelsDrawing, LevelStatistics, MeshLevelsDrawing
-from .visibility.pooled import PooledDrawing, PoolStatistics
+from .visibility.batched import BatchedDrawing
+from .visibility.pooled import PooledDrawing
 
-PATHS = {path.name: path for path in (VISIBILITY, *MESH_PATHS, *GRAPHICS_PATHS)}
-DEFAULTS = ("visibility", "stream", "vertex")  # the last one works everywhere
-# What draws scenes that were loaded with levels.
-LEVELS: dict[str, type[CutDrawing]] = {
-    VISIBILITY.name: LevelsDrawing,
-    **{path.name: MeshLevelsDrawing for path in MESH_PATHS},
+
+def _visibility(device: Device, scene: Scene, options: Options) -> Drawing:
+    is_kept = scene.has_levels or options.cache is not None
+    return (PooledDrawing if is_kept else BatchedDrawing)(device, scene, options)
+
+
+# Path -> what makes its drawing, and the capability that it needs.
+PATHS: dict[str, tuple[Callable[[Device, Scene, Options], Drawing], str | None]] = {
+    "visibility": (_visibility, BatchedDrawing.capability),
+    **{path.name: (partial(MeshDrawing, path), MeshDrawing.capability) for path in MESH_PATHS},
+    **{
+        kind.name: (kind, kind.capability)
+        for kind in (StreamDrawing, GeometryDrawing, VertexDrawing)
+    },
 }
+DEFAULTS = ("visibility", "stream", "vertex")  # the last one works everywhere
+LEVELS = ("visibility", *(path.name for path in MESH_PATHS))  # those that draw levels
 
 
 @dataclass(frozen=True)
@@ -39,7 +54,7 @@ class Picture:
     ids: uint32[height, width, 2], instance and meshlet * 64 + triangle, 0xFFFFFFFF if no surface
     covers the pixel; None if they were not requested.
     milliseconds: on the GPU, without copies to the host. steps: those of each step; empty if they
-    were not requested. pool: of a picture from a pool; of a scene that was loaded with levels
+    were not requested. pool: if decoded meshlets are kept; of a scene that was loaded with levels
     LevelStatistics. tasks: of a picture by path mesh or mesh-paper. With levels, milliseconds,
     steps and tasks are those of the last frame, and meshlets are numbered through all pages of a
     primitive.
@@ -68,11 +83,12 @@ class Renderer:
     """Renders scenes on one device. Use it in a `with` block, or call close.
 
     select: a device's number or part of its name; by default the first GPU. validation: enables the
-    validation layer, see `device.messages`. ring: decoded meshlets that paths stream and visibility
-    keep, at most (None: the path's default). pool: bytes for the compressed pages of a scene that
-    was loaded with levels (None: 256 MiB, or what its coarsest pages need), or for the decoded
-    meshlets that path visibility keeps from picture to picture (None, 0: it keeps none). occlusion:
-    with either of them, and by paths mesh and mesh-paper, skip what is hidden.
+    validation layer, see `device.messages`. cache: bytes that decoded meshlets may take: path
+    visibility keeps them from picture to picture, path stream has a ring of them, the other paths
+    have none (None: visibility keeps none and decodes up to 32,768 meshlets at a time, with levels
+    it keeps as many, stream 8,192). pages: bytes that the compressed pages of a scene with levels
+    may take (None: 256 MiB, or what its coarsest pages need). occlusion: where meshlets are kept or
+    have levels, and by paths mesh and mesh-paper, skip what is hidden.
     Raises VulkanError if there is no such device or driver.
     """
 
@@ -80,14 +96,14 @@ class Renderer:
         self,
         select: str | int | None = None,
         validation: bool = False,
-        ring: int | None = None,
-        pool: int | None = None,
+        cache: int | None = None,
+        pages: int | None = None,
         occlusion: bool = True,
     ):
-        self.ring, self.pool, self.occlusion = ring, pool, occlusion
+        self.cache, self.pages, self.occlusion = cache, pages, occlusion
         self.device = Device(select, validation=validation)
         self._scene: Scene | None = None
-        self._drawings: dict[tuple[object, ...], Drawing] = {}  # of this scene
+        self._drawings: dict[tuple[str, Options], Drawing] = {}  # of this scene
         self.drawing: Drawing | None = None  # the last one used
         self._targets: Any = None
 
@@ -97,7 +113,7 @@ class Renderer:
         Raises VulkanError if it can draw no path with levels.
         """
         for path in LEVELS if scene.has_levels else DEFAULTS:
-            capability = PATHS[path].capability
+            _, capability = PATHS[path]
             if capability is None or capability in self.device.capabilities:
                 return path
         raise VulkanError(
@@ -114,7 +130,7 @@ class Renderer:
     @property
     def refused_pages(self) -> list[MeshletError]:
         """What was wrong with the malformed pages of the last picture's scene."""
-        return self.drawing.refused if isinstance(self.drawing, CutDrawing) else []
+        return self.drawing.refused if self.drawing else []
 
     def render(
         self,
@@ -143,9 +159,7 @@ class Renderer:
             raise VulkanError(f"there is no path {path}", f"there are {', '.join(PATHS)}")
         self.device.limits.check_picture(width, height)
         drawing = self.drawing = self._drawing(scene, path, culling, ids)
-        if isinstance(drawing, CutDrawing):
-            drawing.least_pixels = lod_error
-        drawing.look(camera, width, height)
+        drawing.look(camera, width, height, lod_error)
         targets = self._fitting_targets(drawing.targets, width, height, ids)
         finished = False
         while not finished:
@@ -158,14 +172,9 @@ class Renderer:
         depth = targets.depth.read(np.float32, 1)[..., 0]
         found = None
         if targets.ids:
-            found = targets.ids.read(np.uint32, 2)
-            # Path vertex numbers triangles through all meshlets of a primitive.
-            found = scene.meshlet_ids(found) if drawing.buffers.index_buffer else found
-            found = scene.whole_ids(found)
-        pool = drawing.statistics if isinstance(drawing, PooledDrawing | CutDrawing) else None
-        tasks = drawing.tasks if isinstance(drawing, MeshDrawing) else None
-        spent = sum(times.values())
-        return Picture(color, depth, found, spent, times if steps else {}, pool, tasks)
+            found = scene.whole_ids(drawing.meshlet_ids(targets.ids.read(np.uint32, 2)))
+        spent, own = sum(times.values()), times if steps else {}
+        return Picture(color, depth, found, spent, own, drawing.statistics, drawing.tasks)
 
     def _drawing(self, scene: Scene, path: str, culling: bool, ids: bool) -> Drawing:
         """The drawing of a path, which is kept until another scene is rendered."""
@@ -177,20 +186,11 @@ class Renderer:
             raise VulkanError(
                 f"path {path} has no levels of detail", f"choose path {' or '.join(LEVELS)}"
             )
-        key = (path, culling, ids, self.ring, self.pool, self.occlusion)
+        key = (path, Options(culling, ids, self.cache, self.pages, self.occlusion))
         if key not in self._drawings:
-            kind = LEVELS[path] if scene.has_levels else PATHS[path].drawing
-            if path == VISIBILITY.name and self.pool and not scene.has_levels:
-                kind = PooledDrawing
-            own: dict[str, Any] = {"ring": self.ring}
-            if issubclass(kind, PooledDrawing | CutDrawing):
-                own["pool"] = self.pool
-            if issubclass(kind, PooledDrawing | MeshDrawing):
-                own["occlusion"] = self.occlusion
+            make, _ = PATHS[path]
             with self.device.free_on_error():
-                self._drawings[key] = kind(
-                    self.device, scene, PATHS[path], culling=culling, ids=ids, **own
-                )
+                self._drawings[key] = make(self.device, scene, key[1])
         return self._drawings[key]
 
     def _fitting_targets(self, kind: Any, width: int, height: int, ids: bool) -> Any:

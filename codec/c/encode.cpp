@@ -230,8 +230,8 @@ struct Surface : Object {
         errors(std::move(shapes), size_t(vertex_count), level_0, vertex_share, threads) {}
 };
 
-CarriedVertices carried_of(const gltf_meshlet_carried* carried, size_t groups, uint64_t vertices) {
-  const gltf_meshlet_carried c = taken(carried);
+CarriedVertices carried_of(const gltf_meshlet_samples* carried, size_t groups, uint64_t vertices) {
+  const gltf_meshlet_samples c = taken(carried);
   require(c.areas || c.count == 0, kNull);
   CarriedVertices out{vector_of(c.vertices, c.count), {}, vector_of(c.begin, groups + 1), {}};
   out.areas.assign(c.areas, c.areas + c.count);
@@ -380,7 +380,7 @@ int gltf_meshlet_open_surface(const float* const* shapes, uint32_t shape_count,
 
 int gltf_meshlet_measure(const gltf_meshlet_surface* surface, const gltf_meshlet_groups* before,
                          const gltf_meshlet_groups* after, const uint32_t* chosen,
-                         size_t chosen_count, const gltf_meshlet_carried* carried, int32_t threads,
+                         size_t chosen_count, const gltf_meshlet_samples* carried, int32_t threads,
                          gltf_meshlet_result** result) {
   return with<Surface>(surface, [&](const Surface& level_0) {
     require(result, kNull);

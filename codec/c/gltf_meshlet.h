@@ -384,12 +384,12 @@ GLTF_MESHLET_API int gltf_meshlet_open_surface(const float* const* shapes, uint3
                                                gltf_meshlet_surface** surface);
 
 /* Vertices of level 0 that are gone, for each of the chosen groups. */
-typedef struct gltf_meshlet_carried {
+typedef struct gltf_meshlet_samples {
   uint32_t size;
   const uint32_t *vertices, *begin; /* begin: one more than chosen groups */
   const float* areas;               /* of level 0, that each vertex stands for */
   uint64_t count;
-} gltf_meshlet_carried;
+} gltf_meshlet_samples;
 
 /* Measures chosen groups of whole levels that others replace. Arrays of the result: float, for each
  * chosen replacement, the distance within which 99.9 % of either surface lies of the other, level
@@ -398,7 +398,7 @@ typedef struct gltf_meshlet_carried {
 GLTF_MESHLET_API int gltf_meshlet_measure(const gltf_meshlet_surface* surface,
                                           const gltf_meshlet_groups* before,
                                           const gltf_meshlet_groups* after, const uint32_t* chosen,
-                                          size_t chosen_count, const gltf_meshlet_carried* carried,
+                                          size_t chosen_count, const gltf_meshlet_samples* carried,
                                           int32_t threads, gltf_meshlet_result** result);
 
 /* Writes the distance of each point to the nearest triangle, or to any that is no farther than

@@ -9,7 +9,7 @@
 #define WORKGROUP 32u
 layout(local_size_x = WORKGROUP) in;
 #ifdef STREAM
-#include "raster/stream_push.glsl"
+#include "decoders/slot_jobs.glsl"
 #define THREAD_NUMBER (job_workgroup() * WORKGROUP + gl_LocalInvocationIndex)
 layout(constant_id = 21) const uint SPREAD = 1u;  // as in decode_push.glsl
 #else

@@ -9,7 +9,7 @@
 layout(local_size_x = 32) in;
 #define WORKGROUP 32u
 #ifdef STREAM
-#include "raster/stream_push.glsl"
+#include "decoders/slot_jobs.glsl"
 #else
 #include "decoders/decode_push.glsl"
 #endif

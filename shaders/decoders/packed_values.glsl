@@ -1,7 +1,7 @@
 // The bulk passes' layout of values: per stream 64 vertices of one or more words. A vertex's
 // elements lie side by side in up to 64 bits (a position's elements take 21 bits each); if they do
 // not fit, each has a word. With STREAM these are the words of a slot; bench/gpu_decoder.py unpacks
-// the others. Include after sections.glsl and decode_push.glsl or stream_push.glsl.
+// the others. Include after sections.glsl and decode_push.glsl or slot_jobs.glsl.
 
 shared uint shared_places[MAX_STREAMS];  // see place_field
 

@@ -1,6 +1,8 @@
-// Residuals of a stream, one after the other, and the values of a chain. Include after passes.glsl.
+// Residuals of a stream, one after the other, and the values of a chain.
 #ifndef PASS_RESIDUALS_GLSL
 #define PASS_RESIDUALS_GLSL
+
+#include "decoders/passes.glsl"
 
 // --- residuals ---
 

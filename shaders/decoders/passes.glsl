@@ -18,7 +18,7 @@
 #include "decoders/serial_epilogue.glsl"
 #include "decoders/sections.glsl"
 #ifdef STREAM
-#include "raster/stream_push.glsl"
+#include "decoders/slot_jobs.glsl"
 #else
 #include "decoders/decode_push.glsl"
 #endif

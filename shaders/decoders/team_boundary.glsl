@@ -1,5 +1,6 @@
 // The boundary of a team's meshlet: lengths of references, values of corners, and residuals of
-// chains in place of their values. Include after team_meshlet.glsl.
+// chains in place of their values.
+#include "decoders/team_meshlet.glsl"
 
 // --- references, corners, chains ---
 

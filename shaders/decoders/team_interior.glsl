@@ -2,7 +2,8 @@
 // One thread finds the bits of a value and writes its residual to the place of the value.
 // Then the values: first stream 0, then the others, which may depend on it. Only two things are
 // sequential: a chain of a reference, one thread per element, and the traversal of the interior,
-// one thread per element. Include after team_meshlet.glsl.
+// one thread per element.
+#include "decoders/team_meshlet.glsl"
 
 // Number of inner vertices of the seams of stream s.
 uint seam_vertices_of(uint s) {

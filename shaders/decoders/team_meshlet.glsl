@@ -12,6 +12,8 @@
 // instruction cache. Hostile bytes: every subscript is masked or bounded by a checked count, every
 // loop by 64, by the streams, or by the blob's end. Loops that contain barriers run equally often
 // in all threads.
+#ifndef TEAM_MESHLET_GLSL
+#define TEAM_MESHLET_GLSL
 
 #include "decoders/sections.glsl"
 // Words of a team's scratch memory: the ends of the quotients of up to four elements, or GEO's sums
@@ -127,3 +129,5 @@ void open_team() {
   }
   barrier();
 }
+
+#endif

@@ -9,7 +9,7 @@
 #extension GL_GOOGLE_include_directive : require
 
 #include "levels/levels.glsl"
-#include "scene/bounds.glsl"
+#include "decoders/bounds.glsl"
 layout(local_size_x = CUT_THREADS) in;
 
 #define LEAST_DISTANCE 1e-6  // to a sphere, as a share of the distance to its centre

@@ -2,7 +2,7 @@
 #ifndef CULLING_GLSL
 #define CULLING_GLSL
 
-#include "scene/bounds.glsl"
+#include "decoders/bounds.glsl"
 #include "raster/raster.glsl"
 
 // Whether all triangles face away. eye: Frame.eye in object coordinates. The test may run in object

@@ -1,8 +1,8 @@
 // Outputs of the mesh stages besides positions; surface.frag reads them. For ids, and for clusters
 // of several instances in one draw, also two numbers per triangle: the built-in gl_PrimitiveID
 // would do for the second, but Mesa's software renderer passes a wrong one. They are always
-// written: Mesa's software renderer draws wrong pictures if they are not. Include after
-// raster.glsl.
+// written: Mesa's software renderer draws wrong pictures if they are not.
+#include "raster/raster.glsl"
 layout(location = 0) out vec3 out_normal[];
 layout(location = 1) out vec2 out_texcoord[];
 layout(location = 2) out vec4 out_color[];

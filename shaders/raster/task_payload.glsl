@@ -3,8 +3,8 @@
 //
 // Every device has room for 16 KiB (maxTaskPayloadSize); `mesh` needs 132 bytes, `mesh-paper`
 // 2,404. Mesh workgroups have 28 KiB or more for the payload and their shared memory together
-// (maxMeshPayloadAndSharedMemorySize). The host checks both: Path.payload in
-// vk_backend/raster/drawing.py.
+// (maxMeshPayloadAndSharedMemorySize). The host checks both: MeshPath.payload in
+// vk_backend/raster/mesh.py.
 
 struct Payload {
   uint row;

@@ -1,4 +1,5 @@
-// The hit triangle of a meshlet in the cache. Include after rt_common.glsl. Call open_hit first.
+// The hit triangle of a meshlet in the cache. Call open_hit first.
+#include "raytrace/rt_common.glsl"
 
 #include "raytrace/rt_hit.glsl"
 #include "raytrace/rt_meshlet.glsl"

@@ -1,6 +1,9 @@
 // Shared by the ray-tracing shaders: specialisation and push constants, numbers of meshlets.
+#ifndef RT_COMMON_GLSL
+#define RT_COMMON_GLSL
+
 #include "raytrace/rt_constants.h"
-#include "scene/slots.glsl"
+#include "decoders/slots.glsl"
 
 // Ids 0 and 1 are the decoder's MAX_STREAMS and MAX_ELEMENTS.
 layout(constant_id = 2) const uint BOX_TRIANGLES = 64u;  // triangles per box
@@ -53,4 +56,6 @@ push;
 
 // The pixel of the picture that this invocation works at.
 uint launched_pixel() { return push.pixel + gl_LaunchIDEXT.y * push.width + gl_LaunchIDEXT.x; }
+#endif
+
 #endif

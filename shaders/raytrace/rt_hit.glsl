@@ -1,4 +1,6 @@
 // Hit attributes (from the intersection shader) and the ray payload (back to the ray's sender).
+#ifndef RT_HIT_GLSL
+#define RT_HIT_GLSL
 
 struct HitAttributes {
   vec2 barycentrics;  // weights of the second and the third vertex
@@ -21,3 +23,5 @@ struct Surface {
   uint id;  // meshlet * 64 + triangle
   vec2 barycentrics;
 };
+
+#endif

@@ -1,4 +1,8 @@
-// The meshlet whose box a ray meets. For the shaders of hits; include after rt_common.glsl.
+// The meshlet whose box a ray meets. For the shaders of hits.
+#ifndef RT_MESHLET_GLSL
+#define RT_MESHLET_GLSL
+
+#include "raytrace/rt_common.glsl"
 
 Placed placed;
 uint number;  // of the meshlet
@@ -15,3 +19,5 @@ uint hit_id(uint triangle) { return meshlet() * MESHLET_TRIANGLES + triangle; }
 
 // The address of the meshlet's slot.
 uvec2 open_slot() { return slot_address(push.cache, number - push.first); }
+
+#endif

@@ -4,7 +4,8 @@
 // SWEEPS: all paths of a strip of the picture are at the same level. A pass traces its rays in one
 // part of the model, whose meshlets are decoded before, and keeps the nearest hit in the pixel's
 // record. After the last part the paths go to the next level.
-// Include after rt_common.glsl and rt_hit.glsl.
+#include "raytrace/rt_common.glsl"
+#include "raytrace/rt_hit.glsl"
 
 // What a path knows of a level besides the hit. All paths round to it, whether they sweep or not.
 struct Level {

@@ -1,7 +1,9 @@
 // Writes a surface's pixel into the visibility buffer if it is the nearest so far. If the instance
-// is masked, call open_triangle first. Include after visibility.glsl and seen.glsl.
+// is masked, call open_triangle first.
 #ifndef PUT_GLSL
 #define PUT_GLSL
+
+#include "visibility/seen.glsl"
 #extension GL_EXT_shader_atomic_int64 : require
 
 layout(constant_id = 19) const bool MASKED = false;  // some surface lets pixels through

@@ -1,8 +1,10 @@
 // The attributes of a triangle at a pixel: perspective-correct weights of its corners from
 // homogeneous coordinates, so that clipped triangles need no special case. Call open_triangle, then
-// open_pixel. Include after visibility.glsl.
+// open_pixel.
 #ifndef SEEN_GLSL
 #define SEEN_GLSL
+
+#include "visibility/visibility.glsl"
 #extension GL_EXT_nonuniform_qualifier : require
 
 uvec3 seen_corners;

@@ -10,7 +10,7 @@
 #define VISIBILITY_GLSL
 #extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
 
-#include "raster/stream_push.glsl"
+#include "decoders/slot_jobs.glsl"
 uvec2 slot;  // address
 #define SLOT slot
 #include "scene/decoded_vertex.glsl"

@@ -59,10 +59,13 @@ def expected(scene):
     return nearest_hits(scene, camera_of(scene))
 
 
-def tracer(device, scene, path, **options):
+def tracer(device, scene, path, *, cache: float = 0.25, **options):
+    """cache: share of the decoded meshlets."""
     from bench.vulkan_paths import TRACERS
+    from vk_backend.decode.slots import share_bytes
 
-    return TRACERS[path](device, scene, **options)
+    bytes_ = share_bytes(scene, cache, traced=True)
+    return TRACERS[path](device, scene, cache=bytes_, **options)
 
 
 # --- raster paths ---
@@ -95,7 +98,7 @@ def test_timed_pictures_are_the_same(renderer, drawn, culling):
     if culling:
         whole = renderer.render(drawn, camera, "vertex", WIDTH, HEIGHT, ids=False)
         pictures.append((whole.color.astype(int), whole.depth))
-    options = {"culling": culling, "lit": culling, "pool": 1 << 20}
+    options = {"culling": culling, "lit": culling, "cache": 1 << 20}
     for path in RASTER_PATHS:
         timed = TimedDrawing(renderer.device, drawn, camera, path, WIDTH, HEIGHT, **options)
         assert timed.run() > 0 and timed.run() > 0
@@ -111,16 +114,18 @@ def test_timed_pictures_are_the_same(renderer, drawn, culling):
 @pytest.mark.parametrize("overlap", [False, True])
 def test_a_timed_frame_can_be_run_again(renderer, drawn, overlap, monkeypatch):
     from bench.vulkan_paths import TimedDrawing
+    from vk_backend.decode.decoder import Decoder
 
     if overlap:
-        monkeypatch.setattr("vk_backend.decode.ring.OVERLAPPED", 0)
-    options = {"culling": True, "lit": True, "ring": 20}
+        monkeypatch.setattr("vk_backend.raster.stream.OVERLAPPED", 0)
+    cache = 20 * Decoder.slot_bytes(drawn)
+    options = {"culling": True, "lit": True, "cache": cache}
     registered = []
     for _ in range(2):
         timed = TimedDrawing(
             renderer.device, drawn, drawn.cameras[0], "stream", WIDTH, HEIGHT, **options
         )
-        assert len(timed.drawing.ring.batches) > 4
+        assert len(timed.drawing.batches) > 4
         assert timed.run() > 0 and timed.run() > 0
         found = timed.targets.color.read(np.uint8, 4)
         timed.free()
@@ -132,13 +137,13 @@ def test_a_timed_frame_can_be_run_again(renderer, drawn, overlap, monkeypatch):
 
 def test_ids_of_uncompressed_meshlets(renderer, drawn, monkeypatch):
     """In several draws: a draw has at most MAX_WORKGROUPS workgroups."""
-    from bench.vulkan_paths import PLAIN, PlainDrawing
+    from bench.vulkan_paths import PlainDrawing
     from vk_backend.frame_commands import FrameCommands
     from vk_backend.gpu.targets import Targets
 
-    monkeypatch.setattr("vk_backend.raster.drawing.MAX_WORKGROUPS", 1)
+    monkeypatch.setattr("vk_backend.raster.graphics.MAX_WORKGROUPS", 1)
     targets = Targets(renderer.device, WIDTH, HEIGHT, ids=True)
-    drawing = PlainDrawing(renderer.device, drawn, PLAIN, ids=True)
+    drawing = PlainDrawing(renderer.device, drawn)
     drawing.look(drawn.cameras[0], WIDTH, HEIGHT)
     FrameCommands(drawing, targets).run()
     whole = renderer.render(drawn, drawn.cameras[0], "mesh", WIDTH, HEIGHT)

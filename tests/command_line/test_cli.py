@@ -8,6 +8,7 @@ import re
 import subprocess
 import sys
 import types
+from unittest import mock
 
 import numpy as np
 import pytest
@@ -513,13 +514,13 @@ def test_render_passes_its_options_on(compressed, tmp_path, rendered):
                 "3",
                 "--validate",
                 "--cache",
-                "0.5",
+                "50%",
             ]
         )
         == 0
     )
     assert (
-        main(["render", str(compressed), "-o", picture, "--backend", "vulkan", "--ring", "100"])
+        main(["render", str(compressed), "-o", picture, "--backend", "vulkan", "--cache", "9M"])
         == 0
     )
     (first, _), (second, _), (third, _) = rendered
@@ -537,9 +538,9 @@ def test_render_passes_its_options_on(compressed, tmp_path, rendered):
         second.bounces,
         second.validate,
         second.device,
-        second.ring,
+        second.pages,
     ) == (0.5, "rt", 3, 0, True, None, None)
-    assert (third.path, third.ring) == (None, 100)
+    assert (third.path, third.cache) == (None, 9 << 20)
 
 
 @pytest.mark.parametrize("link", [None, os.symlink, os.link])
@@ -568,9 +569,6 @@ def test_render_compresses_what_is_not(original, tmp_path, rendered, capsys):
     "arguments, message",
     [
         (["--width", "0"], "--width is 0; use 1 to 16384"),
-        (["--cache", "2"], "--cache is 2.0; use 0 to 1"),
-        (["--cache", "nan"], "--cache is nan; use 0 to 1"),
-        (["--cache-bytes", "-1"], "--cache-bytes is -1; use 0 or more"),
         (["--spp", "0"], "--spp is 0; use 1 or more"),
         (["--lod-error", "nan"], "--lod-error is nan; use 0 or more"),
         (["--lod-error", "-1"], "--lod-error is -1.0; use 0 or more"),
@@ -579,33 +577,24 @@ def test_render_compresses_what_is_not(original, tmp_path, rendered, capsys):
             "--lod-error is for --path visibility or mesh or mesh-paper or rt; leave",
         ),
         (
-            ["--backend", "vulkan", "--path", "mesh-paper", "--pool", "9M"],
-            "path mesh-paper decodes into no --pool; leave it out or add --lod-error",
+            ["--backend", "vulkan", "--path", "mesh-paper", "--pages", "9M"],
+            "--pages is for levels of detail; leave it out or add --lod-error",
         ),
         (
-            ["--backend", "vulkan", "--pool", "9", "--ring", "9"],
-            "--pool takes the place of --ring; leave one out",
+            ["--backend", "vulkan", "--path", "rt", "--pages", "9M", "--lod-error", "1"],
+            "--pages is for --path visibility or mesh or mesh-paper; leave",
         ),
         (["--lod-error", "inf"], "--lod-error is inf; use 0 or more"),
         (["--path", "rt"], "--path is for --backend vulkan"),
         (["--backend", "vulkan", "--spp", "4"], "--spp is for --backend mitsuba"),
         (["--backend", "vulkan", "--frames", "0"], "--frames is 0; use 1 or more"),
-        (["--backend", "vulkan", "--ring", "0"], "--ring is 0; use 1 or more"),
         (
-            ["--backend", "vulkan", "--cache", "0.5"],
-            "--cache is for --path rt; leave it out or change --path",
-        ),
-        (
-            ["--backend", "vulkan", "--path", "vertex", "--cache-bytes", "9"],
-            "--cache-bytes is for --path rt; leave",
+            ["--backend", "vulkan", "--path", "vertex", "--cache", "9"],
+            "--cache is for --path visibility or stream or rt; leave it out or change --path",
         ),
         (
             ["--backend", "vulkan", "--path", "mesh", "--bounces", "0"],
             "--bounces is for --path rt; leave",
-        ),
-        (
-            ["--backend", "vulkan", "--path", "rt", "--ring", "9"],
-            "--ring is for --path visibility or stream; leave",
         ),
         (["--backend", "vulkan", "--path", "mesh-only"], "mesh-only is gone; use --path mesh"),
         (["--backend", "vulkan", "--path", "mesh-plain"], "mesh-plain is gone; use --path vertex"),
@@ -624,26 +613,33 @@ def test_render_options_out_of_range(compressed, tmp_path, rendered, capsys, arg
     assert message in line and rendered == []
 
 
-def test_render_pool_of_another_unit(compressed, capsys):
+@pytest.mark.parametrize(
+    ("size", "message"),
+    [
+        ("9X", "'9X' is no number such as 2G or 800M"),
+        ("0.5", "'0.5' is no number such as 2G or 800M"),
+        ("-1", "'-1' is no number"),
+        ("200%", "'200%' is no share from 0% to 100%"),
+        ("nan%", "'nan%' is no share from 0% to 100%"),
+        ("much%", "'much%' is no share from 0% to 100%"),
+    ],
+)
+def test_render_cache_of_no_size(compressed, capsys, size, message):
     with pytest.raises(SystemExit) as stopped:
-        main(["render", str(compressed), "-o", "out.png", "--backend", "vulkan", "--pool", "9X"])
+        main(["render", str(compressed), "-o", "out.png", f"--cache={size}"])
     assert stopped.value.code == 2
-    assert "argument --pool: '9X' is no number such as 2G or 800M" in capsys.readouterr().err
+    assert f"argument --cache: {message}" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("backend, package", [("mitsuba", "mitsuba"), ("vulkan", "vulkan")])
-def test_render_without_the_extra(compressed, tmp_path, capsys, monkeypatch, backend, package):
-    for name in [
-        name
-        for name in sys.modules
-        if name.partition(".")[0] in (package, "mitsuba_plugin", "vk_backend")
-    ]:
-        monkeypatch.delitem(sys.modules, name)
-    monkeypatch.setitem(sys.modules, package, None)  # importing it fails
-    assert (
-        main(["render", str(compressed), "-o", str(tmp_path / "out.png"), "--backend", backend])
-        == 2
-    )
+def test_render_without_the_extra(compressed, tmp_path, capsys, backend, package):
+    arguments = ["render", str(compressed), "-o", str(tmp_path / "out.png"), "--backend", backend]
+    with mock.patch.dict(sys.modules):  # also forgets what is imported meanwhile
+        for name in list(sys.modules):
+            if name.partition(".")[0] in (package, "mitsuba_plugin", "vk_backend"):
+                del sys.modules[name]
+        sys.modules[package] = None  # importing it fails
+        assert main(arguments) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert f"pip install 'gltf-meshlet[{backend}]'" in line
 

@@ -32,7 +32,7 @@ def test_python(far, tmp_path):
     "options",
     [
         pytest.param(("--backend", "mitsuba", "--spp", "1"), id="mitsuba"),
-        pytest.param(("--backend", "vulkan", "--pool", "1M"), id="vulkan"),
+        pytest.param(("--backend", "vulkan", "--pages", "1M"), id="vulkan"),
     ],
 )
 def test_renderers(far, tmp_path, options):

@@ -122,7 +122,7 @@ def assert_found(primitive, expected):
 @pytest.mark.parametrize("name, plain", [("several_buffers", "levels"), ("packed", "sheet")])
 def test_the_gpu_reads_buffers_and_packed_pages_alike(name, plain, tmp_path):
     require_vulkan()
-    options = ["--backend", "vulkan", "--pool", "1M", "--width", "32", "--height", "32"]
+    options = ["--backend", "vulkan", "--pages", "1M", "--width", "32", "--height", "32"]
 
     def picture(vector, pixels):
         output = tmp_path / f"{vector}.png"

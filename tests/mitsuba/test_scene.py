@@ -328,7 +328,7 @@ def test07_render(suffix, tmp_path, capsys):
     ]
     assert main(arguments) == 0
     assert output.stat().st_size > 0 and "40 x 30" in capsys.readouterr().out
-    assert main([*arguments, "--json", "--cache-bytes", "5000"]) == 0
+    assert main([*arguments, "--json", "--cache", "5000"]) == 0
     report = json.loads(capsys.readouterr().out)
     assert report["width"] == 40 and report["statistics"]["limit_bytes"] == 5000
     assert not list(tmp_path.glob(".*part*"))

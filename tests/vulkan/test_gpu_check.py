@@ -96,7 +96,7 @@ def test_every_way_is_right(checker):
 
 def test_the_scene_of_the_command_has_what_paths_treat_differently(tmp_path):
     from gltf_meshlet.demo import check_scene
-    from vk_backend.decode.ring import BULK_MESHLETS
+    from vk_backend.decode.batches import BULK_MESHLETS
     from vk_backend.scene.scene import load_scene
 
     gltf_ext.compress(check_scene.write(tmp_path / "a.glb"), tmp_path / "b.glb")
@@ -238,7 +238,7 @@ def test_a_path_that_fails_leaves_the_others(files, checker, monkeypatch):
         raise vk.VkErrorFeatureNotPresent
 
     ways(monkeypatch, "vertex", "geometry")
-    monkeypatch.setattr("vk_backend.raster.drawing.graphics_pipeline", refused)
+    monkeypatch.setattr("vk_backend.raster.graphics.graphics_pipeline", refused)
     report = checker.device_report(0)
     assert results(report) == {"vertex": "failed", "geometry": "failed"}
     assert "the driver refused: VkErrorFeatureNotPresent" in report["ways"][0]["why"]

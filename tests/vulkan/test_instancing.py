@@ -77,7 +77,7 @@ def test_pictures_are_those_of_explicit_nodes(renderer, scenes, path):
 @pytest.mark.parametrize("path", ["mesh", "stream", "vertex", "geometry"])
 def test_instances_that_are_alike_take_few_draws(renderer, scenes, path, monkeypatch):
     from vk_backend.gpu import vk
-    from vk_backend.raster import drawing, mesh
+    from vk_backend.raster import graphics
 
     names = {"vertex": "vkCmdDrawIndexed", "geometry": "vkCmdDraw"}
     calls = []
@@ -97,8 +97,7 @@ def test_instances_that_are_alike_take_few_draws(renderer, scenes, path, monkeyp
     phases = 2 if path == "mesh" else 1
     assert len(calls) == runs * phases
     whole = renderer.render(scenes[0], camera, path, WIDTH, HEIGHT)
-    for module in (drawing, mesh):
-        monkeypatch.setattr(module, "MAX_WORKGROUPS", 7)
+    monkeypatch.setattr(graphics, "MAX_WORKGROUPS", 7)
     parts = renderer.render(scenes[0], camera, path, WIDTH, HEIGHT)
     assert (parts.ids == whole.ids).all() and (parts.color == whole.color).all()
 
@@ -106,9 +105,14 @@ def test_instances_that_are_alike_take_few_draws(renderer, scenes, path, monkeyp
 @pytest.mark.parametrize("ring", [7, 50])
 @pytest.mark.parametrize("path", ["stream", "visibility"])
 def test_a_small_ring(renderer, scenes, path, ring, monkeypatch):
+    from vk_backend.raster import stream
+    from vk_backend.visibility import batched
+
     camera = camera_of(scenes[0])
     whole = renderer.render(scenes[0], camera, path, WIDTH, HEIGHT)
-    monkeypatch.setattr(renderer, "ring", ring)
+    monkeypatch.setattr(batched, "SLOTS", ring)
+    monkeypatch.setattr(stream, "RING", ring)
+    monkeypatch.setattr(renderer, "_drawings", {})
     parts = renderer.render(scenes[0], camera, path, WIDTH, HEIGHT)
     assert (parts.ids == whole.ids).all() and (parts.color == whole.color).all()
 
@@ -116,7 +120,7 @@ def test_a_small_ring(renderer, scenes, path, ring, monkeypatch):
 def test_a_pool(renderer, scenes, monkeypatch):
     camera = camera_of(scenes[0])
     whole = renderer.render(scenes[0], camera, "visibility", WIDTH, HEIGHT)
-    monkeypatch.setattr(renderer, "pool", 1 << 20)
+    monkeypatch.setattr(renderer, "cache", 1 << 20)
     for _ in range(2):
         pooled = renderer.render(scenes[0], camera, "visibility", WIDTH, HEIGHT)
         assert (pooled.ids == whole.ids).all() and (pooled.color == whole.color).all()
@@ -144,13 +148,15 @@ def test_levels(renderer, tmp_path, path):
 
 
 def test_ray_tracing(files, scenes, tmp_path):
+    from vk_backend.decode.slots import share_bytes
     from vk_backend.raytrace.tracer import RayTracer
 
     for device in open_device():
         pictures = []
         for scene in scenes:
             for cache in (1.0, 0.4):
-                tracer = RayTracer(device, scene, cache=cache)
+                bytes_ = share_bytes(scene, cache, traced=True)
+                tracer = RayTracer(device, scene, cache=bytes_)
                 pictures.append(tracer.render(camera_of(scene), 64, 48))
                 tracer.free()
         one, swept, nodes, _ = pictures

@@ -91,11 +91,17 @@ def pooled(renderer):
     """Function that draws with a pool of some bytes, anew."""
 
     def draw(scene, bytes_, camera, **options):
-        renderer.pool = bytes_
+        renderer.pages = bytes_
         return renderer.render(scene, camera, None, WIDTH, HEIGHT, **options)
 
     yield draw
-    renderer.pool = None
+    renderer.pages = None
+
+
+def chosen_clusters(renderer):
+    """uint32[n, 2]: (instance, cluster of its primitive) of the last frame."""
+    jobs = renderer.drawing.jobs.jobs()
+    return np.stack([jobs["instance"], jobs["number"]], axis=1)
 
 
 def camera_at(number):
@@ -135,12 +141,12 @@ def expected_cut(hierarchies, scene, number, camera, pixels):
 def test_cut_is_that_of_the_specification(renderer, scene, number, pixels):
     camera = camera_at(number)
     renderer.render(scene, camera, None, WIDTH, HEIGHT, lod_error=pixels)
-    chosen = renderer.drawing.chosen()
+    chosen = chosen_clusters(renderer)
     assert len(np.unique(chosen, axis=0)) == len(chosen)
     for instance in range(len(scene.instances)):
         found = set(chosen[chosen[:, 0] == instance, 1])
         surely, possibly = expected_cut(
-            renderer.drawing.hierarchies, scene, instance, camera, pixels
+            renderer.drawing.levels.hierarchies, scene, instance, camera, pixels
         )
         assert surely <= found <= possibly
 
@@ -167,8 +173,8 @@ def test_surfaces_are_within_a_pixel_of_each_other(renderer, scene, whole, numbe
     """At least 99.9 % of the pixels of the first ball, in both pictures."""
     camera = camera_at(number)
     picture = renderer.render(scene, camera, None, WIDTH, HEIGHT, lod_error=1.0)
-    primitive = renderer.drawing.hierarchies.primitives[0]
-    chosen = renderer.drawing.chosen()
+    primitive = renderer.drawing.levels.hierarchies.primitives[0]
+    chosen = chosen_clusters(renderer)
     drawn = np.zeros(len(primitive.tables.cluster_group), bool)
     drawn[chosen[chosen[:, 0] == 0, 1]] = True
     pages = np.unique(primitive.tables.groups["page"][primitive.tables.cluster_group[drawn]])
@@ -236,7 +242,7 @@ def test_a_moving_camera_evicts_by_use(renderer, scene, pooled):
     sizes = set()
     for number in (0, 1, 2, 1, 0):
         picture = pooled(scene, roots + 10 * 4096, camera_at(number), lod_error=0.5)
-        pool = renderer.drawing.pool
+        pool = renderer.drawing.levels.pool
         assert picture.levels.missing_pages == 0
         assert (pool.is_resident == (pool.residency.rows != 0xFFFFFFFF)).all()
         sizes.add(renderer.resident_bytes)
@@ -253,7 +259,7 @@ def opened(renderer, file):
 
     scene = load_scene(file, levels=True)
     picture = renderer.render(scene, camera_at(0), None, WIDTH, HEIGHT, lod_error=1e6)
-    residency = renderer.drawing.pool.residency
+    residency = renderer.drawing.levels.pool.residency
     assert picture.levels.read_bytes == 0 and (residency.rows != 0xFFFFFFFF).sum() <= 3
     return scene, residency
 
@@ -261,7 +267,7 @@ def opened(renderer, file):
 def test_frames_do_not_wait_for_pages(renderer, file, whole):
     """Pages arrive late: each frame shows coarser clusters instead, never the background."""
     camera, gate = camera_at(1), threading.Semaphore(0)
-    renderer.pool = 1 << 20
+    renderer.pages = 1 << 20
     try:
         scene, residency = opened(renderer, file)
         read = residency.read
@@ -282,7 +288,7 @@ def test_frames_do_not_wait_for_pages(renderer, file, whole):
         last = renderer.render(scene, camera, None, WIDTH, HEIGHT)
     finally:
         gate.release(10_000)
-        renderer.pool = None
+        renderer.pages = None
     assert missing == sorted(missing, reverse=True)
     assert last.levels.missing_pages == 0 and last.levels.shown_pixels == 1.0
     assert_within_a_pixel(last, whole[1])
@@ -305,10 +311,10 @@ def test_failed_pages_leave_coarser_ones(renderer, file, whole):
 
 
 def test_too_many_clusters_raise_the_error(renderer, file, whole, monkeypatch):
+    from vk_backend.levels import choice
     from vk_backend.scene.scene import load_scene
-    from vk_backend.visibility import levels
 
-    monkeypatch.setattr(levels, "CLUSTERS", 120)
+    monkeypatch.setattr(choice, "CLUSTERS", 120)
     scene = load_scene(file, levels=True)
     picture = renderer.render(scene, camera_at(1), None, WIDTH, HEIGHT, lod_error=0.2)
     assert picture.levels.clusters <= 120 and picture.levels.allowed_pixels > 0.2
@@ -321,13 +327,9 @@ def test_decoded_clusters_stay(renderer, file, scene, whole):
 
     pictures = [renderer.render(scene, camera_at(n), None, WIDTH, HEIGHT) for n in (0, 1, 2, 1, 1)]
     assert pictures[-1].levels.decoded == 0 < pictures[-1].levels.clusters
-    renderer.ring = 1 << 12
-    try:
-        fresh = renderer.render(
-            load_scene(file, levels=True), camera_at(1), None, WIDTH, HEIGHT, lod_error=1.0
-        )
-    finally:
-        renderer.ring = None
+    fresh = renderer.render(
+        load_scene(file, levels=True), camera_at(1), None, WIDTH, HEIGHT, lod_error=1.0
+    )
     for picture in pictures[3:]:
         assert (picture.ids == fresh.ids).all(axis=2).mean() > 0.999  # ties
         assert (picture.depth == fresh.depth).all()
@@ -336,16 +338,17 @@ def test_decoded_clusters_stay(renderer, file, scene, whole):
 @pytest.mark.parametrize("slots", [1, 100, 200])
 def test_few_slots_raise_the_error(renderer, file, whole, slots):
     from vk_backend.scene.scene import load_scene
+    from vk_backend.visibility.pooled import slot_bytes
 
-    renderer.ring = slots
     try:
         scene = load_scene(file, levels=True)
+        renderer.cache = (slots + 1) * slot_bytes(scene)
         pictures = [
             renderer.render(scene, camera_at(n), None, WIDTH, HEIGHT, lod_error=0.3)
             for n in (0, 1, 2, 1)
         ]
     finally:
-        renderer.ring = None
+        renderer.cache = None
     for number, picture in zip((0, 1, 2, 1), pictures):
         assert picture.levels.allowed_pixels > 0.3
         # One slot is too few: there are as many as the coarsest level needs.
@@ -357,7 +360,7 @@ def test_instances_share_decoded_clusters(renderer, file):
 
     scene = load_scene(file, levels=True)
     picture = renderer.render(scene, camera_at(2), None, WIDTH, HEIGHT, lod_error=1e3, wait=False)
-    chosen = renderer.drawing.chosen()
+    chosen = chosen_clusters(renderer)
     balls = chosen[chosen[:, 0] < len(PLACES)]
     assert len(np.unique(balls[:, 0])) > 1
     assert picture.levels.decoded <= len(np.unique(balls[:, 1])) + len(chosen) - len(balls)
@@ -391,13 +394,14 @@ def test_hidden_clusters_change_no_pixel(renderer, scene):
 @pytest.mark.parametrize("number", [0, 2])
 def test_rays_meet_the_cut_of_the_camera(renderer, scene, whole, number):
     """The same clusters as path visibility, each instance with its own cut."""
+    from vk_backend.decode.slots import share_bytes
     from vk_backend.levels.cut_scene import cut_scene
     from vk_backend.raytrace.tracer import RayTracer
 
     camera = camera_at(number)
     cut = cut_scene(scene, camera, WIDTH, HEIGHT, 1.5)
     assert cut.triangles < scene.triangles / 2 and not cut.has_levels
-    tracer = RayTracer(renderer.device, cut, cache=1.0)
+    tracer = RayTracer(renderer.device, cut)
     traced = tracer.render(camera, WIDTH, HEIGHT)
     tracer.free()
     drawn = renderer.render(scene, camera, None, WIDTH, HEIGHT, lod_error=1.5)
@@ -406,7 +410,7 @@ def test_rays_meet_the_cut_of_the_camera(renderer, scene, whole, number):
     assert both.sum() > 0.99 * (covered | drawn.covered).sum()
     clusters = [ids[both] // np.uint32([1, 64]) for ids in (traced.ids, drawn.ids)]
     assert (clusters[0] == clusters[1]).all(axis=1).mean() > 0.995
-    parts = RayTracer(renderer.device, cut, cache=0.3)
+    parts = RayTracer(renderer.device, cut, cache=share_bytes(cut, 0.3, traced=True))
     assert (parts.render(camera, WIDTH, HEIGHT).ids == traced.ids).all()
     parts.free()
 
@@ -444,7 +448,7 @@ def mutated(blob, random):
 def test_mutated_pages(renderer, file, whole, checked):
     """The shaders stay in bounds even if the host checks nothing. If it does, it refuses pages."""
     scene, residency = opened(renderer, file)
-    hierarchies, random = renderer.drawing.hierarchies, np.random.default_rng(5)
+    hierarchies, random = renderer.drawing.levels.hierarchies, np.random.default_rng(5)
 
     def read(page):
         blob = hierarchies.blob(page)
@@ -496,13 +500,10 @@ MESH_PATHS = ("mesh", "mesh-paper")
 def visible_jobs(renderer, scene, camera):
     """(surely, possibly): how many of the clusters that were chosen last are in view."""
     from vk_backend.scene.buffers import PRIMITIVE
-    from vk_backend.visibility.pooled import CUT, JOB
 
-    drawing = renderer.drawing
-    count = int(drawing._jobs.read(CUT, 1)["clusters"][0])
-    jobs = drawing._jobs.read(JOB, count, CUT.itemsize)
-    rows = drawing.pool.rows.read(PRIMITIVE)[jobs["row"]]
-    words = drawing.pool._bounds.read(np.uint32)[rows["first_meshlet"] + jobs["meshlet"]]
+    jobs, pool = renderer.drawing.jobs.jobs(), renderer.drawing.levels.pool
+    rows = pool.rows.read(PRIMITIVE)[jobs["row"]]
+    words = pool._bounds.read(np.uint32)[rows["first_meshlet"] + jobs["meshlet"]]
     bounds = Bounds.of(words, rows["box_low"][:, :3], rows["box_size"][:, :3])
     counts = np.zeros(2, int)
     for number in range(len(scene.instances)):
@@ -531,10 +532,10 @@ def test_mesh_paths_draw_the_cut(renderer, scene, path, pixels):
     for number in range(len(EYES)):
         camera = camera_at(number)
         reference = renderer.render(scene, camera, "visibility", WIDTH, HEIGHT, lod_error=pixels)
-        expected = set(map(tuple, renderer.drawing.chosen()))
+        expected = set(map(tuple, chosen_clusters(renderer)))
         for _ in range(3):
             picture = renderer.render(scene, camera, path, WIDTH, HEIGHT, lod_error=pixels)
-            assert set(map(tuple, renderer.drawing.chosen())) == expected
+            assert set(map(tuple, chosen_clusters(renderer))) == expected
             assert_same_surfaces(picture, reference)
             tasks, levels = picture.tasks, picture.levels
             assert tasks.tested == levels.clusters == len(expected)
@@ -579,7 +580,7 @@ def test_mesh_paths_without_ids(renderer, scene, path):
 @pytest.mark.parametrize("path", MESH_PATHS)
 def test_mesh_paths_keep_to_their_pools(renderer, scene, whole, path, monkeypatch):
     roots, _ = root_bytes(renderer, scene)
-    monkeypatch.setattr(renderer, "pool", roots + 5 * 4096)
+    monkeypatch.setattr(renderer, "pages", roots + 5 * 4096)
     sizes = set()
     for number in (0, 1, 2, 1):
         picture = renderer.render(scene, camera_at(number), path, WIDTH, HEIGHT, lod_error=0.3)
@@ -608,8 +609,10 @@ def test_mesh_paths_with_mutated_pages(renderer, file, path):
 
     scene = load_scene(file, levels=True)
     renderer.render(scene, camera_at(0), path, WIDTH, HEIGHT, lod_error=1e6)
-    hierarchies, random = renderer.drawing.hierarchies, np.random.default_rng(5)
-    renderer.drawing.pool.residency.read = lambda page: mutated(hierarchies.blob(page), random)
+    hierarchies, random = renderer.drawing.levels.hierarchies, np.random.default_rng(5)
+    renderer.drawing.levels.pool.residency.read = lambda page: mutated(
+        hierarchies.blob(page), random
+    )
     for number in (1, 2, 0):
         picture = renderer.render(scene, camera_at(number), path, WIDTH, HEIGHT, lod_error=0.3)
         assert np.isfinite(picture.depth).all()

@@ -42,7 +42,7 @@ def limited(monkeypatch, device, **limits):
 def test_a_large_picture_takes_no_more_workgroups_than_the_device_has(renderer, scene):
     """4096 x 4097 pixels have more than 65,535 workgroups: the validation layer must be silent."""
     from vk_backend.frame_commands import FrameCommands
-    from vk_backend.visibility.drawing import Planes
+    from vk_backend.visibility.rasterizer import Planes
 
     drawn(renderer, scene)
     planes = Planes(renderer.device, 4096, 4097, ids=False)
@@ -53,7 +53,8 @@ def test_a_large_picture_takes_no_more_workgroups_than_the_device_has(renderer, 
 
 def test_few_workgroups_clear_all_pixels(renderer, scene, monkeypatch):
     whole = drawn(renderer, scene)
-    monkeypatch.setattr("vk_backend.visibility.drawing.MAX_WORKGROUPS", 7)
+    monkeypatch.setattr("vk_backend.visibility.rasterizer.MAX_WORKGROUPS", 7)
+    monkeypatch.setattr("vk_backend.decode.batches.MAX_WORKGROUPS", 7)
     other = drawn(renderer, scene)
     assert (other.ids == whole.ids).all() and (other.color == whole.color).all()
     assert not whole.covered.all()
@@ -185,14 +186,13 @@ def test_after_a_picture_that_does_not_fit(renderer, scene, monkeypatch):
 
 @pytest.mark.parametrize("path", ["visibility", "mesh", "vertex"])
 def test_a_failed_drawing_leaves_no_resource(renderer, scene, monkeypatch, path):
-    from vk_backend.renderer import PATHS
-
     def fail(*_, **__):
         raise MeshletError("no pipeline")
 
     drawn(renderer, scene)
-    monkeypatch.setattr(renderer, "ring", 5)  # another drawing
-    monkeypatch.setattr(PATHS[path].drawing, "_make_pipelines", fail)
+    monkeypatch.setattr(renderer, "_drawings", {})
+    monkeypatch.setattr("vk_backend.raster.graphics.graphics_pipeline", fail)
+    monkeypatch.setattr("vk_backend.visibility.rasterizer.ComputePipeline.of", fail)
     before = resources_of(renderer.device)
     with pytest.raises(MeshletError, match="no pipeline"):
         renderer.render(scene, scene.cameras[0], path, 64, 48)

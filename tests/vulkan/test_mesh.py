@@ -46,8 +46,8 @@ def expected(renderer, scene, camera, depth=None):
 
     depth: of the picture; None: nothing is hidden.
     """
-    words = renderer.drawing.buffers.bounds.read(np.uint32)
-    rows = renderer.drawing.buffers.primitives
+    words = renderer.drawing.view.buffers.bounds.read(np.uint32)
+    rows = renderer.drawing.view.buffers.primitives
     counts = np.zeros(4, int)
     for number, instance in enumerate(scene.instances):
         row = rows[instance.primitive]
@@ -114,7 +114,7 @@ def test_hidden_meshlets_are_those_of_the_cpu(renderer, scene, drawn, path):
 
 @pytest.mark.parametrize("path", PATHS)
 def test_what_is_hidden_changes_no_pixel(renderer, drawn, path, monkeypatch):
-    monkeypatch.setattr(renderer, "ring", 8)  # another drawing
+    monkeypatch.setattr(renderer, "_drawings", {})
     counts = []
     for camera in hall_flight():
         reference = drawn(camera, path, occlusion=False)
@@ -135,10 +135,10 @@ def test_shared_hints_change_no_pixel(renderer, scene, drawn, path, monkeypatch)
 
     references = [drawn(camera, path, occlusion=False) for camera in hall_flight()[:8]]
     monkeypatch.setattr(mesh, "HINTS", 64)
-    monkeypatch.setattr(renderer, "ring", 7)  # another drawing
+    monkeypatch.setattr(renderer, "_drawings", {})
     for camera, reference in zip(hall_flight()[:8], references):
         assert_same(drawn(camera, path), reference)
-        assert renderer.drawing._hints == 64
+        assert renderer.drawing.hints == 64
 
 
 def test_commands_can_run_again(renderer, drawn):
@@ -173,7 +173,7 @@ def test_the_pyramid_has_the_farthest_depths(renderer, scene, size):
 
 def test_a_small_payload_is_refused(renderer, drawn, monkeypatch):
     limits = renderer.device.limits
-    monkeypatch.setattr(renderer, "ring", 9)  # another drawing
+    monkeypatch.setattr(renderer, "_drawings", {})
     monkeypatch.setattr(renderer.device, "limits", replace(limits, task_payload_bytes=2403))
     with pytest.raises(MeshletError, match=r"mesh-paper passes 2404 bytes .* at most 2403; choose"):
         drawn(hall_flight()[0], "mesh-paper")
@@ -184,7 +184,7 @@ def test_the_payload_takes_room_from_the_team(renderer, scene, drawn, monkeypatc
     from vk_backend.scene.buffers import team_bytes
 
     needed = team_bytes(scene.max_elements, scene.max_streams)
-    monkeypatch.setattr(renderer, "ring", 9)
+    monkeypatch.setattr(renderer, "_drawings", {})
     limits = replace(renderer.device.limits, mesh_total_bytes=needed + 132)
     monkeypatch.setattr(renderer.device, "limits", limits)
     with pytest.raises(MeshletError, match="too many for path mesh-paper"):

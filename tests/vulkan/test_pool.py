@@ -27,11 +27,11 @@ def drawn(renderer, scene):
     """Function that draws a camera with a pool of some bytes, and with occlusion or not."""
 
     def draw(camera, pool=None, occlusion=True, size=(WIDTH, HEIGHT), **options):
-        renderer.pool, renderer.occlusion = pool, occlusion
+        renderer.cache, renderer.occlusion = pool, occlusion
         return renderer.render(scene, camera, "visibility", *size, **options)
 
     yield draw
-    renderer.pool, renderer.occlusion = None, True
+    renderer.cache, renderer.occlusion = None, True
 
 
 def assert_same(picture, reference):
@@ -65,14 +65,14 @@ def test_a_camera_at_rest_decodes_nothing(drawn):
 
 
 @pytest.mark.parametrize("slots", [2, 9, 40])
-def test_a_pool_that_is_too_small_takes_several_passes(renderer, drawn, slots):
-    from vk_backend.visibility.pooled import DecodedPool
+def test_a_pool_that_is_too_small_takes_several_passes(renderer, scene, drawn, slots):
+    from vk_backend.visibility.pooled import slot_bytes
 
     sizes = set()
     for camera in hall_flight()[::4]:
-        pool = (slots + 1) * DecodedPool.slot_bytes(renderer._scene)
+        pool = (slots + 1) * slot_bytes(scene)
         picture = drawn(camera, pool)
-        assert renderer.drawing.ring.slots == slots + 1 and renderer.drawing._passes > 1
+        assert renderer.drawing.slots == slots and renderer.drawing.passes > 1
         sizes.add(renderer.resident_bytes)
         assert_same(picture, drawn(camera))
     assert len(sizes) == 1

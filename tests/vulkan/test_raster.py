@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 import gltf_ext
 from gltf_ext import _codec
 from gltf_ext.errors import MeshletError
+from tests.helpers.environment import ROOT
 from tests.helpers.gltf_builder import Builder, everything, grid_mesh
 from tests.helpers.vulkan_scenes import TEXELS, UNLIT, one_sheet, open_renderer, png, zoo
 
@@ -73,8 +74,8 @@ def test_pictures_without_ids_are_the_same(renderer, scene, path):
 @pytest.mark.parametrize("path", ["mesh", "mesh-paper", "stream"])
 def test_large_models_are_drawn_in_parts(renderer, model, tmp_path, path, monkeypatch):
     """A draw has at most MAX_WORKGROUPS workgroups."""
-    from vk_backend.raster import drawing as raster
-    from vk_backend.raster import mesh
+    from vk_backend.decode.decoder import Decoder
+    from vk_backend.raster import graphics
     from vk_backend.scene.camera import Camera
     from vk_backend.scene.scene import load_scene
 
@@ -82,10 +83,9 @@ def test_large_models_are_drawn_in_parts(renderer, model, tmp_path, path, monkey
     scene = load_scene(tmp_path / "bunny.glb")
     camera = Camera.fit_box(scene.low, scene.high, WIDTH, HEIGHT)
     whole = renderer.render(scene, camera, path, WIDTH, HEIGHT)
-    for module in (mesh, raster):
-        monkeypatch.setattr(module, "MAX_WORKGROUPS", 7)
+    monkeypatch.setattr(graphics, "MAX_WORKGROUPS", 7)
     # Another ring, so that nothing of the first picture is left in its slots.
-    monkeypatch.setattr(renderer, "ring", 8000)
+    monkeypatch.setattr(renderer, "cache", 8000 * Decoder.slot_bytes(scene))
     assert scene.primitives[0].meshlets > 2 * 7 * 32
     parts = renderer.render(scene, camera, path, WIDTH, HEIGHT)
     assert (parts.ids == whole.ids).all() and (parts.color == whole.color).all()
@@ -123,7 +123,7 @@ def _compare(renderer, source, folder, path):
 @pytest.mark.parametrize("sections", [1, 2])
 @pytest.mark.parametrize("slots", [1, 5, 8, 24, 100])
 def test_batches_hold_every_meshlet_once_and_in_order(slots, sections):
-    from vk_backend.decode.ring import schedule
+    from vk_backend.decode.batches import schedule
 
     counts = [7, 1, 0, 16]
     batches = schedule(counts, slots, sections)
@@ -142,7 +142,7 @@ def test_batches_hold_every_meshlet_once_and_in_order(slots, sections):
 
 def test_large_scenes_get_a_ring_of_two_sections():
     """From OVERLAPPED meshlets on, with at most a third in each."""
-    from vk_backend.decode.ring import OVERLAPPED, RING, division
+    from vk_backend.raster.stream import OVERLAPPED, RING, division
 
     assert division(OVERLAPPED - 1, RING) == (1, RING)
     assert division(OVERLAPPED, RING) == (2, -(-OVERLAPPED // 3))
@@ -153,13 +153,12 @@ def test_large_scenes_get_a_ring_of_two_sections():
     assert division(10**6, 1) == (1, 1), "one slot has no halves"
 
 
-def test_the_help_names_the_default_rings():
-    from gltf_meshlet.render_command import BACKEND_OPTIONS
-    from vk_backend.decode.ring import RING
-    from vk_backend.visibility.drawing import SLOTS
+def test_the_manual_names_the_default_slots():
+    from vk_backend.raster.stream import RING
+    from vk_backend.visibility.batched import SLOTS
 
-    text = f"default {SLOTS} with path visibility, {RING} with stream"
-    assert text in BACKEND_OPTIONS["vulkan"]["ring"].help
+    text = (ROOT / "docs" / "vulkan.md").read_text()
+    assert f"{SLOTS:,} with `visibility`, {RING:,} with `stream`" in " ".join(text.split())
 
 
 @pytest.mark.parametrize("culling", [True, False], ids=["culling", "all of it"])
@@ -169,21 +168,22 @@ def test_the_help_names_the_default_rings():
 )
 def test_the_ring_changes_nothing(renderer, scene, monkeypatch, ring, overlap, culling):
     """The picture depends neither on the ring's size nor on overlap, nor on an earlier picture."""
-    from vk_backend.decode import ring as rings
+    from vk_backend.decode.decoder import Decoder
+    from vk_backend.raster import stream
 
     meshlets = sum(scene.primitives[i.primitive].meshlets for i in scene.instances)
     assert meshlets > 64, "several batches, or one"
     for camera in scene.cameras:
         whole = renderer.render(scene, camera, "stream", WIDTH, HEIGHT, culling=culling)
-        assert renderer.drawing.ring.slots == meshlets
+        assert renderer.drawing.slots == meshlets
         with monkeypatch.context() as patch:
-            patch.setattr(renderer, "ring", ring)
-            patch.setattr(rings, "OVERLAPPED", 0 if overlap else meshlets + 1)
+            patch.setattr(renderer, "cache", ring * Decoder.slot_bytes(scene))
+            patch.setattr(stream, "OVERLAPPED", 0 if overlap else meshlets + 1)
             patch.setattr(renderer, "_drawings", {})  # not those of another `overlap`
             parts = renderer.render(scene, camera, "stream", WIDTH, HEIGHT, culling=culling)
-            assert renderer.drawing.overlaps == (overlap and ring > 1)
-            sections, slots = rings.division(meshlets, ring)
-            assert renderer.drawing.ring.slots == min(sections * slots, meshlets)
+            assert bool(renderer.drawing.overlap) == (overlap and ring > 1)
+            sections, slots = stream.division(meshlets, ring)
+            assert renderer.drawing.slots == min(sections * slots, meshlets)
         other = renderer.render(scene, camera, "mesh", WIDTH, HEIGHT, culling=culling)
         for picture in (whole, parts):
             assert (picture.ids == other.ids).all() and (picture.depth == other.depth).all()
@@ -320,10 +320,13 @@ def test_slots_hold_attributes_of_more_than_64_bits(renderer, tmp_path, monkeypa
     assert_same(renderer.render(scene, camera, "stream", WIDTH, HEIGHT), reference)
 
 
-def test_a_ring_without_slots_is_refused(renderer, scene, monkeypatch):
-    monkeypatch.setattr(renderer, "ring", 0)
-    with pytest.raises(MeshletError, match=r"^a ring of 0 slots holds no meshlet; use 1 or more"):
-        renderer.render(scene, scene.cameras[0], "stream", WIDTH, HEIGHT)
+def test_a_cache_without_slots_is_refused(renderer, scene, monkeypatch):
+    monkeypatch.setattr(renderer, "cache", 100)
+    for path in ("stream", "visibility"):
+        with pytest.raises(
+            MeshletError, match=r"^a cache of 100 bytes holds no meshlet; use \d{4} or more"
+        ):
+            renderer.render(scene, scene.cameras[0], path, WIDTH, HEIGHT)
 
 
 # --- the picture is right ---
@@ -559,7 +562,7 @@ def test_culling_drops_nothing_visible(
 def test_bounds_hold_their_meshlets(renderer, scene):
     """The sphere holds every vertex and the cone every normal; most meshlets have a cone."""
     renderer.render(scene, scene.cameras[0], "mesh", 16, 16)
-    words = renderer.drawing.buffers.bounds.read(np.uint32)
+    words = renderer.drawing.view.buffers.bounds.read(np.uint32)
     at, cones = 0, 0
     for primitive in scene.primitives:
         decoded = primitive.decoded()
@@ -642,16 +645,17 @@ def test_resident_memory_is_the_file_s(renderer, model, tmp_path):
 
 
 def test_resident_memory_has_the_ring(renderer, scene, monkeypatch):
-    """Per slot: positions, at most ten words of attributes, 64 triangles, 28 bytes for decoding."""
+    """Per slot: positions, at most ten words of attributes, 64 triangles, 52 bytes for decoding."""
+    from vk_backend.decode.decoder import Decoder
     from vk_backend.decode.slots import SlotLayout
 
     renderer.render(scene, scene.cameras[0], "mesh", 16, 16)
     without, slot = renderer.resident_bytes, SlotLayout.of(scene).bytes
     assert 4 * 64 * 3 < slot <= 4 * 64 * (1 + 2 + 10)
     for ring in (SMALL_RING, 64):
-        monkeypatch.setattr(renderer, "ring", ring)
+        monkeypatch.setattr(renderer, "cache", ring * Decoder.slot_bytes(scene))
         renderer.render(scene, scene.cameras[0], "stream", 16, 16)
-        assert 0 <= renderer.resident_bytes - without - ring * (slot + 28) < 4096
+        assert 0 <= renderer.resident_bytes - without - ring * (slot + 52) < 4096
 
 
 def mutated(blob: bytes, random: np.random.Generator) -> bytes | None:
@@ -675,16 +679,21 @@ def mutated(blob: bytes, random: np.random.Generator) -> bytes | None:
     [
         *((path, None) for path in (*PATHS, "visibility")),
         ("stream", SMALL_RING),
-        ("visibility", SMALL_RING),
+        ("visibility", "batches"),
         ("visibility", "bulk"),
     ],
 )
 def test_mutated_blobs_draw_something_and_come_back(renderer, scene, monkeypatch, path, ring):
+    from vk_backend.decode.decoder import Decoder
+    from vk_backend.visibility import batched
+
+    monkeypatch.setattr(renderer, "_drawings", {})
     if ring == "bulk":
-        monkeypatch.setattr("vk_backend.decode.ring.BULK_MESHLETS", 0)
-        monkeypatch.setattr(renderer, "ring", 1000)  # another drawing
+        monkeypatch.setattr(batched, "BULK_MESHLETS", 0)
+    elif ring == "batches":
+        monkeypatch.setattr(batched, "SLOTS", SMALL_RING)
     elif ring:
-        monkeypatch.setattr(renderer, "ring", ring)
+        monkeypatch.setattr(renderer, "cache", ring * Decoder.slot_bytes(scene))
     random = np.random.default_rng(5)
     reference = renderer.render(scene, scene.cameras[0], path, 32, 24)
     drawing = renderer.drawing
@@ -694,9 +703,9 @@ def test_mutated_blobs_draw_something_and_come_back(renderer, scene, monkeypatch
         broken = [mutated(blob, random) for blob in blobs]
         if None in broken:
             continue
-        drawing.buffers.blobs.write(b"".join(broken))
+        drawing.view.buffers.blobs.write(b"".join(broken))
         picture = renderer.render(scene, scene.cameras[0], path, 32, 24)
         drawn, different = drawn + 1, different + int((picture.ids != reference.ids).any())
-    drawing.buffers.blobs.write(b"".join(blobs))
+    drawing.view.buffers.blobs.write(b"".join(blobs))
     assert different > 20
     assert (renderer.render(scene, scene.cameras[0], path, 32, 24).ids == reference.ids).all()

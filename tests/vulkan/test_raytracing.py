@@ -63,10 +63,12 @@ def fine_scene(tmp_path_factory):
     return load_scene(several(tmp_path_factory.mktemp("fine"), name="fine", size=(120, 90)))
 
 
-def tracer(device, scene, **options):
+def tracer(device, scene, *, cache: float = 0.25, **options):
+    """cache: share of the decoded meshlets."""
+    from vk_backend.decode.slots import share_bytes
     from vk_backend.raytrace.tracer import RayTracer
 
-    return RayTracer(device, scene, **options)
+    return RayTracer(device, scene, cache=share_bytes(scene, cache, traced=True), **options)
 
 
 @pytest.fixture(scope="module")
@@ -150,7 +152,7 @@ def fine_film(device, fine_scene):
 
 @pytest.mark.parametrize(
     "settings",
-    [{"cache": 0.02}, {"cache": 0.25}, {"cache": 0.5}, {"cache_bytes": 400_000}],
+    [{"cache": share} for share in (0.02, 0.25, 0.33, 0.5)],
     ids=str,
 )
 def test06_sweeping_changes_nothing(settings, device, fine_scene, fine_film):
@@ -165,7 +167,7 @@ def test06_sweeping_changes_nothing(settings, device, fine_scene, fine_film):
 
 def test06_serial_decoder(device, fine_scene, fine_film, monkeypatch):
     """Identical pictures if a thread each decodes the meshlets of a part, as in large models."""
-    monkeypatch.setattr("vk_backend.raytrace.tracer.SERIAL_FILL", 1)
+    monkeypatch.setattr("vk_backend.decode.fill.SERIAL_FILL", 1)
     traced = tracer(device, fine_scene, cache=0.25, **SWEEPING)
     for camera, expected in zip(fine_cameras(fine_scene), fine_film):
         picture = traced.render(camera, WIDTH, HEIGHT)
@@ -301,17 +303,15 @@ def test07_transparent_parts(device, tmp_path):
 
 @pytest.mark.parametrize("share", (0.1, 0.25, 0.5, 0.97))
 def test08_bound(share, device, fine_scene):
-    """The buffer of decoded meshlets keeps to the limit, in bytes and as a share."""
-    total = 0
-    for limit in ({"cache": share}, {"cache_bytes": int(share * fine_bytes(fine_scene))}):
-        traced = tracer(device, fine_scene, **limit)
-        decoded = traced.resident_bytes()["cache"]
-        assert traced.slots * traced.slot_bytes == decoded
-        most = fine_bytes(fine_scene) * share + ("cache" in limit) * traced.slot_bytes
-        assert 0.8 * most < decoded <= most
-        total += decoded
-        traced.free()
-    assert total > 0
+    """The buffer of decoded meshlets keeps to the limit."""
+    from vk_backend.raytrace.tracer import RayTracer
+
+    most = int(share * fine_bytes(fine_scene))
+    traced = RayTracer(device, fine_scene, cache=most)
+    decoded = traced.resident_bytes()["cache"]
+    assert traced.slots * traced.slot_bytes == decoded
+    assert 0.8 * most < decoded <= most
+    traced.free()
 
 
 def fine_bytes(scene) -> int:
@@ -352,7 +352,7 @@ def test08_parts_are_compact():
 
 
 def test09_boxes_of_whole_meshlets(device, scene, expected, monkeypatch):
-    monkeypatch.setattr("vk_backend.raytrace.tracer.RayTracer.box_triangles", 64)
+    monkeypatch.setattr("vk_backend.raytrace.tracer.BOX_TRIANGLES", 64)
     traced = tracer(device, scene, cache=1.0)
     assert_same_hits(traced.render(camera_of(scene), WIDTH, HEIGHT), expected, scene)
     traced.free()
@@ -386,7 +386,7 @@ def test11_transparent(mode, device, tmp_path):
 def test12_hostile(name, serial, device, scene, monkeypatch):
     """Mutated blobs render in bounded time and do not break the device."""
     if serial:
-        monkeypatch.setattr("vk_backend.raytrace.tracer.SERIAL_FILL", 1)
+        monkeypatch.setattr("vk_backend.decode.fill.SERIAL_FILL", 1)
     broken = broken_scene(scene)
     traced = tracer(device, broken, bounces=1, samples=1, **TRACERS[name])
     for _ in range(2):
@@ -415,14 +415,12 @@ def test13_errors(device, scene, shared, monkeypatch):
         assert traced._picture == {}
     assert_same_pictures(traced.render(camera, WIDTH, HEIGHT), before)
     with monkeypatch.context() as patch:
-        patch.setattr(type(traced), "_make_cache", lambda *_: 1 // 0)  # the last step
+        patch.setattr(type(traced), "_record_fill", lambda *_: 1 // 0)  # the last step
         resources = resources_of(device)
         with pytest.raises(ZeroDivisionError):
             tracer(device, scene, **TRACERS["some"])
         assert resources_of(device) == resources
 
-    with pytest.raises(VulkanError, match="share from 0 to 1"):
-        tracer(device, scene, cache=1.5)
     with pytest.raises(VulkanError, match="samples of 255 bounces"):
         tracer(device, scene, bounces=255)
     with pytest.raises(VulkanError, match="take too many passes"):
@@ -430,7 +428,7 @@ def test13_errors(device, scene, shared, monkeypatch):
     with pytest.raises(VulkanError, match=r"give it \d+ bytes or more$"):
         tracer(device, scene, cache=0.0)
     with pytest.raises(VulkanError, match="the cache holds 0 of"):
-        tracer(device, scene, cache_bytes=traced.slot_bytes - 1)
+        type(traced)(device, scene, cache=traced.slot_bytes - 1)
 
 
 def test14_like_mitsuba(shared, scene):

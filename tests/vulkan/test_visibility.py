@@ -209,17 +209,25 @@ def test_two_triangles_fill_the_picture(renderer, tmp_path):
 # --- sizes that change nothing ---
 
 
-@pytest.mark.parametrize("ring", [1, 20, 64])
-def test_the_ring_changes_nothing(renderer, scene, monkeypatch, ring):
+def with_batches(patch, renderer, slots):
+    """Later drawings have batches of so many slots, and are not those that were made before."""
+    from vk_backend.visibility import batched
+
+    patch.setattr(batched, "SLOTS", slots)
+    patch.setattr(renderer, "_drawings", {})
+
+
+@pytest.mark.parametrize("slots", [1, 20, 64])
+def test_batches_change_nothing(renderer, scene, monkeypatch, slots):
     for camera in scene.cameras:
         whole = renderer.render(scene, camera, "visibility", WIDTH, HEIGHT, steps=True)
-        assert len(renderer.drawing.ring.batches) == 1
+        assert len(renderer.drawing.batches) == 1
         assert set(whole.steps) == {"clear", "decode", "small", "pieces", "resolve"}
         assert whole.milliseconds == pytest.approx(sum(whole.steps.values()))
         with monkeypatch.context() as patch:
-            patch.setattr(renderer, "ring", ring)
+            with_batches(patch, renderer, slots)
             parts = renderer.render(scene, camera, "visibility", WIDTH, HEIGHT)
-            assert len(renderer.drawing.ring.batches) > 1 and not parts.steps
+            assert len(renderer.drawing.batches) > 1 and not parts.steps
         assert (parts.ids == whole.ids).all() and (parts.depth == whole.depth).all()
         assert (parts.color == whole.color).all()
 
@@ -227,12 +235,12 @@ def test_the_ring_changes_nothing(renderer, scene, monkeypatch, ring):
 @pytest.mark.parametrize(("small", "pieces"), [(0, 1 << 16), (8, 9)])
 def test_the_size_of_a_triangle_changes_nothing(renderer, scene, monkeypatch, small, pieces):
     """Neither which shader draws it, nor whether there is room for its pieces."""
-    from vk_backend.visibility import drawing as visibility
+    from vk_backend.visibility import rasterizer
 
     whole = renderer.render(scene, scene.cameras[0], "visibility", WIDTH, HEIGHT)
-    monkeypatch.setattr(visibility, "SMALL_PIXELS", small)
-    monkeypatch.setattr(visibility, "MAX_PIECES", pieces)
-    monkeypatch.setattr(renderer, "ring", 2000 + small)  # another drawing
+    monkeypatch.setattr(rasterizer, "SMALL_PIXELS", small)
+    monkeypatch.setattr(rasterizer, "MAX_PIECES", pieces)
+    monkeypatch.setattr(renderer, "_drawings", {})
     other = renderer.render(scene, scene.cameras[0], "visibility", WIDTH, HEIGHT)
     assert (other.ids == whole.ids).all() and (other.depth == whole.depth).all()
 
@@ -243,25 +251,27 @@ def test_the_size_of_a_triangle_changes_nothing(renderer, scene, monkeypatch, sm
 @pytest.mark.parametrize("culling", [True, False])
 def test_bulk_passes_decode_what_teams_decode(renderer, scene, monkeypatch, culling):
     """In one batch, and in several: no segment is cut."""
-    from vk_backend.decode import ring
+    from vk_backend.decode.decoder import BULK, TEAM
+    from vk_backend.visibility import batched
 
     camera = scene.cameras[0]
     arguments = (scene, camera, "visibility", WIDTH, HEIGHT, culling)
     whole = renderer.render(*arguments)
-    assert not renderer.drawing.ring.bulk
-    monkeypatch.setattr(ring, "BULK_MESHLETS", 0)
+    assert renderer.drawing.decoder.passes is TEAM
+    monkeypatch.setattr(batched, "BULK_MESHLETS", 0)
     largest = max(p.meshlets for p in scene.primitives)
     for slots, batches in ((1000, 1), (largest, 4)):
-        monkeypatch.setattr(renderer, "ring", slots)
+        with_batches(monkeypatch, renderer, slots)
         picture = renderer.render(*arguments)
-        assert renderer.drawing.ring.bulk and len(renderer.drawing.ring.batches) == batches
+        assert renderer.drawing.decoder.passes is BULK
+        assert len(renderer.drawing.batches) == batches
         assert (picture.ids == whole.ids).all() and (picture.color == whole.color).all()
         assert (picture.depth == whole.depth).all()
 
 
 def test_bulk_passes_need_whole_primitives_and_no_other_streams(renderer, scene, tmp_path):
     from tests.helpers.gltf_builder import everything
-    from vk_backend.decode.ring import bulk_fits
+    from vk_backend.decode.batches import bulk_fits
     from vk_backend.decode.slots import SlotLayout
     from vk_backend.scene.scene import load_scene
 
@@ -279,7 +289,7 @@ def test_bulk_passes_need_whole_primitives_and_no_other_streams(renderer, scene,
 
 
 def test_segments_for_bulk_passes():
-    from vk_backend.decode.ring import BULK_SLOTS, schedule_whole
+    from vk_backend.decode.batches import BULK_SLOTS, schedule_whole
 
     counts = [7, 1, 16, 20, 3, 24]
     batches = schedule_whole(counts, 32)

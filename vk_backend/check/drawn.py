@@ -9,12 +9,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..decode.ring import Ring
-from ..decode.slots import SlotLayout
+from ..decode.slots import SlotLayout, share_bytes
+from ..raster.stream import StreamDrawing
 from ..raytrace.tracer import RayTracer
 from ..renderer import Picture, Renderer
 from ..scene.camera import Camera
 from ..scene.scene import Scene, load_scene
+from ..visibility.batched import BatchedDrawing
 from .driver import RAYS
 from .slots import wrong_meshlets
 
@@ -28,21 +29,22 @@ MOST_FRAMES, LEAST_FRAMES, FRAME_SECONDS, WARM_UP = 15, 3, 1.5, 2
 class Way:
     """A way to draw: a path, and options of Renderer or RayTracer.
 
-    lod_error: of a file with levels, in pixels.
+    cache: bytes, or a share of all as a float. lod_error: of a file with levels, in pixels.
     """
 
     path: str
-    pool: int | None = None
-    cache: float = 1.0
+    cache: int | float | None = None
     lod_error: float = 0.0
 
     @property
     def name(self) -> str:
         """As the options of `gltf-meshlet render`."""
-        pool = f" --pool {self.pool >> 20}M" if self.pool else ""
-        cache = f" --cache {self.cache:g}" if self.cache < 1 else ""
+        size = (
+            f"{self.cache:.0%}" if isinstance(self.cache, float) else f"{(self.cache or 0) >> 20}M"
+        )
+        cache = f" --cache {size}" if self.cache is not None else ""
         error = f" --lod-error {self.lod_error:g}" if self.lod_error else ""
-        return self.path + pool + cache + error
+        return self.path + cache + error
 
 
 # Less than REFERENCE's EDGE, so that coarser clusters are where the triangles are.
@@ -51,7 +53,7 @@ SMALL_ERROR = 0.02
 WAYS = (
     Way("vertex"),
     Way("visibility"),
-    Way("visibility", pool=16 << 20),
+    Way("visibility", cache=16 << 20),
     Way("visibility", lod_error=SMALL_ERROR),
     Way("stream"),
     Way("mesh"),
@@ -101,7 +103,10 @@ def draw(job: Job) -> Drawn:
     way = job.way
     scene = load_scene(job.levels if way.lod_error else job.compressed, levels=way.lod_error > 0)
     begin = time.monotonic()
-    with Renderer(job.device, pool=way.pool) as renderer:
+    cache = way.cache
+    if isinstance(cache, float):
+        cache = share_bytes(scene, cache, traced=way.path == RAYS)
+    with Renderer(job.device, cache=cache) as renderer:
         if way.path == RAYS:
             return _traced(renderer, scene, job, begin)
 
@@ -111,10 +116,9 @@ def draw(job: Job) -> Drawn:
 
         picture = render(*CHECKED)
         seconds = time.monotonic() - begin
-        ring = renderer.drawing.ring if renderer.drawing else None
         wrong = compared = 0
-        if ring is not None and not way.pool and not way.lod_error:
-            wrong, compared = _ring_meshlets(scene, ring)
+        if isinstance(renderer.drawing, BatchedDrawing | StreamDrawing):
+            wrong, compared = _slot_meshlets(scene, renderer.drawing)
         times = _times(lambda: render(*job.timed).milliseconds)
         return Drawn(
             picture.depth,
@@ -138,23 +142,23 @@ def _times(frame: Callable[[], float]) -> list[float]:
     return times[min(WARM_UP, len(times) - 1) :]
 
 
-def _ring_meshlets(scene: Scene, ring: Ring) -> tuple[int, int]:
-    """(wrong, compared) meshlets that the ring holds after a frame."""
+def _slot_meshlets(scene: Scene, drawing: BatchedDrawing | StreamDrawing) -> tuple[int, int]:
+    """(wrong, compared) meshlets that the slots hold after a frame."""
     # Those that were culled have no triangles.
-    counts = ring.summaries() & 255
+    counts = drawing.decoder.summaries() & 255
     held: dict[int, tuple[int, int, int]] = {}
-    for batch in ring.batches:
-        for segment in batch:
+    for batch in drawing.batches:
+        for segment in batch.segments:
             primitive = int(scene.instances.primitive[segment.instance])
             for k in range(segment.meshlets):
                 slot = int(segment.slot) + k
                 held[slot] = slot, primitive, int(segment.first) + k
     decoded = [place for place in held.values() if counts[place[0]]]
-    return wrong_meshlets(scene, SlotLayout.of(scene), ring.slot_words(), decoded)
+    return wrong_meshlets(scene, SlotLayout.of(scene), drawing.decoder.slot_words(), decoded)
 
 
 def _traced(renderer: Renderer, scene: Scene, job: Job, begin: float) -> Drawn:
-    tracer = RayTracer(renderer.device, scene, cache=job.way.cache)
+    tracer = RayTracer(renderer.device, scene, cache=renderer.cache)
     picture = tracer.render(job.camera, *CHECKED)
     seconds = time.monotonic() - begin
     wrong = compared = 0

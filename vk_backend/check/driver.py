@@ -104,7 +104,7 @@ def why_not_offered(device: Physical) -> dict[str, str]:
     if fault is not None:
         return dict.fromkeys((*PATHS, RAYS), fault.message)
     has = device.capabilities()
-    needs = {name: path.capability for name, path in PATHS.items()} | {RAYS: "raytracing"}
+    needs = {name: capability for name, (_, capability) in PATHS.items()} | {RAYS: "raytracing"}
     reasons = {
         path: "the driver lacks " + ", ".join(_lacking(device, capability))
         for path, capability in needs.items()
@@ -161,7 +161,8 @@ def limits_report(device: Physical) -> list[dict[str, Any]]:
     ]
     by_elements: dict[int, list[str]] = {}
     rays = limits.compute_shared_bytes
-    for name, room in {p.name: p.shared_bytes(limits) for p in PATHS.values() if p.teams}.items():
+    rooms = {"visibility": rays} | {p.name: p.shared_bytes(limits) for p in MESH_PATHS}
+    for name, room in {**rooms, "stream": rays}.items():
         by_elements.setdefault(_elements(room), []).append(name)
     by_elements.setdefault(_elements(rays), []).append(RAYS)
     rows += [

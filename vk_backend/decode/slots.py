@@ -1,13 +1,15 @@
-"""The layout of slots: one decoded meshlet each (shaders/scene/slots.glsl).
+"""The layout of slots: one decoded meshlet each (shaders/decoders/slots.glsl).
 
 The ray tracer's cache and the ring of path stream consist of slots.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from ..gpu.constants import CONSTANTS
+from ..gpu.errors import VulkanError
 from ..scene.scene import SHADED, Primitive, Scene
 
 PACKED_POSITION_BITS = CONSTANTS["PACKED_POSITION_BITS"]
@@ -44,6 +46,24 @@ class SlotLayout:
     def constants(self) -> dict[str, int]:
         """Specialisation constants by name."""
         return {"POSITION_FLOATS": int(self.floats), "ATTRIBUTE_WORDS": self.attribute_words}
+
+
+def share_bytes(scene: Scene, share: float, *, traced: bool = False) -> int:
+    """Bytes of the slots for a share of the scene's meshlets, rounded up to whole ones.
+
+    traced: for the ray tracer.
+    """
+    meshlets = sum(p.meshlets for p in scene.primitives)
+    return math.ceil(share * meshlets) * SlotLayout.of(scene, traced=traced).bytes
+
+
+def slots_in(size: int, slot_bytes: int, spare: int = 0) -> int:
+    """Slots of a cache of `size` bytes, besides spare ones. Raises VulkanError for none."""
+    slots = size // slot_bytes - spare
+    if slots < 1:
+        least = (1 + spare) * slot_bytes
+        raise VulkanError(f"a cache of {size} bytes holds no meshlet", f"use {least} or more")
+    return slots
 
 
 def _attribute_words(primitive: Primitive) -> int:

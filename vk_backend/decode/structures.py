@@ -6,7 +6,7 @@ from ..gpu.reflection import structure
 
 RASTER_PUSH = structure("RasterPush")  # push constants of all raster paths
 BOUNDS_PUSH = structure("BoundsPush")  # of bounds.comp
-SEGMENT = structure("Segment")  # of shaders/raster/stream_push.glsl
+SEGMENT = structure("Segment")  # of shaders/decoders/slot_jobs.glsl
 # Of shaders/decoders/decode_buffers.glsl.
 CONNECTED = structure("Connected")
 PLACES = structure("Places")

@@ -29,7 +29,10 @@ class Queue:
 class Resource:
     """Something on a device that `free` destroys, or closing the device, whichever comes first."""
 
-    def __init__(self, device: Device):
+    device: Device
+
+    def register(self, device: Device) -> None:
+        """Call when it is made: from then on there is something to destroy."""
         self.device = device
         device.at_close(self._destroy)
 

@@ -46,7 +46,7 @@ class Buffer(Resource):
         if usage & ADDRESSED:
             info = vk.VkBufferDeviceAddressInfo(buffer=self.handle)
             self.address = vk.vkGetBufferDeviceAddress(device.handle, info)
-        super().__init__(device)
+        self.register(device)
 
     def write(self, data: np.ndarray | bytes | memoryview, offset: int = 0) -> Buffer:
         """Copies the data's bytes to byte `offset`; waits. Returns the buffer.
@@ -113,6 +113,23 @@ def _sharing(device: Device) -> dict[str, Any]:
     }
 
 
+class Owner:
+    """Something on a device that owns buffers, by name."""
+
+    def __init__(self, **buffers: Buffer):
+        self.buffers = buffers
+
+    @property
+    def resident_bytes(self) -> int:
+        """Allocated bytes of all buffers."""
+        return sum(buffer.allocated for buffer in self.buffers.values())
+
+    def free(self) -> None:
+        """Frees the memory; a second call does nothing."""
+        for buffer in self.buffers.values():
+            buffer.free()
+
+
 class Image(Resource):
     """A two-dimensional image with a view.
 
@@ -171,7 +188,7 @@ class Image(Resource):
             ),
             None,
         )
-        super().__init__(device)
+        self.register(device)
 
     def to_layout(self, commands: Any, layout: int, *, keep: bool = True) -> None:
         """Records a layout transition.

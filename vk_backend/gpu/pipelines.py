@@ -143,7 +143,7 @@ class Timestamps(Resource):
             vk.VkQueryPoolCreateInfo(queryType=vk.VK_QUERY_TYPE_TIMESTAMP, queryCount=count),
             None,
         )
-        super().__init__(device)
+        self.register(device)
 
     def _destroy(self) -> None:
         vk.vkDestroyQueryPool(self.device.handle, self._pool, None)

@@ -61,7 +61,7 @@ class PagePool:
         pages = h.pages
         pages["row"][roots] = np.arange(len(roots))
         self.pages = Buffer(device, pages.nbytes).write(pages)
-        # Of the slot of each meshlet: see shaders/levels/jobs.glsl. The drawing owns it.
+        # Of the slot of each meshlet: see shaders/levels/jobs.glsl.
         self.decoded = Buffer(device, 4 * int(self._bounds_begin[-1]))
         self.decoded.write(np.full(int(self._bounds_begin[-1]), UNDECODED, np.uint32))
         self._staging = Buffer(
@@ -71,13 +71,10 @@ class PagePool:
         self._upload_roots(roots)
 
     @property
-    def resident_bytes(self) -> int:
-        """Allocated bytes on the device; they stay the same."""
-        return sum(buffer.allocated for buffer in self._buffers)
-
-    @property
-    def _buffers(self) -> tuple[Buffer, ...]:
-        return self._blobs, self._bounds, self.rows, self.pages, self._staging
+    def buffers(self) -> dict[str, Buffer]:
+        """All buffers; they stay the same."""
+        own = {"pages": self.pages, "rows": self.rows, "decoded": self.decoded}
+        return own | {"blobs": self._blobs, "bounds": self._bounds, "staging": self._staging}
 
     def _upload_roots(self, roots: np.ndarray) -> None:
         blobs = [self._hierarchies.read(int(page)) for page in roots]
@@ -138,11 +135,6 @@ class PagePool:
         low, high = (box[page] for box in self._boxes)
         record["box_low"][:3], record["box_size"][:3] = low, high - low
         return record
-
-    def free(self) -> None:
-        """Frees the memory; a second call does nothing."""
-        for buffer in self._buffers:
-            buffer.free()
 
 
 def _region(source: int, target: int, size: int) -> Any:

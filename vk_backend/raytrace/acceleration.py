@@ -211,7 +211,7 @@ class Packed(Resource):
             )
             for offset, size in zip(offsets, sizes)
         ]
-        super().__init__(device)
+        self.register(device)
 
     def addresses(self) -> list[int]:
         """The structures' device addresses."""

@@ -13,12 +13,11 @@ from gltf_scene.values import box_corners
 from ..decode.bounds import record_bounds
 from ..gpu import vk
 from ..gpu.constants import CONSTANTS
-from ..gpu.device import Device
 from ..gpu.errors import VulkanError
 from ..gpu.memory import Buffer
 from ..gpu.pipelines import ComputePipeline
 from ..gpu.reflection import structure
-from ..scene.scene import Scene
+from ..scene.view import SceneView
 from . import acceleration
 from .acceleration import BOTTOM, BOX_BYTES, INPUT, TOP, Boxes, Instances, Shape, Structures
 
@@ -62,8 +61,8 @@ def spatial_order(centers: np.ndarray, size: int) -> np.ndarray:
 class Geometry:
     """A scene's acceleration structures and the tables of their contents.
 
-    part_meshlets: meshlets of a part; a single part keeps the file's order. primitives: address of
-    the table of primitives. constants: specialisation constants of bounds.comp.
+    part_meshlets: meshlets of a part; a single part keeps the file's order. constants:
+    specialisation constants of bounds.comp.
     sources, placed: buffers of shaders/raytrace/rt_common.glsl. tops: a top level for each part.
     corners: if there are parts, float64[n, 4], homogeneous points of the world around the scene.
     any_masked: whether a material may be transparent.
@@ -71,14 +70,14 @@ class Geometry:
 
     def __init__(
         self,
-        device: Device,
-        scene: Scene,
+        view: SceneView,
         *,
-        primitives: int,
         constants: dict[str, int],
         part_meshlets: int,
     ):
+        device, scene = view.device, view.scene
         self._device, self._scene, self._constants = device, scene, constants
+        self._primitives = view.buffers.primitives_address
         self._inputs: list[Buffer] = []  # of the construction
         counts = [p.meshlets for p in scene.primitives]
         rows = np.zeros(sum(counts), SOURCE)
@@ -86,7 +85,7 @@ class Geometry:
         rows["meshlet"] = np.concatenate([p.drawn for p in scene.primitives])
         self.sources = Buffer(device, rows.nbytes).write(rows)
         self.parts = -(-len(rows) // part_meshlets)
-        pieces, shapes = self._shapes(rows, primitives, part_meshlets)
+        pieces, shapes = self._shapes(rows, part_meshlets)
         self.bottom = Structures(device, BOTTOM, shapes)
         self._place(pieces)
         for buffer in self._inputs:
@@ -111,11 +110,9 @@ class Geometry:
         """Whether rays are traced in grid coordinates, as they are unless positions are floats."""
         return not self._constants["POSITION_FLOATS"]
 
-    def _shapes(
-        self, rows: np.ndarray, primitives: int, part_meshlets: int
-    ) -> tuple[list[Piece], Sequence[Shape]]:
+    def _shapes(self, rows: np.ndarray, part_meshlets: int) -> tuple[list[Piece], Sequence[Shape]]:
         """The pieces of all parts, and the shapes that the bottom levels are built over."""
-        boxes = self._make_boxes(primitives, len(rows))
+        boxes = self._make_boxes(len(rows))
         if self.parts > 1:
             rows = self._sort(rows, boxes, part_meshlets)
         pieces = pieces_of(rows, part_meshlets)
@@ -124,7 +121,7 @@ class Geometry:
             Boxes(boxes.address + p.first * size, p.count * size // BOX_BYTES) for p in pieces
         ]
 
-    def _make_boxes(self, primitives: int, meshlets: int) -> Buffer:
+    def _make_boxes(self, meshlets: int) -> Buffer:
         """The boxes of all meshlets."""
         size = MESHLET_TRIANGLES // self._constants["BOX_TRIANGLES"] * BOX_BYTES
         boxes = Buffer(self._device, meshlets * size, INPUT)
@@ -135,7 +132,7 @@ class Geometry:
                 commands,
                 pipeline,
                 meshlets,
-                primitives=primitives,
+                primitives=self._primitives,
                 sources=self.sources.address,
                 boxes=boxes.address,
             )

@@ -2,68 +2,62 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import product
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
-from gltf_ext.errors import blaming
-
+from ..decode.fill import Filler
 from ..decode.slots import SlotLayout
-from ..gpu import vk
 from ..gpu.constants import CONSTANTS
 from ..gpu.device import Device
 from ..gpu.errors import VulkanError
-from ..gpu.limits import MAX_WORKGROUPS
 from ..gpu.memory import Buffer
-from ..gpu.pipelines import ComputePipeline, Timestamps, addresses, push, push_record
-from ..gpu.reflection import structure
-from ..scene.buffers import FRAME, SceneBuffers, require_room
+from ..scene.buffers import require_room
 from ..scene.camera import Camera
 from ..scene.scene import Scene
-from ..scene.textures import TextureArray, array_size, textures_layout
+from ..scene.view import SceneView
 from .commands import MESHLET_LEVELS, Area, FrameSubmissions, tiles
 from .geometry import Geometry
-from .pipeline import RayPipeline
+from .rays import RECORD_BYTES, Tracer
 
-RAYS_PUSH, FILL_PUSH = structure("RaysPush"), structure("FillPush")
 MAX_PARTS = 64  # of the model: the slots hold one at a time
-MAX_PASSES = 1 << 16  # of a frame
-SERIAL_FILL = 12_000  # meshlets; from here on a thread each is faster than a team each (docs)
-MAX_BOUNCES = 254  # RaysPush.level
-DEFAULT_SAMPLES = 16  # paths per pixel, with bounces
-RECORD_BYTES = CONSTANTS["RECORD_BYTES"]
+BOX_TRIANGLES = 4  # behind each box, a power of two
 MARGIN = 2  # pixels around the rectangle in which the scene is
-HIT_WORDS = CONSTANTS["HIT_WORDS"]
 FIRST_PART, LAST_PART = CONSTANTS["FIRST_PART"], CONSTANTS["LAST_PART"]
 BACKGROUND = CONSTANTS["BACKGROUND"]
+HIT = {
+    "closestHitShader": "rt_surface.rchit",
+    "anyHitShader": "rt_alpha.rahit",
+    "intersectionShader": "rt_meshlets.rint",
+}
 
 
-@dataclass
-class TracedPicture:
-    """A ray-traced picture, with the first hit of each pixel's first path.
-
-    color: uint8[height, width, 4], sRGB.
-    ids: uint32[height, width, 2], instance and meshlet * 64 + triangle; 0xFFFFFFFF for a miss.
-    t: float32[height, width], distance in world units; infinite for a miss.
-    barycentrics: float32[height, width, 2], weights of the second and third vertex.
-    milliseconds: on the GPU, including the upkeep of the cache.
-    """
-
-    color: np.ndarray
-    ids: np.ndarray
-    t: np.ndarray
-    barycentrics: np.ndarray
-    milliseconds: float
+def ray_constants(
+    scene: Scene, layout: SlotLayout, box_triangles: int, sweeps: bool = False
+) -> dict[str, int]:
+    """Specialisation constants of the shaders of rays."""
+    return {
+        "MAX_STREAMS": scene.max_streams,
+        "MAX_ELEMENTS": scene.max_elements,
+        "BOX_TRIANGLES": box_triangles,
+        "SWEEPS": int(sweeps),
+        **layout.constants,
+    }
 
 
-class RayTracer:
+def require(device: Device, scene: Scene, path: str) -> None:
+    """Raises VulkanError if the device cannot trace rays, or decode the scene in a workgroup."""
+    device.require("raytracing", path)
+    shared = device.limits.compute_shared_bytes
+    require_room(device, scene, path, shared, "choose --path geometry or vertex")
+
+
+class RayTracer(Tracer):
     """Renders a scene by tracing rays.
 
-    cache: share of the meshlets that may be decoded at any moment, 0 to 1 (whole meshlets, up);
-    cache_bytes: the limit in bytes instead. bounces: diffuse bounces; shadows: trace shadow rays;
-    samples: paths per pixel (None: 1, or 16 with bounces).
+    cache: bytes that decoded meshlets may take (None: as many as all need). bounces: diffuse
+    bounces; shadows: trace shadow rays; samples: paths per pixel (None: 1, or 16 with bounces).
 
     If the cache does not hold all meshlets, paths sweep over the model for each ray: part by part
     is decoded into the cache, and the nearest hit is kept.
@@ -72,220 +66,42 @@ class RayTracer:
     of the meshlets.
     """
 
-    path = "rt"
-    hit_shaders: ClassVar = {
-        "closestHitShader": "rt_surface.rchit",
-        "anyHitShader": "rt_alpha.rahit",
-        "intersectionShader": "rt_meshlets.rint",
-    }
-    box_triangles = 4  # behind each box, a power of two
-    needs: ClassVar = frozenset({"blobs"})  # of SceneBuffers
-    may_sweep = True
-
-    def __init__(
-        self,
-        device: Device,
-        scene: Scene,
-        *,
-        cache: float = 0.25,
-        cache_bytes: int | None = None,
-        bounces: int = 0,
-        shadows: bool = True,
-        samples: int | None = None,
-    ):
-        if not 0 <= cache <= 1 or (cache_bytes or 0) < 0:
-            raise VulkanError(
-                "the cache is a share from 0 to 1, or a number of bytes", "for example 0.25"
-            )
-        device.require("raytracing", self.path)
-        if "blobs" in self.needs:
-            shared = device.limits.compute_shared_bytes
-            require_room(device, scene, self.path, shared, "choose --path geometry or vertex")
-        self.device, self.scene = device, scene
-        self.samples = samples or (DEFAULT_SAMPLES if bounces else 1)
+    def __init__(self, device: Device, scene: Scene, *, cache: int | None = None, **light: Any):
+        require(device, scene, "rt")
         layout = SlotLayout.of(scene, traced=True)
-        self.slot_bytes = layout.bytes
-        self.meshlets = sum(p.meshlets for p in scene.primitives)
-        self.slots = self._count_slots(cache, cache_bytes)
-        self.sweeps = self.may_sweep and self.slots < self.meshlets
-        self.parts = -(-self.meshlets // self.slots) if self.sweeps else 1
-        self._part = 0  # that the slots hold
-        self.passes = 0  # of the last frame: launches of rays that met one part each
-        self._picture: dict[str, Buffer] = {}
-        self._size = (0, 0)
-        self.set_light(bounces=bounces, shadows=shadows)
-        with device.free_on_error():
-            self._make_resources(layout)
-
-    def _make_resources(self, layout: SlotLayout) -> None:
-        """Makes everything on the device that does not depend on the picture's size."""
-        device, scene = self.device, self.scene
-        self.buffers = SceneBuffers(device, scene, self.needs)
-        frame = Buffer(device, FRAME.itemsize)
-        start = Camera.fit_box(scene.low, scene.high, 1, 1)
-        frame.write(self.buffers.frame_record(start, 1, 1, 0).tobytes())
-        constants = {**self._constants(), **layout.constants}
-        self.geometry = self._make_geometry(self.buffers.primitives_address, constants)
-        self._own = {
-            "frame": frame,
-            "sources": self.geometry.sources,
-            "placed": self.geometry.placed,
-        }
-        with blaming(scene.path):
-            self._textures = TextureArray(device, scene.textures)
-        textures = array_size(scene.textures)
-        self._layout = textures_layout(device, textures)
-        hit = dict(self.hit_shaders)
-        if not self.geometry.any_masked:
-            del hit["anyHitShader"]
-        self._rays = RayPipeline(
-            device, hit, constants=constants, layout=self._layout, textures=textures
-        )
-        self._times = Timestamps(device, 2)
-        self._make_cache(constants)
-
-    # --- use ---
-
-    def render(self, camera: Camera, width: int, height: int) -> TracedPicture:
-        """Renders one frame."""
-        milliseconds = self.time(camera, width, height)
-        hits = self._picture["hits"].read().reshape(height, width, HIT_WORDS)
-        ids = self.scene.whole_ids(self._ids(np.ascontiguousarray(hits[..., :2])))
-        floats = np.ascontiguousarray(hits[..., 2:]).view(np.float32)
-        color = self._picture["colors"].read(np.uint8).reshape(height, width, 4)
-        return TracedPicture(color, ids, floats[..., 0], floats[..., 1:], milliseconds)
-
-    def time(self, camera: Camera, width: int, height: int) -> float:
-        """Renders one frame without copying it to the host; milliseconds on the GPU."""
-        if self._size != (width, height):
-            self._prepare(width, height)
-        frame = self.buffers.frame_record(camera, width, height, 0)
-        self._own["frame"].write(frame.tobytes())
-        submissions = FrameSubmissions(self.device, self._bind)
-        self._times.reset(submissions.commands)
-        self._times.mark(submissions.commands, 0)
-        self._record(submissions, camera)
-        self._times.mark(submissions.commands, 1)
-        submissions.run()
-        return float(self._times.milliseconds().sum())
-
-    def resident_bytes(self) -> dict[str, int]:
-        """Allocated bytes of device memory by part, without pictures and textures.
-
-        cache: everything that is decoded. records: of paths that sweep; they grow with the picture,
-        all other parts with the model.
-        """
-        own = {name: buffer.allocated for name, buffer in self._own.items()}
-        return {
-            "model": self.buffers.resident_bytes,
-            "acceleration": self.geometry.resident_bytes,
-            "cache": own.pop("cache", 0),
-            "tables": self._rays.table.allocated + sum(own.values()),
-            "records": self._picture["records"].allocated if "records" in self._picture else 0,
-        }
-
-    def slot_words(self) -> np.ndarray:
-        """uint32[slots, words]: what the cache holds; waits."""
-        words = self._own["cache"].read()
-        return words[: self.slots * self.slot_bytes // 4].reshape(self.slots, -1)
-
-    def set_light(self, *, bounces: int, shadows: bool) -> None:
-        """Changes bounces and shadows from the next frame on. Raises VulkanError for too many."""
-        passes = self.samples * _levels(bounces, shadows) * self.parts
-        if not 0 <= bounces <= MAX_BOUNCES or not 0 < passes <= MAX_PASSES:
-            raise VulkanError(
-                f"{self.samples} samples of {bounces} bounces take too many passes",
-                f"ask for at most {MAX_BOUNCES} bounces, for fewer samples or for a larger cache",
-            )
-        self.bounces, self.shadows = bounces, shadows
-
-    def free(self) -> None:
-        """Frees the device memory; the tracer cannot be used afterwards."""
-        self.buffers.free()
-        self.geometry.free()
-        self._textures.free()
-        for buffer in (*self._own.values(), *self._picture.values(), self._rays.table):
-            buffer.free()
-
-    # --- setup ---
-
-    def _count_slots(self, cache: float, cache_bytes: int | None) -> int:
-        """Raises VulkanError if sweeps would need more than MAX_PARTS parts."""
-        least = -(-self.meshlets // MAX_PARTS) if self.may_sweep else 0
-        if cache_bytes is None:
-            slots = int(np.ceil(cache * self.meshlets))
-        else:
-            slots = cache_bytes // self.slot_bytes
+        meshlets = sum(p.meshlets for p in scene.primitives)
+        slots = meshlets if cache is None else min(cache // layout.bytes, meshlets)
+        least = -(-meshlets // MAX_PARTS)
         if slots < least:
             raise VulkanError(
-                f"the cache holds {slots} of {self.meshlets} meshlets, fewer than one in "
-                f"{MAX_PARTS}",
-                f"give it {least * self.slot_bytes} bytes or more",
+                f"the cache holds {slots} of {meshlets} meshlets, fewer than one in {MAX_PARTS}",
+                f"give it {least * layout.bytes} bytes or more",
             )
-        return min(slots, self.meshlets)
+        constants = ray_constants(scene, layout, BOX_TRIANGLES, sweeps=slots < meshlets)
+        with device.free_on_error():
+            view = SceneView(device, scene, frozenset({"blobs"}), matrices=False)
+            geometry = Geometry(view, constants=constants, part_meshlets=slots)
+            super().__init__(view, geometry, HIT, constants, parts=geometry.parts, **light)
+            self.meshlets, self.slots, self.slot_bytes = meshlets, slots, layout.bytes
+            self.sweeps = slots < meshlets
+            self._part = 0  # that the slots hold
+            self._own["cache"] = Buffer(device, slots * layout.bytes)
+            self._filler = Filler(device, constants)
+            with device.commands() as commands:
+                self._record_fill(commands, 0, slots)
 
-    def _constants(self) -> dict[str, int]:
-        """Specialisation constants besides those of slots."""
-        return {
-            "MAX_STREAMS": self.scene.max_streams,
-            "MAX_ELEMENTS": self.scene.max_elements,
-            "BOX_TRIANGLES": self.box_triangles,
-            "SWEEPS": int(self.sweeps),
-        }
+    def meshlet_ids(self, hits: np.ndarray) -> np.ndarray:
+        return hits if self.sweeps else self.scene.drawn_ids(hits)
 
-    def _make_geometry(self, primitives: int, constants: dict[str, int]) -> Geometry:
-        """primitives: address of their table."""
-        return Geometry(
-            self.device,
-            self.scene,
-            primitives=primitives,
-            constants=constants,
-            part_meshlets=self.slots if self.sweeps else self.meshlets,
-        )
-
-    def _make_cache(self, constants: dict[str, int]) -> None:
-        """Makes the cache and decodes the first meshlets into it."""
-        self._own["cache"] = Buffer(self.device, self.slots * self.slot_bytes)
-        self._fill, self._fill_serial = (
-            ComputePipeline.of(self.device, name, constants)
-            for name in ("rt_fill.comp", "rt_fill_serial.comp")
-        )
-        with self.device.commands() as commands:
-            self._record_fill(commands, 0, self.slots)
-
-    # --- frames ---
-
-    def _prepare(self, width: int, height: int) -> None:
-        """Makes the buffers of a picture of this size."""
-        self.device.limits.check_rays(width, height)
-        pixels = width * height
-        for buffer in self._picture.values():
-            buffer.free()
-        self._picture, self._size = {}, (0, 0)  # the new ones may not fit the device
-        sizes = {"colors": 4 * pixels, "hits": 4 * HIT_WORDS * pixels}
-        if self.sweeps:
-            # One record per pixel; a row of pixels may need two.
-            sizes["records"] = RECORD_BYTES * width * max(height, 2)
-        with self.device.free_on_error():
-            self._picture = {name: Buffer(self.device, size) for name, size in sizes.items()}
-        self._size = width, height
-
-    def _bind(self, commands: Any) -> None:
-        """Records what all launches of a command buffer need."""
-        bind_point = vk.VK_PIPELINE_BIND_POINT_RAY_TRACING_KHR
-        vk.vkCmdBindPipeline(commands, bind_point, self._rays.handle)
-        vk.vkCmdBindDescriptorSets(
-            commands, bind_point, self._layout, 0, 1, [self._textures.set], 0, []
-        )
-
-    def _record(self, submissions: FrameSubmissions, camera: Camera) -> None:
-        """Records all passes of a frame."""
-        levels = self.samples * _levels(self.bounces, self.shadows)  # of a pixel
-        for area in tiles(*self._size, levels):
-            commands = submissions.room_for(area[2] * area[3] * levels)
-            self._record_rays(commands, area, part=BACKGROUND if self.sweeps else 0)
-        if self.sweeps:
-            self._record_sweeps(submissions, self._strips(camera))
+    def record(self, submissions: FrameSubmissions, camera: Camera) -> None:
+        """Without sweeps, all rays of a path in one launch; else the background and the sweeps."""
+        if not self.sweeps:
+            super().record(submissions, camera)
+            return
+        for area in tiles(*self._size, self.levels):
+            commands = submissions.room_for(area[2] * area[3] * self.levels)
+            self.record_rays(commands, area, part=BACKGROUND)
+        self._record_sweeps(submissions, self._strips(camera))
 
     def _strips(self, camera: Camera) -> list[Area]:
         """The rectangle of the picture in which the scene is, in strips that fit the records."""
@@ -320,7 +136,7 @@ class RayTracer:
         parts = range(self.parts)
         if self._part == parts[-1]:
             parts = parts[::-1]
-        levels = range(_levels(self.bounces, self.shadows))
+        levels = range(self.levels // self.samples)
         sweeps = list(product(strips, range(self.samples), levels))
         for strip, sample, bounce in sweeps:
             for part in parts:
@@ -335,49 +151,19 @@ class RayTracer:
                 ends = FIRST_PART * (part == parts[0]) + LAST_PART * (part == parts[-1])
                 level = bounce | sample << 8
                 commands = submissions.room_for(strip[2] * strip[3])
-                self._record_rays(commands, strip, part, part=ends, level=level)
+                self.record_rays(
+                    commands, strip, part, first=part * self.slots, part=ends, level=level
+                )
             parts = parts[::-1]
         self.passes = len(sweeps) * self.parts
 
+    def slot_words(self) -> np.ndarray:
+        """uint32[slots, words]: what the cache holds; waits."""
+        words = self._own["cache"].read()
+        return words[: self.slots * self.slot_bytes // 4].reshape(self.slots, -1)
+
     def _record_fill(self, commands: Any, first: int, count: int) -> None:
         """Records the decoding of `count` meshlets from number `first` on into the first slots."""
-        data = self._pushed(FILL_PUSH, first=first, count=count)
-        if count < SERIAL_FILL:
-            self._fill.dispatch(commands, min(count, MAX_WORKGROUPS), data)
-        else:
-            self._fill_serial.dispatch(commands, min(-(-count // 32), MAX_WORKGROUPS), data)
-        self.device.full_barrier(commands)
-
-    def _record_rays(self, commands: Any, area: Area, structure: int = 0, **own: int) -> None:
-        """Records a launch of the rays of an area, which meet a part."""
-        left, top, width, height = area
-        data = self._pushed(
-            RAYS_PUSH,
-            structure=self.geometry.tops.addresses[structure],
-            bounces=self.bounces,
-            samples=self.samples,
-            shadows=int(self.shadows),
-            width=self._size[0],
-            pixel=top * self._size[0] + left,
-            first=structure * self.slots,
-            **own,
-        )
-        push(commands, self._layout, data)
-        trace = self.device.function("vkCmdTraceRaysKHR")
-        trace(commands, *self._rays.regions, width, height, 1)
-        self.device.full_barrier(commands)
-
-    def _pushed(self, dtype: np.dtype, **fields: int) -> np.ndarray:
-        """Push constants: the given fields, and the addresses of all buffers that it has."""
-        found = addresses(dtype, {**self._own, **self._picture})
-        own = {name: value for name, value in fields.items() if name in (dtype.names or ())}
-        return push_record(dtype, **{**found, **own})
-
-    def _ids(self, hits: np.ndarray) -> np.ndarray:
-        """uint32[..., 2] instance and meshlet * 64 + triangle, from the shaders' hits."""
-        return hits if self.sweeps else self.scene.drawn_ids(hits)
-
-
-def _levels(bounces: int, shadows: bool) -> int:
-    """Levels of a path: see shaders/raytrace/rt_paths.glsl."""
-    return bounces + 1 + shadows
+        sources, cache = self._own["sources"].address, self._own["cache"].address
+        addresses = {"frame": self.view.frame, "sources": sources, "cache": cache}
+        self._filler.decode(commands, first, count, **addresses)

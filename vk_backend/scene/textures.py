@@ -63,7 +63,7 @@ class TextureArray(Resource):
                 pSetLayouts=[layout],
             ),
         )[0]
-        super().__init__(device)
+        self.register(device)
         self._write()
 
     def _write(self) -> None:

@@ -567,7 +567,7 @@ void test_levels() {
   REFUSED(gltf_meshlet_open_surface(shapes, 1, 4, nullptr, 0.5f, 1, &surface));
   REFUSED(gltf_meshlet_open_surface(shapes, 1, 4, &m.groups, 0.5f, 1, nullptr));
   WORKS(open(1, 4));
-  gltf_meshlet_carried carried = sized<gltf_meshlet_carried>();
+  gltf_meshlet_samples carried = sized<gltf_meshlet_samples>();
   uint32_t chosen[1] = {0}, begin[2] = {0, 1}, vertex[1] = {3};
   const float area[1] = {1};
   carried.vertices = vertex;

@@ -134,7 +134,7 @@ static void simplify(const gltf_meshlet_groups* before) {
   const float* shapes[2] = {positions, bent};
   uint32_t begin[GROUPS + 1] = {0}, none[GROUPS + 1] = {0}, chosen[GROUPS];
   gltf_meshlet_groups after = {0};
-  gltf_meshlet_carried carried = {0};
+  gltf_meshlet_samples carried = {0};
   gltf_meshlet_surface* surface;
   gltf_meshlet_result* result;
   for (uint32_t v = 0; v < VERTICES; v++) locked[v] = v / ROW % (SIDE / GROUPS) == 0;

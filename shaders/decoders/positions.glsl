@@ -1,7 +1,8 @@
 // Decodes the positions of a meshlet with one thread, for the shaders that run once on loading.
-// Include after scene.glsl.
 #ifndef POSITIONS_GLSL
 #define POSITIONS_GLSL
+
+#include "scene/scene.glsl"
 
 #define MAX_ELEMENTS 3u
 #include "decoders/serial_prologue.glsl"

@@ -14,8 +14,8 @@
 
 #define OWN_PUSH
 #include "raytrace/rt_common.glsl"
-#include "scene/bounds.glsl"
-#include "scene/positions.glsl"
+#include "decoders/bounds.glsl"
+#include "decoders/positions.glsl"
 layout(local_size_x = BOUNDS_THREADS) in;
 
 struct Box {  // VkAabbPositionsKHR

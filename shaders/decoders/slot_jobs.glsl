@@ -1,7 +1,7 @@
 // Paths `visibility` and `stream`, decoding: the job of connect_stream.comp and values_stream.comp
 // is one batch of meshlets, which go into the slots from push.first_slot on
-// (vk_backend/decode/ring.py). Same functions as decode_push.glsl. Slots between two segments are
-// empty.
+// (vk_backend/decode/batches.py). Same functions as decode_push.glsl. Slots between two segments
+// are empty.
 
 uint job_instance;
 uint job_primitive_number;
@@ -10,7 +10,7 @@ uint job_begin;  // place of the primitive's first meshlet, if it is in the batc
 #define INSTANCE job_instance
 #define PRIMITIVE job_primitive_number
 #include "raster/culling.glsl"
-#include "scene/slots.glsl"
+#include "decoders/slots.glsl"
 #include "decoders/decode_buffers.glsl"
 #include "levels/jobs.glsl"
 
