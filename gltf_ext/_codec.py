@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gltf_ext._joinable import Joinable
 from gltf_ext._library import BLOB_MAX_STREAMS as BLOB_MAX_STREAMS
 from gltf_ext._library import (
     PROGRESS,
@@ -24,20 +25,20 @@ from gltf_ext._library import (
     Blob,
     Cancelled,
     Counts,
-    Groups,
+    Floats,
     Handle,
     Mesh,
     MeshletOptions,
     Result,
-    Samples,
     Statistics,
     StreamRow,
     Struct,
-    Topology,
-    Vertices,
+    UInt32s,
     address,
+    array_of,
     check,
     functions,
+    groups_of,
     library,
     pointers,
 )
@@ -52,8 +53,6 @@ STREAM_MAX_ELEMENTS, STREAM_MAX_BITS = 4, 32
 MESHLET_TRIANGLES = MESHLET_VERTICES = 64
 
 Bytes = bytes | memoryview
-UInt32s = NDArray[np.uint32]
-Floats = NDArray[np.float32]
 
 
 @dataclass(frozen=True)
@@ -76,14 +75,6 @@ class Stream:
     def width(self) -> int:
         """Accessor components that the stream stands for."""
         return 3 if self.kind == KIND_OCT else self.elements
-
-
-def _array(values: Any, dtype: type[np.generic], *shape: int) -> NDArray[Any]:
-    """Any array as one of this dtype, in C's order. shape: -1 for any length. Raises TypeError."""
-    array = np.ascontiguousarray(values, dtype)
-    if array.ndim != len(shape) or any(n not in (-1, m) for n, m in zip(shape, array.shape)):
-        raise TypeError(f"an array has the shape {array.shape} instead of {shape}")
-    return array
 
 
 def _number_of(name: str, names: Mapping[str, int], problem: str) -> int:
@@ -170,59 +161,6 @@ class _View(Handle):
             "symbols": dict(zip("CLERS", s.symbols)),
             "references": {"owned": s.owned, "private": s.private, "foreign": s.foreign},
         }
-
-
-@dataclass
-class Joinable:
-    """Decoded triangles with what tells which vertices were one in the source.
-
-    Attributes:
-        triangles: uint32[T, 3]; integers: uint32[V, elements] per stream.
-        first_vertices: uint64: of each blob.
-        shared: uint32[V]: each vertex, or an earlier one that has its position by a reference; None
-            if that is not known.
-    """
-
-    triangles: UInt32s
-    integers: list[UInt32s]
-    first_vertices: NDArray[np.uint64]
-    shared: UInt32s | None = None
-
-    def join(self, source_vertices: int) -> tuple[UInt32s, int]:
-        """Find the vertices of the source.
-
-        source_vertices: how many it had, 0 if that is not known.
-
-        Returns (uint32[V]: their numbers, equal for one vertex, in order of first occurrence; how
-        many there are).
-        """
-        count = len(self.integers[0])
-        numbers, different = np.empty(count, np.uint32), c_uint32()
-        integers = [_array(i, np.uint32, count, -1) for i in self.integers]
-        arrays = {
-            "triangles": _array(self.triangles, np.uint32, -1, 3),
-            "integers": pointers(integers),
-            "elements": np.array([i.shape[1] for i in integers], np.uint32),
-            "first_vertices": _array(self.first_vertices, np.uint64, -1),
-        }
-        if self.shared is not None:
-            arrays["shared"] = _array(self.shared, np.uint32, count)
-        counts = {
-            "stream_count": len(integers),
-            "triangle_count": len(self.triangles),
-            "vertex_count": count,
-            "blob_count": len(self.first_vertices),
-            "source_vertices": source_vertices,
-        }
-        functions.join_vertices(Vertices(**arrays, **counts), numbers.ctypes, byref(different))
-        return numbers, different.value
-
-
-def topology(triangles: UInt32s, vertex_count: int) -> dict[str, int]:
-    """Count vertices of triangles uint32[T, 3], boundary edges (of one triangle), and islands."""
-    triangles, found = _array(triangles, np.uint32, -1, 3), Topology()
-    functions.get_topology(triangles.ctypes, len(triangles), vertex_count, found)
-    return {name: getattr(found, name) for name in ("vertices", "boundary_edges", "islands")}
 
 
 class Header(_View):
@@ -364,7 +302,7 @@ def weld(rows: NDArray[np.uint8]) -> tuple[UInt32s, int]:
 
     rows: uint8[N, stride]. Returns (numbers: uint32[N], number of different rows).
     """
-    rows = _array(rows, np.uint8, -1, -1)
+    rows = array_of(rows, np.uint8, -1, -1)
     numbers, count = np.empty(len(rows), np.uint32), c_uint32()
     functions.weld(rows.ctypes, *rows.shape, numbers.ctypes, byref(count))
     return numbers, count.value
@@ -400,7 +338,7 @@ def triangulate(points: NDArray[np.float32], sizes: NDArray[np.integer[Any]]) ->
     which those with fewer than 3 give no triangle. Convex polygons become fans around their first
     corner, others lose their ears.
     """
-    points = _array(points, np.float32, -1, 3)
+    points = array_of(points, np.float32, -1, 3)
     sizes = np.ascontiguousarray(sizes, np.uint32)
     result = Result()
     functions.triangulate(points.ctypes, len(points), sizes.ctypes, len(sizes), result.out)
@@ -429,8 +367,8 @@ def _options(max_triangles: int, max_vertices: int, effort: str, **fields: Any) 
 
 def _vertices(position_ids: UInt32s, positions: Floats) -> dict[str, Any]:
     """Return the fields of a mesh for its vertices."""
-    positions = _array(positions, np.float32, -1, 3)
-    position_ids = _array(position_ids, np.uint32, -1)
+    positions = array_of(positions, np.float32, -1, 3)
+    position_ids = array_of(position_ids, np.uint32, -1)
     if len(position_ids) != len(positions):
         raise ValueError("position_ids and positions differ in length")
     return {"vertex_count": len(positions), "position_ids": position_ids, "positions": positions}
@@ -469,8 +407,8 @@ def encode(
     Raises ValueError or TypeError for bad arguments.
     """
     vertices = _vertices(position_ids, positions)
-    triangles = _array(triangles, np.uint32, -1, 3)
-    values = [_array(v, np.uint32, -1, -1) for v in values]
+    triangles = array_of(triangles, np.uint32, -1, 3)
+    values = [array_of(v, np.uint32, -1, -1) for v in values]
     if len(streams) != len(values):
         raise ValueError("streams and values differ in number")
     if any(v.shape != (len(positions), s.elements) for v, s in zip(values, streams)):
@@ -502,7 +440,7 @@ def encode(
 def _order(meshlets: tuple[UInt32s, ...], triangle_count: int) -> dict[str, Any]:
     """Return the fields of a mesh for the caller's meshlets. Raises ValueError."""
     names = ("order", "disk_begin", "meshlet_begin", "group_begin")
-    arrays = {name: _array(part, np.uint32, -1) for name, part in zip(names, meshlets)}
+    arrays = {name: array_of(part, np.uint32, -1) for name, part in zip(names, meshlets)}
     if len(arrays["order"]) != triangle_count:
         raise ValueError("the meshlets do not hold each triangle once")
     return {**arrays, **{f"{name}_count": len(arrays[name]) for name in names[1:]}}
@@ -532,12 +470,6 @@ def _run(
 # --- levels of detail ---
 
 
-def _groups(triangles: UInt32s, begin: UInt32s) -> Struct:
-    triangles, begin = _array(triangles, np.uint32, -1, 3), _array(begin, np.uint32, -1)
-    counts = {"triangle_count": len(triangles), "begin_count": len(begin)}
-    return Groups(triangles=triangles, begin=begin, **counts)
-
-
 def generate_in_groups(
     triangles: UInt32s,
     triangle_begin: UInt32s,
@@ -563,96 +495,8 @@ def generate_in_groups(
     mesh = Mesh(**_vertices(position_ids, positions))
     options = _options(max_triangles, MESHLET_VERTICES, effort, lambda_=lambda_, threads=threads)
     result = Result()
-    functions.generate(mesh, _groups(triangles, triangle_begin), options, result.out)
+    functions.generate(mesh, groups_of(triangles, triangle_begin), options, result.out)
     return result.array(0), result.array(1), result.array(2), result.array(3)
-
-
-class ReplacementErrors(Handle):
-    """Level 0, to measure what replaces parts of it. Keeps its arrays."""
-
-    def __init__(
-        self,
-        shapes: Sequence[Floats],
-        triangles: UInt32s,
-        begin: UInt32s,
-        vertex_fraction: float,
-        threads: int = 0,
-    ) -> None:
-        """Place samples in level 0.
-
-        Args:
-            shapes: float32[V, 3] each: positions at rest, and with each morph target.
-            triangles: uint32[T, 3]: level 0, group after group.
-            begin: uint32[G + 1]: the first triangle of each group, and T.
-            vertex_fraction: the fraction of the area of level 0 that its vertices represent.
-            threads: number of threads, 0 for all processors.
-
-        Raises:
-            ValueError: arrays do not fit each other.
-        """
-        super().__init__()
-        self._shapes = [_array(shape, np.float32, -1, 3) for shape in shapes]
-        self._threads, vertices = threads, {len(shape) for shape in self._shapes}
-        if len(vertices) > 1:
-            raise ValueError("shapes differ in length")
-        level_0 = _groups(triangles, begin), vertex_fraction, threads
-        functions.open_surface(
-            pointers(self._shapes), len(shapes), sum(vertices), *level_0, self.out
-        )
-
-    def measure(
-        self,
-        old_triangles: UInt32s,
-        old_begin: UInt32s,
-        new_triangles: UInt32s,
-        new_begin: UInt32s,
-        measured_groups: UInt32s,
-        sample_vertices: UInt32s,
-        sample_begin: UInt32s,
-        areas: Floats,
-    ) -> tuple[Floats, UInt32s, UInt32s, UInt32s, Floats]:
-        """Measure the distance between groups of triangles and their replacements.
-
-        Args:
-            old_triangles: uint32[T, 3]: a level, group after group.
-            old_begin: uint32[G + 1]: the first triangle of each group, and T.
-            new_triangles: uint32[N, 3]: the replacements, in the same order.
-            new_begin: uint32[G + 1]: the first triangle of each replacement, and N.
-            measured_groups: uint32[K]: the groups to measure.
-            sample_vertices: uint32[S]: vertices of level 0 that earlier levels have removed, group
-                after group.
-            sample_begin: uint32[K + 1]: the first sample of each measured group, and S.
-            areas: float32[S]: the area of level 0 that each sample represents.
-
-        Returns:
-            float32[K]: the distance between each replacement and level 0 that 99.9 % of either
-            surface keeps; uint32[R]: the samples for the next level; uint32[R]: the index in
-            `new_triangles` of the nearest triangle of the same group; uint32[K + 1]: the first
-            sample of each group, and R; float32[R]: their areas.
-
-        Raises:
-            ValueError: arrays do not fit each other.
-        """
-        measured_groups, sample_vertices = (
-            _array(measured_groups, np.uint32, -1),
-            _array(sample_vertices, np.uint32, -1),
-        )
-        sample_begin, areas = _array(sample_begin, np.uint32, -1), _array(areas, np.float32, -1)
-        if len(sample_begin) != len(measured_groups) + 1:
-            raise ValueError("begins do not rise from 0 to the number of vertices")
-        if len(areas) != len(sample_vertices):
-            raise ValueError("areas differ in length")
-        vertices = Samples(
-            vertices=sample_vertices, begin=sample_begin, areas=areas, count=len(sample_vertices)
-        )
-        groups, result = (
-            (_groups(old_triangles, old_begin), _groups(new_triangles, new_begin)),
-            Result(),
-        )
-        selection = measured_groups.ctypes, len(measured_groups), vertices
-        functions.measure(self, *groups, *selection, self._threads, result.out)
-        distances, areas = result.array(0, np.float32), result.array(4, np.float32)
-        return distances, result.array(1), result.array(2), result.array(3), areas
 
 
 def surface_distances(
@@ -673,8 +517,8 @@ def surface_distances(
     Raises:
         ValueError: arrays do not fit each other.
     """
-    points, positions = _array(points, np.float32, -1, 3), _array(positions, np.float32, -1, 3)
-    surface = _groups(triangles, np.array([0, len(triangles)], np.uint32))
+    points, positions = array_of(points, np.float32, -1, 3), array_of(positions, np.float32, -1, 3)
+    surface = groups_of(triangles, np.array([0, len(triangles)], np.uint32))
     surface_points = positions.ctypes, len(positions), enough, threads
     distances, nearest = np.empty(len(points), np.float32), np.empty(len(points), np.uint32)
     functions.get_distances(
@@ -685,7 +529,7 @@ def surface_distances(
 
 def hilbert_order(points: Floats) -> UInt32s:
     """Return uint32[N]: the numbers of points (finite float32[N, 3]) along a Hilbert curve."""
-    points = _array(points, np.float32, -1, 3)
+    points = array_of(points, np.float32, -1, 3)
     order = np.empty(len(points), np.uint32)
     functions.sort_points(points.ctypes, len(points), order.ctypes)
     return order

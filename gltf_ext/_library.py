@@ -18,6 +18,9 @@ BLOB_MAX_STREAMS = 64  # of codec/format/constants.h
 PROGRESS = ctypes.CFUNCTYPE(ctypes.c_int, c_void_p, c_float)
 # Types of fields and arguments, by a letter each; p is any pointer.
 _NUMBERS = (c_uint8, c_uint32, c_uint64, ctypes.c_int32, c_float, c_size_t)
+UInt32s = NDArray[np.uint32]
+Floats = NDArray[np.float32]
+
 _ARRAYS = (c_uint32 * 4, c_uint64 * 5, c_float * 4, c_uint64 * BLOB_MAX_STREAMS)
 _TYPES: dict[str, Any] = dict(zip("buqifzpc45os", (*_NUMBERS, c_void_p, PROGRESS, *_ARRAYS)))
 FUNCTIONS = """
@@ -164,3 +167,18 @@ class Result(Handle):
 
 def pointers(arrays: Sequence[NDArray[Any]]) -> ctypes.Array[c_void_p]:
     return (c_void_p * len(arrays))(*map(address, arrays))
+
+
+def array_of(values: Any, dtype: type[np.generic], *shape: int) -> NDArray[Any]:
+    """Any array as one of this dtype, in C's order. shape: -1 for any length. Raises TypeError."""
+    array = np.ascontiguousarray(values, dtype)
+    if array.ndim != len(shape) or any(n not in (-1, m) for n, m in zip(shape, array.shape)):
+        raise TypeError(f"an array has the shape {array.shape} instead of {shape}")
+    return array
+
+
+def groups_of(triangles: UInt32s, begin: UInt32s) -> Struct:
+    """Return the struct of triangles, uint32[T, 3], group after group, and uint32[G + 1] begins."""
+    triangles, begin = array_of(triangles, np.uint32, -1, 3), array_of(begin, np.uint32, -1)
+    counts = {"triangle_count": len(triangles), "begin_count": len(begin)}
+    return Groups(triangles=triangles, begin=begin, **counts)

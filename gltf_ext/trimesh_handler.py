@@ -67,9 +67,9 @@ def _decode(context: dict[str, Any]) -> dict[int, Any]:
     extension, primitive, accessors = context["data"], context["primitive"], context["accessors"]
     view = bytes(context["views"][extension["bufferView"]])
     blob = unpack(view) if is_packed(view) else view
-    opened = _codec.Decoder(blob)
-    streams, indices = opened.streams, primitive["indices"]
-    _require_count(accessors[indices], 3 * opened.triangle_count)
+    decoder = _codec.Decoder(blob)
+    streams, indices = decoder.streams, primitive["indices"]
+    _require_count(accessors[indices], 3 * decoder.triangle_count)
     triangles, values = decode_view(blob, extension.get("sourceVertices"))
     arrays = {indices: triangles.reshape(-1, *accessors[indices].shape[1:])}
     sets = [
@@ -79,7 +79,7 @@ def _decode(context: dict[str, Any]) -> dict[int, Any]:
     for first_streams, names in sets:
         for name, number in names.items():
             placeholder = accessors[number]
-            _require_count(placeholder, opened.vertex_count)
+            _require_count(placeholder, decoder.vertex_count)
             components = math.prod(placeholder.shape[1:])
             columns = [values[s] for s in streams_of(first_streams[name], components, streams)]
             array = to_accessor(columns, placeholder.dtype)

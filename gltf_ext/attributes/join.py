@@ -11,6 +11,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from gltf_ext import _codec
+from gltf_ext._joinable import Joinable
 from gltf_ext.attributes.extension import Compressed, malformed_from, parts_of
 from gltf_ext.ranges import first_of_each, occurring, renumbered
 from gltf_ext.sources.primitives import Primitive
@@ -37,9 +38,7 @@ def decode_view(view: _codec.Bytes, source_vertices: int | None) -> Arrays:
     return without_copies(joinable, values, max(source_vertices, 1))
 
 
-def without_copies(
-    joinable: _codec.Joinable, values: list[np.ndarray], source_vertices: int
-) -> Arrays:
+def without_copies(joinable: Joinable, values: list[np.ndarray], source_vertices: int) -> Arrays:
     """Triangles and values without the vertices that are doubled."""
     numbers, count = joinable.join(source_vertices)
     if count == len(numbers):
@@ -102,8 +101,10 @@ class Parts:
                 is_kept = np.ones(len(numbers), bool)
                 is_kept[removed] = False
                 numbers = np.cumsum(is_kept, dtype=np.uint32) + np.uint32(first - begin - 1)
-                kept = self._of_copies[begin:end]
-                numbers[removed] = kept - np.searchsorted(self._copies, kept).astype(np.uint32)
+                originals = self._of_copies[begin:end]
+                numbers[removed] = originals - np.searchsorted(self._copies, originals).astype(
+                    np.uint32
+                )
                 values = [v[is_kept] for v in values]
             yield numbers[triangles], values
             first = last
@@ -133,9 +134,9 @@ def _equal_vertices(compressed: Compressed, folder: str) -> tuple[np.ndarray, np
         places = np.flatnonzero(is_first)[np.cumsum(is_first) - 1]
         numbers.append(rows["number"][~is_alone])
         originals.append(rows["number"][places][~is_alone])
-    found, of_place = np.concatenate(numbers), np.concatenate(originals)
-    order = np.argsort(found)
-    return found[order], of_place[order]
+    vertices, of_vertices = np.concatenate(numbers), np.concatenate(originals)
+    order = np.argsort(vertices)
+    return vertices[order], of_vertices[order]
 
 
 def _originals(compressed: Compressed, doubled: np.ndarray) -> np.ndarray:
@@ -143,7 +144,7 @@ def _originals(compressed: Compressed, doubled: np.ndarray) -> np.ndarray:
 
     Looks only at triangles around these vertices. Raises MeshletError.
     """
-    pieces: list[_codec.Joinable] = []
+    pieces: list[Joinable] = []
     numbers: list[np.ndarray] = []
     first = count = 0
     for part in parts_of(compressed.blob):
@@ -158,7 +159,7 @@ def _originals(compressed: Compressed, doubled: np.ndarray) -> np.ndarray:
         numbers.append(used + first)
         first += size
         count += len(used)
-    reduced = _codec.Joinable(
+    reduced = Joinable(
         np.concatenate([p.triangles for p in pieces]),
         [np.concatenate(column) for column in zip(*(p.integers for p in pieces))],
         np.concatenate([p.first_vertices for p in pieces]),
@@ -168,13 +169,13 @@ def _originals(compressed: Compressed, doubled: np.ndarray) -> np.ndarray:
     joined_numbers, different = reduced.join(compressed.source_vertices - rest)
     in_view = np.concatenate(numbers)
     originals = in_view[first_of_each(joined_numbers, different)][joined_numbers]
-    found: np.ndarray = originals[np.searchsorted(in_view, doubled)].astype(np.uint32)
-    return found
+    result: np.ndarray = originals[np.searchsorted(in_view, doubled)].astype(np.uint32)
+    return result
 
 
 def _triangles_around(
-    whole: _codec.Joinable, is_doubled: np.ndarray, first: int
-) -> tuple[_codec.Joinable, np.ndarray]:
+    whole: Joinable, is_doubled: np.ndarray, first: int
+) -> tuple[Joinable, np.ndarray]:
     """Return (the triangles around some vertices, numbers of their vertices in ascending order).
 
     The vertices are numbered from `first` on.
@@ -187,7 +188,7 @@ def _triangles_around(
     while (shared[shared] != shared).any():
         shared = shared[shared]
     _, of_root, root = np.unique(shared[used], return_index=True, return_inverse=True)
-    piece = _codec.Joinable(
+    piece = Joinable(
         renumbered(triangles, used, size) + np.uint32(first),
         [values[used] for values in whole.integers],
         np.searchsorted(used, whole.first_vertices).astype(np.uint64) + np.uint64(first),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from gltf_ext import _codec
+from gltf_ext._joinable import topology
 from gltf_ext.attributes.extension import Compressed
 from gltf_ext.attributes.join import decode
 from gltf_ext.attributes.records import RecordFormat
@@ -40,8 +40,8 @@ def topologies(
     before = record_format.vertices_of(record_format.triangles_of(source))
     after = decode(compressed)
     return (
-        Topology(**_codec.topology(before.triangles, len(before.records))),
-        Topology(**_codec.topology(after.indices, after.vertex_count)),
+        Topology(**topology(before.triangles, len(before.records))),
+        Topology(**topology(after.indices, after.vertex_count)),
     )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from gltf_ext import _codec
+from gltf_ext._replacement_errors import ReplacementErrors
 from gltf_ext.ranges import begins, begins_of, members
 
 # The fraction of the area of level 0 that its vertices represent; points in triangles represent the
@@ -50,7 +51,7 @@ class ErrorMeter:
         corners = [np.take(shape, triangles[sample_triangles], axis=0) for shape in shapes]
         points = [abc[:, 0] * u + abc[:, 1] * v + abc[:, 2] * w for abc in corners]
         self._shapes = [np.concatenate(pair) for pair in zip(shapes, points)]
-        self._errors = _codec.ReplacementErrors(
+        self._errors = ReplacementErrors(
             self._shapes,
             triangles,
             begin.astype(np.uint32),

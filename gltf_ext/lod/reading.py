@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from gltf_ext import _codec
+from gltf_ext._joinable import Joinable
 from gltf_ext.attributes.extension import (
     Compressed,
     compressed_primitives,
@@ -106,7 +107,7 @@ class LodPrimitive:
             integers.append([v[vertex_ids] for v in part.integers])
             values.append([v[vertex_ids] for v in of_streams])
             first.append(first[-1] + len(vertex_ids))
-        whole = _codec.Joinable(
+        whole = Joinable(
             np.concatenate(triangles),
             [np.concatenate(column) for column in zip(*integers)],
             np.array(first[:-1], np.uint64),
@@ -130,7 +131,7 @@ class LodPrimitive:
         first, last = self.groups_of(page)
         return np.flatnonzero(drawn[begin[first] : begin[last]])
 
-    def _drawn_of(self, page: int, drawn: np.ndarray) -> tuple[_codec.Joinable, list[np.ndarray]]:
+    def _drawn_of(self, page: int, drawn: np.ndarray) -> tuple[Joinable, list[np.ndarray]]:
         """Return (triangles to draw in the page's vertices, its values)."""
         selection, blob = self.drawn_of_page(page, drawn), self.page(page)
         with malformed_from(f"{self.where}: page {page}"):

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from gltf_ext import _codec
+from gltf_ext._replacement_errors import ReplacementErrors
 from tests.helpers.gltf_builder import wavy_sheet
 
 
@@ -57,7 +58,7 @@ def test_samples_that_are_carried_on_stand_for_areas_alike():
     samples = np.repeat(points, 250, axis=0)
     areas = np.where(np.arange(len(samples)) < len(samples) * 0.9, 0.01, 10).astype(np.float32)
     begin = np.array([0, len(triangles)], np.uint32)
-    errors = _codec.ReplacementErrors([np.concatenate([points, samples])], triangles, begin, 0.05)
+    errors = ReplacementErrors([np.concatenate([points, samples])], triangles, begin, 0.05)
     numbers = (len(points) + np.arange(len(samples))).astype(np.uint32)
     ends = np.array([0, len(samples)], np.uint32)
     level = (triangles, begin, triangles, begin)
