@@ -15,7 +15,6 @@ from __future__ import annotations
 import argparse
 import statistics
 import tempfile
-from collections.abc import Iterator
 from itertools import product
 from pathlib import Path
 
@@ -58,32 +57,31 @@ def measure(options: argparse.Namespace) -> dict:
     sources = [real_model(name) for name in options.models] if options.models else real_models()
     with tempfile.TemporaryDirectory(dir=options.work_dir) as folder:
         rows = [
-            row
+            _row(source, {"lod": lod}, python, folder, options.repeats)
             for source, lod in product(sources, (False, True))
-            for row in _runs(source, {"lod": lod}, python, folder, options.repeats)
         ]
         for side in options.sides:
             source = Path(folder, f"{LARGE_MODEL}_x{side * side}.gltf")
             write_displaced(real_model(LARGE_MODEL), side, source)
             chunks = {"lod": True, "position_bits": LARGE_BITS, "max_memory": MEMORY}
-            rows += _runs(source, {**chunks, "work_dir": folder}, python, folder, 1)
+            rows.append(_row(source, {**chunks, "work_dir": folder}, python, folder, 1))
     return {"before": commit, "rows": rows}
 
 
-def _runs(source: Path, settings: dict, python: str, folder: str, repeats: int) -> Iterator[dict]:
+def _row(source: Path, settings: dict, python: str, folder: str, repeats: int) -> dict:
     """Medians of alternating runs with the Python of the earlier commit and with this one."""
     progress(f"{source.stem} {settings}")
     output = str(Path(folder, "out.glb"))
-    runs: dict[str, list[dict]] = {"before": [], "after": []}
-    places = str(source), output
-    for _ in range(repeats):
-        for name, more in (("before", {"python": python}), ("after", {})):
-            run = call_in_process("bench.lod_build", "watched", *places, settings, **more)
-            memory = settings.get("max_memory")
-            run |= call_in_process("bench.lod_build", "verified", *places, memory, **more)
-            runs[name].append(run)
+    pythons = {"before": {"python": python}, "after": {}}
+    runs: dict[str, list[dict]] = {name: [] for name in pythons}
+    for _, (name, other) in product(range(repeats), pythons.items()):
+        module, places = "bench.lod_build", (str(source), output)
+        run = call_in_process(module, "watched", *places, settings, **other)
+        progress(f"{name}: {run['seconds']:.2f} s, {run['group_bytes'] >> 20} MiB")
+        run |= call_in_process(module, "verified", *places, settings.get("max_memory"), **other)
+        runs[name].append(run)
     first = runs["after"][0]
-    yield {
+    return {
         "model": source.stem,
         "lod": settings["lod"],
         "triangles": first["triangles"],

@@ -13,6 +13,7 @@ import numpy as np
 from gltf_ext.document.accessors import Format
 from gltf_ext.work_files import WorkFile
 
+ALIGNMENT = 8  # bytes of the largest number
 RUN_ROWS, GAP_ROWS = 1 << 18, 1 << 12  # read at a time; not needed, but read with those around
 
 
@@ -107,7 +108,7 @@ class MemoryRows(RowArray):
 class FileRows(RowArray):
     """Rows in a work file, which arrays share: an .obj may have thousands.
 
-    Rows of all of them take a multiple of 4 bytes.
+    Blocks begin at multiples of ALIGNMENT bytes, since numbers are read by their index in the file.
     """
 
     def __init__(self, file: WorkFile) -> None:
@@ -119,6 +120,8 @@ class FileRows(RowArray):
 
     def _append(self, values: np.ndarray) -> None:
         if len(values):
+            if padding := -self._file.size % ALIGNMENT:
+                self._file.append(np.zeros(padding, np.uint8))
             self._offsets.append(self._file.size)
             self._begins.append(self._begins[-1] + len(values))
             self._file.append(values)

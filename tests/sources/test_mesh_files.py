@@ -21,7 +21,7 @@ from gltf_ext.portable import is_relative
 from gltf_ext.sources import text
 from gltf_ext.sources.importers import open_model, read_meshes, referenced_files
 from gltf_ext.sources.mesh_files import is_there
-from gltf_ext.sources.row_arrays import FileRows, MemoryRows
+from gltf_ext.sources.row_arrays import FileRows, MemoryRows, RowArray
 from gltf_ext.sources.source import read_primitive
 from gltf_ext.work_files import WorkFile
 
@@ -398,6 +398,20 @@ def test_blocks_of_any_size_give_the_same(folder, monkeypatch, name):
             np.testing.assert_array_equal(parts[key][0], triangles)
             for attribute, values in attributes.items():
                 np.testing.assert_array_equal(parts[key][1][attribute], values)
+
+
+def test_rows_of_bytes_share_a_work_file_with_larger_ones(tmp_path):
+    """An odd number of bytes leaves the rows after it at bytes that their numbers do not divide."""
+    file = WorkFile(str(tmp_path))
+    added: dict[RowArray, list[np.ndarray]] = {FileRows(file): [] for _ in range(3)}
+    for number, (array, blocks) in enumerate([*added.items()] * 4):
+        dtype = (np.uint8, np.float32, np.int16)[number % 3]
+        values = np.arange(3 * number, 3 * number + 5, dtype=dtype).reshape(-1, 1)
+        array.add(values)
+        blocks.append(values)
+    for array, blocks in added.items():
+        np.testing.assert_array_equal(array.rows(0, array.count), np.concatenate(blocks))
+        np.testing.assert_array_equal(array.rows(3, 7), np.concatenate(blocks)[3:7])
 
 
 @pytest.mark.parametrize("name", FILES)
