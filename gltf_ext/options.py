@@ -200,8 +200,9 @@ class Options:
         None,
         "--page-bytes",
         "largest size of a page, a blob of neighbouring meshlets that decodes alone; 0 for one "
-        f"blob per primitive, else at least {MIN_PAGE_BYTES}; by default {DEFAULT_PAGE_BYTES} in "
-        f"primitives of more than {MOST_TRIANGLES_UNPAGED} triangles, 0 in others",
+        f"blob per primitive (with --lod, {DEFAULT_LOD_PAGE_BYTES}), else at least "
+        f"{MIN_PAGE_BYTES}; by default {DEFAULT_PAGE_BYTES} in primitives of more than "
+        f"{MOST_TRIANGLES_UNPAGED} triangles, 0 in others",
         limits=(0, MAX_PAGE_BYTES),
     )
     lod: bool = _declare(

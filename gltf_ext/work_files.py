@@ -40,7 +40,7 @@ class WorkFile:
             self.write(data, self.size)
 
     def write(self, data: Data, offset: int) -> None:
-        """Return the same, from byte `offset` on."""
+        """Write the same from byte `offset` on."""
         if isinstance(data, np.ndarray):
             data = np.ascontiguousarray(data).reshape(-1).view(np.uint8).data
         remainder = memoryview(data)

@@ -105,7 +105,8 @@ def _places(document: Document, node: gltf.Node) -> int:
     """Primitives that a node shows, those of each instance counted."""
     count = instance_count(document, node)
     primitives = len(item(document.meshes, node["mesh"], "mesh")["primitives"])
-    return primitives * (1 if count is None else count)
+    # Matrices take memory even where a mesh has no primitives.
+    return max(primitives, 1) * (1 if count is None else count)
 
 
 def is_mirrored(matrix: np.ndarray) -> bool:

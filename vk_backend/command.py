@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import io
 import json
+import math
 import statistics
 import sys
 from collections.abc import Callable
@@ -21,6 +22,7 @@ from gltf_ext.files import write_files
 from gltf_ext.lod.detail import missing_levels
 from gltf_ext.progress import progress_bar
 
+from .decode.decoder import Decoder
 from .decode.slots import share_bytes
 from .gpu import vk
 from .gpu.errors import VulkanError
@@ -28,6 +30,7 @@ from .renderer import PATHS, Picture, Renderer
 from .scene.background import before_sky
 from .scene.camera import Camera
 from .scene.scene import Scene, load_scene
+from .visibility.pooled import slot_bytes
 
 if TYPE_CHECKING:
     from .raytrace.rays import TracedPicture
@@ -172,7 +175,12 @@ def _cache_bytes(scene: Scene, path: str, cache: int | float | None) -> int | No
         return cache
     if scene.has_levels:
         raise VulkanError("with levels of detail the cache is a number of bytes", "for example 64M")
-    return share_bytes(scene, cache, traced=path == "rt")
+    if path == "rt":
+        return share_bytes(scene, cache, traced=True)
+    slots = math.ceil(cache * sum(p.meshlets for p in scene.primitives))
+    if path == "visibility":
+        return (slots + 1) * slot_bytes(scene)  # one is spare
+    return slots * Decoder.slot_bytes(scene)
 
 
 def _drawing(

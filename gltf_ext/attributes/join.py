@@ -166,7 +166,7 @@ def _originals(compressed: Compressed, doubled: np.ndarray) -> np.ndarray:
         np.concatenate([p.shared for p in pieces if p.shared is not None]),
     )
     rest = compressed.vertex_count - count
-    joined_numbers, different = reduced.join(compressed.source_vertices - rest)
+    joined_numbers, different = reduced.join(max(compressed.source_vertices - rest, 1))
     in_view = np.concatenate(numbers)
     originals = in_view[first_of_each(joined_numbers, different)][joined_numbers]
     result: np.ndarray = originals[np.searchsorted(in_view, doubled)].astype(np.uint32)

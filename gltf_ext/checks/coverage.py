@@ -182,7 +182,7 @@ def _changes(
     ends = borders["ends"][first_of_each(edge, count)]
     edge, sign = edge.astype(np.int64), borders["sign"].astype(np.int64)
     group, source_group = (
-        values[borders["cluster"]] for values in (tables.cluster_group, tables.cluster_refined)
+        values[borders["cluster"]] for values in (tables.cluster_group, tables.cluster_source)
     )
     is_replaced = np.isfinite(tables.groups["error"])[group]
     owner, border, signs = _sum_edges(

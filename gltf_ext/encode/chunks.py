@@ -151,7 +151,7 @@ class ChunkFiles:
         return corners[order], counts, self.cells.keys_outside(chunk, positions)
 
     def add(self, corners: np.ndarray, counts: np.ndarray, keys: np.ndarray) -> None:
-        """Write what `sorted` gives to the files of the chunks. Raises OSError."""
+        """Write the corners that `sort` returns to the files of the chunks. Raises OSError."""
         ends = np.cumsum(counts)
         for number in np.flatnonzero(counts):
             self._files[number].append(corners[ends[number] - counts[number] : ends[number]])

@@ -120,7 +120,7 @@ class ChunkResult:
 
 
 def build_chunk(threads: int, encoder: Encoder, options: Options, chunk: Chunk) -> ChunkResult:
-    """Build and encodes the groups of a chunk. Raises MeshletError."""
+    """Build and encode the groups of a chunk. Raises MeshletError."""
     record_format = encoder.record_format
     count = chunk.triangles.count
     vertices = record_format.vertices_of(chunk.triangles)

@@ -57,7 +57,7 @@ class Pilot:
         if vertices * bits / 8 + CONNECTIVITY * len(triangles) < self.page_bytes:
             return 0.0
         layer = np.zeros(len(triangles), np.int64)
-        if _repeats_edge(triangles, len(self.points)):  # as _separate of gltf_ext.lod.writing
+        if _repeats_edge(triangles, len(self.points)):  # as _find_clashes of gltf_ext.lod.writing
             layer = np.repeat(source_group + 1, np.diff(disk_begin[cluster_begin]))
         keys = (layer * len(self.points))[:, None] + triangles
         unique_keys, local_indices = np.unique(keys, return_inverse=True)

@@ -58,7 +58,7 @@ def _stuck_clusters(primitive: LodPrimitive) -> np.ndarray:
     They are copied from level 0, or grouped again one level later or more.
     """
     tables = primitive.tables
-    group, source_group = tables.cluster_group, tables.cluster_refined
+    group, source_group = tables.cluster_group, tables.cluster_source
     is_copied = (source_group < 0) & (tables.groups["error"][group] == 0.0)
     is_late = (source_group >= 0) & (
         tables.group_level[group] > tables.group_level[source_group] + 1

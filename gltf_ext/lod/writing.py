@@ -401,7 +401,7 @@ def _corner_keys(base: np.ndarray, counts: np.ndarray, numbers: np.ndarray) -> n
 
 
 def _number_keys(keys: np.ndarray) -> tuple[np.ndarray, int]:
-    """Return number equal int64 keys: uint32, and their count. Faster than np.unique."""
+    """Return (uint32[N]: numbers, equal for equal int64 keys; their count), by the codec."""
     ids, count = _codec.weld(keys.view(np.uint8).reshape(-1, 8))
     return ids, count
 

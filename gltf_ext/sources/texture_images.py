@@ -58,6 +58,8 @@ def _band(image: bytes, channel: bytes, default: str) -> Image:
     band = CHANNELS.get(channel) or ("" if channel else default)
     if band in pixels.getbands():
         return pixels.getchannel(band)
+    if pixels.mode.startswith("I;16"):  # convert would clip the 16 bits instead of rounding them
+        return pixels.point(lambda value: value / 257 + 0.5, "L")
     return pixels.convert("L")
 
 

@@ -584,4 +584,4 @@ def test_max_memory_reaches_verify(source, tmp_path, compress_all, monkeypatch):
     compress_all(source, tmp_path / "out", max_memory="500M", work_dir=str(tmp_path))
     compress_all(source, tmp_path / "out")
     assert limits[0] == {"max_memory": "500M", "work_dir": str(tmp_path)}
-    assert limits[1]["max_memory"] is None
+    assert limits[1].get("max_memory") is None

@@ -48,7 +48,7 @@ class Certifier:
         boundary = sparse.coo_matrix((sign, (self.owner[triangle], column)), shape).tocsr()
         self.boundary = boundary.T.tocsr()
         self.ends = np.stack([edges // self.count, edges % self.count], axis=1)
-        left = self.boundary @ (tables.cluster_refined < 0).astype(np.int64)
+        left = self.boundary @ (tables.cluster_source < 0).astype(np.int64)
         self.border = np.zeros(self.count, bool)  # positions on the border of level 0
         self.border[self.ends[left != 0].reshape(-1)] = True
 
@@ -68,7 +68,7 @@ class Certifier:
         of c]. So replaced[g] follows from each cluster of g, fine to coarse, and must be the same.
         """
         tables = self.tables
-        group, refined = tables.cluster_group, tables.cluster_refined
+        group, refined = tables.cluster_group, tables.cluster_source
         replaced = np.zeros(len(tables.groups), np.int64)
         for level in range(tables.level_count):
             here = np.flatnonzero(tables.group_level[group] == level)

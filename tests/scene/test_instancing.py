@@ -260,3 +260,13 @@ def test_mitsuba_shows_what_explicit_nodes_show(tmp_path):
         pictures.append(np.array(mi.render(plugin.load_scene(path, **options), seed=1)))
     assert pictures[0].std() > 0.03
     np.testing.assert_allclose(pictures[0], pictures[1], atol=1e-3)
+
+
+def test_instances_of_a_mesh_without_primitives_count(tmp_path, monkeypatch):
+    monkeypatch.setattr("gltf_scene.scene.MAX_PLACES", 100)
+    builder = one_mesh()
+    moves = builder.accessor(np.zeros((101, 3), np.float32))
+    builder.properties["meshes"][0]["primitives"] = []
+    builder.properties["nodes"][0] |= nodes_of({"TRANSLATION": moves})
+    with pytest.raises(MeshletError, match="show more than"):
+        read_scene(open_model(builder.write(tmp_path / "model.glb")))

@@ -8,6 +8,7 @@ import pytest
 from PIL import Image
 
 import gltf_ext
+from gltf_ext.sources import texture_images
 from gltf_ext.sources.importers import open_model
 
 OBJ = "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nusemtl a\nf 1/1 2/2 3/3\n"
@@ -338,3 +339,11 @@ def test_all_of_it_is_valid(folder):
         assert has_textures == ("TEXCOORD_0" in primitive["attributes"])
     gltf_ext.validate(folder / "out.glb")
     assert gltf_ext.verify(folder / "a.obj", folder / "out.glb")["ok"]
+
+
+def test_images_of_16_bits_keep_their_values(tmp_path):
+    """Pillow's own conversion to 8 bits clips all above 255."""
+    ramp = np.linspace(0, 65535, 64).astype(np.uint16).reshape(8, 8)
+    Image.fromarray(ramp).save(tmp_path / "rough.png")
+    band = texture_images._band((tmp_path / "rough.png").read_bytes(), b"", "L")
+    np.testing.assert_allclose(np.asarray(band), ramp / 257, atol=1)

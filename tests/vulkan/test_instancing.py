@@ -217,4 +217,4 @@ def test_a_million_instances(renderer, tmp_path):
     picture = renderer.render(scene, camera, "vertex", WIDTH, HEIGHT)
     assert time.process_time() - begin < 120
     seen = np.unique(picture.ids[picture.covered][:, 0])
-    assert len(seen) > 5000 and seen.max() > 900_000
+    assert len(seen) > 1000 and seen.max() > 900_000
