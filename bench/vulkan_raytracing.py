@@ -79,14 +79,14 @@ def measure(options: argparse.Namespace) -> dict:
 def measure_model(device, path: Path) -> list[dict]:
     """The rows of one model."""
     from bench.vulkan_paths import TRACERS
-    from vk_backend.decode.slots import share_bytes
+    from vk_backend.renderer import cache_bytes
     from vk_backend.scene.scene import load_scene
 
     scene, name = load_scene(path), path.stem
     rows, tracers = [], []
     for configuration in configurations():
         share = 1.0 if configuration["cache"] is None else configuration["cache"]
-        cache = share_bytes(scene, share, traced=True)
+        cache = cache_bytes(scene, "rt", share)
         tracers.append(TRACERS[configuration["path"]](device, scene, cache=cache, samples=1))
         rows.append({"model": name, "triangles": scene.triangles, **configuration})
     progress(f"{name}: {len(tracers)} configurations are ready")

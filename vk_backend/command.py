@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import io
 import json
-import math
 import statistics
 import sys
 from collections.abc import Callable
@@ -22,15 +21,12 @@ from gltf_ext.files import write_files
 from gltf_ext.lod.detail import missing_levels
 from gltf_ext.progress import progress_bar
 
-from .decode.decoder import Decoder
-from .decode.slots import share_bytes
 from .gpu import vk
 from .gpu.errors import VulkanError
-from .renderer import PATHS, Picture, Renderer
+from .renderer import PATHS, Picture, Renderer, cache_bytes
 from .scene.background import before_sky
 from .scene.camera import Camera
 from .scene.scene import Scene, load_scene
-from .visibility.pooled import slot_bytes
 
 if TYPE_CHECKING:
     from .raytrace.rays import TracedPicture
@@ -175,12 +171,7 @@ def _cache_bytes(scene: Scene, path: str, cache: int | float | None) -> int | No
         return cache
     if scene.has_levels:
         raise VulkanError("with levels of detail the cache is a number of bytes", "for example 64M")
-    if path == "rt":
-        return share_bytes(scene, cache, traced=True)
-    slots = math.ceil(cache * sum(p.meshlets for p in scene.primitives))
-    if path == "visibility":
-        return (slots + 1) * slot_bytes(scene)  # one is spare
-    return slots * Decoder.slot_bytes(scene)
+    return cache_bytes(scene, path, cache)
 
 
 def _drawing(

@@ -11,6 +11,8 @@ import numpy as np
 
 from gltf_ext.errors import MeshletError
 
+from .decode.decoder import Decoder
+from .decode.slots import SlotLayout, share_bytes
 from .frame_commands import FrameCommands
 from .gpu.device import Device
 from .gpu.errors import VulkanError
@@ -23,7 +25,7 @@ from .scene.camera import Camera
 from .scene.drawing import Drawing, Options
 from .scene.scene import Scene
 from .visibility.batched import BatchedDrawing
-from .visibility.pooled import PooledDrawing
+from .visibility.pooled import PooledDrawing, slot_bytes
 
 
 def _visibility(device: Device, scene: Scene, options: Options) -> Drawing:
@@ -42,6 +44,15 @@ PATHS: dict[str, tuple[Callable[[Device, Scene, Options], Drawing], str | None]]
 }
 DEFAULTS = ("visibility", "stream", "vertex")  # the last one works everywhere
 LEVELS = ("visibility", *(path.name for path in MESH_PATHS))  # those that draw levels
+
+
+def cache_bytes(scene: Scene, path: str, share: float) -> int:
+    """Bytes of the cache of a path, "rt" included, that holds a share of the scene's meshlets."""
+    if path == "rt":
+        return share_bytes(scene, share, SlotLayout.of(scene, traced=True).bytes)
+    if path == "visibility":
+        return share_bytes(scene, share, slot_bytes(scene), spare=1)
+    return share_bytes(scene, share, Decoder.slot_bytes(scene))
 
 
 @dataclass(frozen=True)

@@ -62,9 +62,9 @@ def expected(scene):
 def tracer(device, scene, path, *, cache: float = 0.25, **options):
     """cache: share of the decoded meshlets."""
     from bench.vulkan_paths import TRACERS
-    from vk_backend.decode.slots import share_bytes
+    from vk_backend.renderer import cache_bytes
 
-    bytes_ = share_bytes(scene, cache, traced=True)
+    bytes_ = cache_bytes(scene, "rt", cache)
     return TRACERS[path](device, scene, cache=bytes_, **options)
 
 

@@ -148,14 +148,14 @@ def test_levels(renderer, tmp_path, path):
 
 
 def test_ray_tracing(files, scenes, tmp_path):
-    from vk_backend.decode.slots import share_bytes
     from vk_backend.raytrace.tracer import RayTracer
+    from vk_backend.renderer import cache_bytes
 
     for device in open_device():
         pictures = []
         for scene in scenes:
             for cache in (1.0, 0.4):
-                bytes_ = share_bytes(scene, cache, traced=True)
+                bytes_ = cache_bytes(scene, "rt", cache)
                 tracer = RayTracer(device, scene, cache=bytes_)
                 pictures.append(tracer.render(camera_of(scene), 64, 48))
                 tracer.free()

@@ -394,9 +394,9 @@ def test_hidden_clusters_change_no_pixel(renderer, scene):
 @pytest.mark.parametrize("number", [0, 2])
 def test_rays_meet_the_cut_of_the_camera(renderer, scene, whole, number):
     """The same clusters as path visibility, each instance with its own cut."""
-    from vk_backend.decode.slots import share_bytes
     from vk_backend.levels.cut_scene import cut_scene
     from vk_backend.raytrace.tracer import RayTracer
+    from vk_backend.renderer import cache_bytes
 
     camera = camera_at(number)
     cut = cut_scene(scene, camera, WIDTH, HEIGHT, 1.5)
@@ -410,7 +410,7 @@ def test_rays_meet_the_cut_of_the_camera(renderer, scene, whole, number):
     assert both.sum() > 0.99 * (covered | drawn.covered).sum()
     clusters = [ids[both] // np.uint32([1, 64]) for ids in (traced.ids, drawn.ids)]
     assert (clusters[0] == clusters[1]).all(axis=1).mean() > 0.995
-    parts = RayTracer(renderer.device, cut, cache=share_bytes(cut, 0.3, traced=True))
+    parts = RayTracer(renderer.device, cut, cache=cache_bytes(cut, "rt", 0.3))
     assert (parts.render(camera, WIDTH, HEIGHT).ids == traced.ids).all()
     parts.free()
 

@@ -102,13 +102,13 @@ def test_paths_agree_bit_for_bit(renderer, scenes, path):
 def test_rays(renderer, scenes, cache):
     if "raytracing" not in renderer.device.capabilities:
         missing(f"{renderer.device.name} has no VK_KHR_ray_tracing_pipeline")
-    from vk_backend.decode.slots import share_bytes
     from vk_backend.raytrace.tracer import RayTracer
+    from vk_backend.renderer import cache_bytes
 
     one, pages = scenes
     pictures = []
     for scene in scenes:
-        traced = RayTracer(renderer.device, scene, cache=share_bytes(scene, cache, traced=True))
+        traced = RayTracer(renderer.device, scene, cache=cache_bytes(scene, "rt", cache))
         pictures.append(traced.render(one.cameras[0], WIDTH, HEIGHT))
         traced.free()
     expected, found = pictures

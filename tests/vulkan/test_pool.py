@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
+import gltf_ext
+from tests.helpers.gltf_builder import Builder, grid_mesh
 from tests.helpers.vulkan_scenes import hall, hall_flight, open_renderer
 
 WIDTH, HEIGHT = 331, 257
@@ -125,3 +129,27 @@ def test_without_culling_nothing_is_hidden(drawn):
         picture = drawn(camera, 1 << 22, culling=False)
         assert picture.pool.hidden == 0
     assert_same(picture, drawn(camera))
+
+
+@pytest.mark.parametrize("share", [0.3, 1.0])
+def test_a_share_is_that_of_the_slots(tmp_path, share):
+    """In each path's bytes, and besides the spare slot, which the smallest model needs too."""
+    from vk_backend.decode.decoder import Decoder
+    from vk_backend.decode.slots import SlotLayout, slots_in
+    from vk_backend.renderer import cache_bytes
+    from vk_backend.scene.scene import load_scene
+    from vk_backend.visibility.pooled import slot_bytes
+
+    for side in (2, 40):
+        positions, triangles = grid_mesh(side, side)
+        builder = Builder()
+        builder.mesh({"POSITION": positions}, triangles)
+        gltf_ext.compress(builder.write(tmp_path / "in.glb"), tmp_path / "out.glb")
+        scene = load_scene(tmp_path / "out.glb")
+        slots = math.ceil(share * sum(p.meshlets for p in scene.primitives))
+        for path, bytes_, spare in (
+            ("visibility", slot_bytes(scene), 1),
+            ("stream", Decoder.slot_bytes(scene), 0),
+            ("rt", SlotLayout.of(scene, traced=True).bytes, 0),
+        ):
+            assert slots_in(cache_bytes(scene, path, share), bytes_, spare) == slots, path

@@ -65,10 +65,10 @@ def fine_scene(tmp_path_factory):
 
 def tracer(device, scene, *, cache: float = 0.25, **options):
     """cache: share of the decoded meshlets."""
-    from vk_backend.decode.slots import share_bytes
     from vk_backend.raytrace.tracer import RayTracer
+    from vk_backend.renderer import cache_bytes
 
-    return RayTracer(device, scene, cache=share_bytes(scene, cache, traced=True), **options)
+    return RayTracer(device, scene, cache=cache_bytes(scene, "rt", cache), **options)
 
 
 @pytest.fixture(scope="module")

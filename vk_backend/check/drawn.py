@@ -9,10 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..decode.slots import SlotLayout, share_bytes
+from ..decode.slots import SlotLayout
 from ..raster.stream import StreamDrawing
 from ..raytrace.tracer import RayTracer
-from ..renderer import Picture, Renderer
+from ..renderer import Picture, Renderer, cache_bytes
 from ..scene.camera import Camera
 from ..scene.scene import Scene, load_scene
 from ..visibility.batched import BatchedDrawing
@@ -105,7 +105,7 @@ def draw(job: Job) -> Drawn:
     begin = time.monotonic()
     cache = way.cache
     if isinstance(cache, float):
-        cache = share_bytes(scene, cache, traced=way.path == RAYS)
+        cache = cache_bytes(scene, way.path, cache)
     with Renderer(job.device, cache=cache) as renderer:
         if way.path == RAYS:
             return _traced(renderer, scene, job, begin)

@@ -89,11 +89,7 @@ class Decoder(Owner):
         passes: tuple[Pass, ...] = TEAM,
     ):
         layout = SlotLayout.of(scene)
-        sizes = {
-            "slots": layout.bytes,
-            "summaries": CONSTANTS["SUMMARY_BYTES"],
-            "connectivity": CONNECTED.itemsize,
-        }
+        sizes = self._slot_sizes(layout)
         if passes is BULK:
             sizes["places"] = PLACES.itemsize
         super().__init__(**{n: Buffer(device, slots * size) for n, size in sizes.items()})
@@ -115,7 +111,16 @@ class Decoder(Owner):
     @staticmethod
     def slot_bytes(scene: Scene) -> int:
         """Bytes of the buffers of the team decoder for each slot."""
-        return SlotLayout.of(scene).bytes + CONSTANTS["SUMMARY_BYTES"] + CONNECTED.itemsize
+        return sum(Decoder._slot_sizes(SlotLayout.of(scene)).values())
+
+    @staticmethod
+    def _slot_sizes(layout: SlotLayout) -> dict[str, int]:
+        """Buffer of the team decoder -> its bytes for each slot."""
+        return {
+            "slots": layout.bytes,
+            "summaries": CONSTANTS["SUMMARY_BYTES"],
+            "connectivity": CONNECTED.itemsize,
+        }
 
     @property
     def per_connect(self) -> int:

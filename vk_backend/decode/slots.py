@@ -48,13 +48,10 @@ class SlotLayout:
         return {"POSITION_FLOATS": int(self.floats), "ATTRIBUTE_WORDS": self.attribute_words}
 
 
-def share_bytes(scene: Scene, share: float, *, traced: bool = False) -> int:
-    """Bytes of the slots for a share of the scene's meshlets, rounded up to whole ones.
-
-    traced: for the ray tracer.
-    """
+def share_bytes(scene: Scene, share: float, slot_bytes: int, spare: int = 0) -> int:
+    """Bytes of a cache for a share of the scene's meshlets, besides spare slots: see slots_in."""
     meshlets = sum(p.meshlets for p in scene.primitives)
-    return math.ceil(share * meshlets) * SlotLayout.of(scene, traced=traced).bytes
+    return (math.ceil(share * meshlets) + spare) * slot_bytes
 
 
 def slots_in(size: int, slot_bytes: int, spare: int = 0) -> int:
