@@ -31,9 +31,12 @@ def instance_count(document: Document, node: gltf.Node) -> int | None:
 
     Reads no more than the counts of accessors.
     """
-    accessors = _accessors(document, node)
-    if accessors is None:
+    if not gltf.has_extension(node, INSTANCING):
         return None
+    accessors = {
+        name: item(document.accessors, index, f"the accessor of {name},")
+        for name, index in _accessors(node).items()
+    }
     counts = {accessor.get("count") for accessor in accessors.values()}
     if len(counts) != 1:
         said = ", ".join(f"{name} has {a.get('count')}" for name, a in accessors.items())
@@ -47,53 +50,37 @@ def instance_count(document: Document, node: gltf.Node) -> int | None:
 
 
 def instance_matrices(document: Document, node: gltf.Node, matrix: np.ndarray) -> np.ndarray:
-    """float64[n, 4, 4]: object to world, of a node with the extension.
+    """float64[n, 4, 4]: object to world, of each instance; of the node without the extension.
 
     matrix: the node's. Raises MeshletError for attributes that are not valid, and for transforms
     that are not finite.
     """
     count = instance_count(document, node)
-    assert count is not None
-    values = [
-        _values(document, node, name, count, components, otherwise)
-        for name, (components, otherwise) in ATTRIBUTES.items()
-    ]
+    if count is None:
+        return matrix[None]
+    numbers = _accessors(node)
+    values = [_values(document, name, numbers.get(name), count) for name in ATTRIBUTES]
     with np.errstate(over="ignore", invalid="ignore"):
         matrices: np.ndarray = matrix @ trs_matrices(*values)
     require_finite(matrices)
     return matrices
 
 
-def _accessors(document: Document, node: gltf.Node) -> dict[str, Any] | None:
-    """Attribute -> its accessor, those of the application included."""
-    if not gltf.has_extension(node, INSTANCING):
-        return None
-    attributes = member(member(node.get("extensions"), INSTANCING), "attributes")
-    return {
-        name: item(document.accessors, index, f"the accessor of {name},")
-        for name, index in attributes.items()
-    }
+def _accessors(node: gltf.Node) -> dict[str, Any]:
+    """Attribute -> number of its accessor, those of the application included."""
+    return member(member(node.get("extensions"), INSTANCING), "attributes")
 
 
-def _values(
-    document: Document,
-    node: gltf.Node,
-    name: str,
-    count: int,
-    components: int,
-    otherwise: tuple[float, ...],
-) -> np.ndarray:
-    """Return float64[count, components]."""
-    attributes = member(member(node.get("extensions"), INSTANCING), "attributes")
-    if name not in attributes:
-        return np.broadcast_to(np.array(otherwise, np.float64), (count, components))
-    accessor = item(document.accessors, attributes[name], f"the accessor of {name},")
-    dtype, columns = accessor_format(accessor, name)
+def _values(document: Document, name: str, index: Any, count: int) -> np.ndarray:
+    """Return float64[count, components]. index: of the accessor, None for the default."""
+    components, default = ATTRIBUTES[name]
+    if index is None:
+        return np.broadcast_to(np.array(default, np.float64), (count, components))
+    dtype, columns = accessor_format(document.accessors[index], name)
     fits = dtype.kind == "f" or (name == "ROTATION" and dtype.name in ROTATION_INTEGERS)
     if columns != components or not fits:
         raise MeshletError(
             f"{name} of {INSTANCING} has {columns} components of type {dtype.name}", NOT_VALID
         )
-    form = ValueFormat(dtype, components, dtype.kind != "f")
-    stored = read_accessor(document, attributes[name], name, count)
-    return form.to_floats(stored).astype(np.float64)
+    value_format = ValueFormat(dtype, components, dtype.kind != "f")
+    return value_format.to_floats(read_accessor(document, index, name, count)).astype(np.float64)

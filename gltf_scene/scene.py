@@ -117,9 +117,7 @@ def is_mirrored(matrix: np.ndarray) -> bool:
 def _add_primitives(
     scene: Scene, document: Document, node: gltf.Node, place: int, matrix: np.ndarray
 ) -> None:
-    matrices = matrix[None]
-    if instance_count(document, node) is not None:
-        matrices = instance_matrices(document, node, matrix)
+    matrices = instance_matrices(document, node, matrix)
     mesh = node["mesh"]
     for index, primitive in enumerate(item(document.meshes, mesh, "mesh")["primitives"]):
         if gltf.mode(primitive) not in gltf.TRIANGLE_MODES:
