@@ -148,7 +148,7 @@ def json_of(document: Document) -> bytes:
         return document.to_json()
     except ValueError:
         raise MeshletError(
-            "its JSON holds NaN or infinity, which glTF cannot", "export it again"
+            "its JSON holds NaN or infinity, which glTF cannot", EXPORT_AGAIN
         ) from None
 
 

@@ -164,11 +164,13 @@ class MeshFile:
     Attributes:
         warnings: a line for each thing that is left out.
         others: the other files that were looked for, such as materials and textures.
+        images: file -> its image as PNG or JPEG, of those that materials have read.
     """
 
     meshes: list[Mesh]
     warnings: list[str] = field(default_factory=list)
     others: list[Path] = field(default_factory=list)
+    images: dict[Path, bytes] = field(default_factory=dict)
 
     def keep_triangles(self) -> None:
         """Forget primitives without triangles, and meshes without primitives."""
@@ -223,7 +225,9 @@ def read_texture(folder: Path, name: str, contents: MeshFile) -> bytes | None:
     if path is None:
         return None
     try:
-        return as_png_or_jpeg(path.read_bytes())
+        if path not in contents.images:
+            contents.images[path] = as_png_or_jpeg(path.read_bytes())
+        return contents.images[path]
     except (MeshletError, OSError) as error:
         problem = error.message if isinstance(error, MeshletError) else "it cannot be read"
         warn(contents, f"{_short(name)}: {problem}, so {loss}")
