@@ -22,9 +22,9 @@ from bench import lod_build
 from bench.common import call_in_process, markdown_table, origin_line, progress
 from bench.large_model import write_displaced
 from bench.models import real_model, real_models
+from bench.out_of_core import BITS, MEMORY, MODEL
 
 PACKAGES = ("gltf-meshlet", "numpy", "meshoptimizer")
-LARGE_MODEL, LARGE_BITS, MEMORY = "dragon", 16, "2G"
 FIGURES = ("seconds", "cpu_seconds", "group_bytes", "verify_seconds", "bytes")
 
 
@@ -45,10 +45,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def check(options: argparse.Namespace) -> None:
     """Ends the program if --before names a Python with the package of this commit."""
-    if call_in_process("bench.lod_build", "package", python=options.before[1]) == (
-        lod_build.package()
-    ):
-        raise SystemExit(f"bench before_after: {options.before[1]} has this commit's gltf_ext")
+    lod_build.require_other_package("before_after", options.before[1])
 
 
 def measure(options: argparse.Namespace) -> dict:
@@ -61,9 +58,9 @@ def measure(options: argparse.Namespace) -> dict:
             for source, lod in product(sources, (False, True))
         ]
         for side in options.sides:
-            source = Path(folder, f"{LARGE_MODEL}_x{side * side}.gltf")
-            write_displaced(real_model(LARGE_MODEL), side, source)
-            chunks = {"lod": True, "position_bits": LARGE_BITS, "max_memory": MEMORY}
+            source = Path(folder, f"{MODEL}_x{side * side}.gltf")
+            write_displaced(real_model(MODEL), side, source)
+            chunks = {"lod": True, "position_bits": BITS, "max_memory": MEMORY}
             rows.append(_row(source, {**chunks, "work_dir": folder}, python, folder, 1))
     return {"before": commit, "rows": rows}
 

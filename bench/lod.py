@@ -221,9 +221,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def check(options: argparse.Namespace) -> None:
     """Ends the program if --before names a Python with the package of this commit."""
     if options.before:
-        found = call_in_process("bench.lod_build", "package", python=options.before[1])
-        if found == lod_build.package():
-            raise SystemExit(f"bench lod: {options.before[1]} has no other gltf_ext than this one")
+        lod_build.require_other_package("lod", options.before[1])
 
 
 def measure(options: argparse.Namespace) -> dict:

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 import gltf_ext
-from bench.common import memory_of_process, progress
+from bench.common import call_in_process, memory_of_process, progress
 
 EVERY = 0.5  # seconds between looks at the work files
 
@@ -84,6 +84,12 @@ def verified(source: str, output: str, memory: str | None) -> dict:
     if report["problems"]:
         progress(f"{source}: {'; '.join(report['problems'])}")
     return {"verify_seconds": seconds}
+
+
+def require_other_package(question: str, python: str) -> None:
+    """Ends the program if a Python, of an earlier commit, has the package of this commit."""
+    if call_in_process("bench.lod_build", "package", python=python) == package():
+        raise SystemExit(f"bench {question}: {python} has no other gltf_ext than this one")
 
 
 def package() -> str:
