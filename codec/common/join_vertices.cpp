@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/forest.h"
 #include "common/weld.h"
 
 namespace gltf_meshlet_codec {
@@ -299,10 +300,7 @@ class Joiner {
 
   // --- sets of vertices that are one ---
 
-  uint32_t find(uint32_t v) {
-    while (parent_[v] != v) v = parent_[v] = parent_[parent_[v]];
-    return v;
-  }
+  uint32_t find(uint32_t v) { return root_of(parent_, v); }
 
   // Returns whether the vertices were joined: not if they are one, if triangles keep them apart, or
   // if as many are left as the source had.

@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <numeric>
-#include <utility>
 #include <vector>
+
+#include "common/forest.h"
 
 namespace gltf_meshlet_codec {
 namespace {
@@ -44,10 +45,6 @@ Topology topology_of(const uint32_t* triangles, size_t triangle_count, size_t ve
   std::vector<uint32_t> parent(vertex_count);
   std::iota(parent.begin(), parent.end(), 0u);
   std::vector<bool> is_used(vertex_count, false);
-  const auto find = [&](uint32_t v) {
-    while (parent[v] != v) v = parent[v] = parent[parent[v]];
-    return v;
-  };
   Topology result;
   for (size_t i = 0; i < 3 * triangle_count; i++) {
     const uint32_t v = triangles[i];
@@ -56,11 +53,7 @@ Topology topology_of(const uint32_t* triangles, size_t triangle_count, size_t ve
       result.vertices++;
       result.islands++;
     }
-    uint32_t a = find(triangles[i - i % 3]), b = find(v);
-    if (a == b) continue;
-    if (b < a) std::swap(a, b);
-    parent[b] = a;
-    result.islands--;
+    result.islands -= unite(parent.data(), triangles[i - i % 3], v);
   }
   result.boundary_edges = count_boundary_edges(triangles, triangle_count, vertex_count);
   return result;

@@ -1,8 +1,8 @@
 #include "segment/patches.h"
 
-#include <algorithm>
 #include <utility>
 
+#include "common/forest.h"
 #include "common/parallel.h"
 
 namespace gltf_meshlet_codec {
@@ -12,20 +12,10 @@ namespace {
 // Triangles per parallel item.
 constexpr uint32_t kBlock = 1 << 15;
 
-// The root of a triangle in a forest whose roots are their own parents.
-uint32_t find(Array<uint32_t>& parent, uint32_t t) {
-  while (parent[t] != t) t = parent[t] = parent[parent[t]];
-  return t;
-}
-
 // The first triangle of each triangle's connected component.
 Array<uint32_t> component_roots(const HalfEdges& half_edges, int threads) {
   const size_t count = half_edges.size() / 3;
-  Array<uint32_t> parent(count);  // at most the triangle's own number
-  const auto unite = [&](uint32_t a, uint32_t b) {
-    a = find(parent, a), b = find(parent, b);
-    parent[std::max(a, b)] = std::min(a, b);
-  };
+  Array<uint32_t> parent(count);
   // Edges to triangles in earlier blocks: these trees belong to other threads.
   std::vector<std::vector<std::pair<uint32_t, uint32_t>>> outside(block_count(count, kBlock));
   for_blocks(threads, count, kBlock, [&](size_t block, size_t begin, size_t end) {
@@ -36,14 +26,14 @@ Array<uint32_t> component_roots(const HalfEdges& half_edges, int threads) {
         const uint32_t other = uint32_t(opposite) / 3;
         if (opposite < 0 || other > t) continue;
         if (other >= begin)
-          unite(t, other);
+          unite(parent.data(), t, other);
         else
           outside[block].emplace_back(t, other);
       }
     }
   });
   for (const auto& edges : outside)
-    for (const auto& [t, other] : edges) unite(t, other);
+    for (const auto& [t, other] : edges) unite(parent.data(), t, other);
   for (uint32_t& root : parent) root = parent[root];  // parents come first
   return parent;
 }
