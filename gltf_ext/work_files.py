@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import mmap
+import shutil
 import sys
 import tempfile
 import threading
@@ -12,11 +13,25 @@ from contextlib import contextmanager
 
 import numpy as np
 
+from gltf_ext.errors import MeshletError
+
 MAX_SPOOLED = 1 << 24  # bytes
 BUCKET_BYTES = 1 << 24  # of the rows of a part: while it is worked on, it takes ten times as much
 MAX_BUCKETS = 256  # files that are open at a time
 
 Data = bytes | memoryview | np.ndarray
+
+
+def check_space(folder: str, needed_bytes: int) -> None:
+    """Raise MeshletError when the disk of a folder has less space than work files need."""
+    free_bytes = shutil.disk_usage(folder).free
+    if free_bytes < needed_bytes:
+        raise MeshletError(
+            f"work files need {needed_bytes:,} bytes, {free_bytes:,} are free",
+            "free some space or use another work_dir",
+            path=folder,
+            options=("work_dir",),
+        )
 
 
 class WorkFile:

@@ -20,7 +20,7 @@ from gltf_ext.errors import MeshletError, blaming
 from gltf_ext.options import Options
 from gltf_ext.progress import progress_bar
 from gltf_ext.sources.importers import open_model
-from gltf_ext.sources.large import Larges, open_large
+from gltf_ext.sources.large import open_source
 from gltf_ext.sources.primitives import is_compressed, triangle_primitives
 
 
@@ -91,13 +91,9 @@ def verify(
 
 def _compare_files(original: Model, compressed: Model, options: Options) -> dict[str, Any]:
     """Return the report of verify. options: max_memory, work_dir, obj_groups and progress."""
-    large: Larges = {}
     original_name, compressed_name = name_of(original), name_of(compressed)
     with blaming(original_name):
-        if options.memory:
-            original_document, large = open_large(original, options)
-        else:
-            original_document = open_model(original, options.obj_groups)
+        original_document, large = open_source(original, options)
     with blaming(compressed_name):
         compressed_document = open_model(compressed)
     if not has_compressed(compressed_document):

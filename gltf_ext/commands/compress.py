@@ -34,8 +34,7 @@ from gltf_ext.lod.tables import EXTENSION as LEVELS
 from gltf_ext.options import MIN_POSITION_BITS, Options
 from gltf_ext.progress import Advance, progress_bar, shared_progress
 from gltf_ext.scheduler import LocalThreads, Runner, runner
-from gltf_ext.sources.importers import open_model
-from gltf_ext.sources.large import Larges, open_large
+from gltf_ext.sources.large import Larges, open_source
 from gltf_ext.sources.primitives import (
     EXTENSION,
     DropCounts,
@@ -190,11 +189,7 @@ def compress(input: Model, output: File | None, settings: Options) -> Report:
             "max_memory is for files", "name an output file", options=("max_memory",)
         )
     with runner(settings.scheduler, settings.threads) as chunks, blaming(name):
-        large: Larges = {}
-        if settings.memory:
-            document, large = open_large(input, settings)
-        else:
-            document = open_model(input, settings.obj_groups)
+        document, large = open_source(input, settings)
         sources_read = document.files()
         jobs = _jobs(document, large, settings)
         encoded = _encode_all(jobs, settings, chunks, Path(name).name)

@@ -18,6 +18,7 @@ from gltf_ext.document.images import as_png_or_jpeg, mime_type
 from gltf_ext.errors import MeshletError
 from gltf_ext.portable import path_beside
 from gltf_ext.ranges import first_of_each
+from gltf_ext.sources.limits import check_vertex_count
 from gltf_ext.sources.row_arrays import Rows
 
 CLAMP_TO_EDGE = 33071  # of OpenGL, as in glTF
@@ -123,11 +124,13 @@ class MeshPrimitive:
         if len(self.groups) == 1 and not self.shares_rows:
             ((_, numbers),) = self.groups
             triangles = (
-                np.arange(3 * self.triangle_count, dtype=np.int32).reshape(-1, 3)
+                np.arange(3 * self.triangle_count, dtype=np.uint32).reshape(-1, 3)
                 if numbers is None
                 else _read(numbers)
             )
             return self._with(triangles.view(np.uint32), values)
+        if any(numbers is None for _, numbers in self.groups):
+            check_vertex_count(3 * self.triangle_count, "corners")
         corners = [
             _of_equal_rows(values[names[0]]) if numbers is None else _read(numbers)
             for names, numbers in self.groups

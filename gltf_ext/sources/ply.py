@@ -14,8 +14,10 @@ import numpy as np
 from gltf_ext import _codec
 from gltf_ext.document.container import EXPORT_AGAIN
 from gltf_ext.errors import MeshletError
+from gltf_ext.progress import Advance
 from gltf_ext.ranges import numbers_of
 from gltf_ext.sources.colors import Colors
+from gltf_ext.sources.limits import check_vertex_count
 from gltf_ext.sources.mesh_files import (
     BASE_COLOR,
     Group,
@@ -30,10 +32,11 @@ from gltf_ext.sources.mesh_files import (
 )
 from gltf_ext.sources.polygons import CornerNumbers, Points, at_corners, triangles_of
 from gltf_ext.sources.row_arrays import NewRows, RowArray, Rows, add_all
-from gltf_ext.sources.text import CUT_OFF, block_bytes, read_rows, text_blocks
+from gltf_ext.sources.text import CUT_OFF, block_bytes, open_watched, read_rows, text_blocks
 
 MAX_HEADER_LINES = 10_000
 MAX_LINE = 10_000  # bytes
+MAX_DIGITS = 18  # of a number of rows
 TYPES = {
     **{name: f"i{size}" for name, size in (("char", 1), ("short", 2), ("int", 4))},
     **{name: f"u{size}" for name, size in (("uchar", 1), ("ushort", 2), ("uint", 4))},
@@ -106,6 +109,10 @@ class Header(NamedTuple):
     elements: list[Element]
     texture: str
 
+    def rows_of(self, name: str) -> int:
+        """Return the number of rows of all elements of a name."""
+        return sum(element.rows for element in self.elements if element.name == name)
+
 
 class Lists(NamedTuple):
     """A property's lists, one after the other: lengths int64[n], and all their values."""
@@ -133,7 +140,7 @@ def read_header(file: BinaryIO) -> Header:
                 return Header(order, elements, texture)
             case ["format", name, *_] if name in ORDERS:
                 order = ORDERS[name]
-            case ["element", name, count] if count.isdecimal():
+            case ["element", name, count] if count.isdecimal() and len(count) <= MAX_DIGITS:
                 elements.append(Element(name, int(count), []))
             case ["property", type, name] if elements and type in TYPES:
                 elements[-1].properties.append(Property(name, np.dtype(order + TYPES[type]), None))
@@ -194,13 +201,25 @@ def blocks(file: BinaryIO, header: Header) -> Iterator[tuple[Element, Columns]]:
                 yield element, columns
 
 
-def read(path: Path, new_rows: NewRows) -> MeshFile:
-    """Read the mesh, if it has triangles. Raises MeshletError, OSError.
+def triangles_in_header(path: Path) -> int:
+    """Return the number of triangles, as far as the header tells: one for each face.
 
-    A vertex's own values go before those that faces have at their corners.
+    Raises MeshletError, OSError.
     """
     with open(path, "rb") as file:
-        reader = _Reader(read_header(file), new_rows)
+        return read_header(file).rows_of("face")
+
+
+def read(path: Path, new_rows: NewRows, advance: Advance | None = None) -> MeshFile:
+    """Read the mesh, if it has triangles. Raises MeshletError, OSError.
+
+    A vertex's own values go before those that faces have at their corners. advance: moves the
+    progress bar.
+    """
+    with open_watched(path, advance) as file:
+        header = read_header(file)
+        check_vertex_count(header.rows_of("vertex"))
+        reader = _Reader(header, new_rows)
         for element, columns in blocks(file, reader.header):
             reader.add(element, columns)
     return reader.result(path)
@@ -319,7 +338,7 @@ def _lists_of(columns: Columns) -> Lists | None:
 
 
 def to_int32(numbers: np.ndarray) -> np.ndarray:
-    """Return int32: no number beyond it is one of a vertex, and a text may say nan."""
+    """Return int32: no number beyond it is one of a vertex (MAX_VERTICES); a text may say nan."""
     if not np.can_cast(numbers.dtype, np.int32):
         limits = np.iinfo(np.int32)
         least, most = numbers.min(initial=0), numbers.max(initial=0)

@@ -64,6 +64,7 @@ class Source:
         indices: the attributes that have the same numbers at corners, and these numbers.
         room: bytes of memory that vertices may take at a time; 0 for a source that is in memory.
         threads: number of blocks that are read at a time, from files.
+        is_copy: whether the rows are in work files of this source and others of the same document.
         bounds: name -> [2, components]: smallest and largest values at corners, without degenerate
             triangles; once read.
     """
@@ -74,6 +75,7 @@ class Source:
     indices: list[Numbering]
     room: int = 0
     threads: int = 1
+    is_copy: bool = False
     bounds: dict[str, np.ndarray] = field(default_factory=dict)
 
     @classmethod
@@ -116,6 +118,11 @@ class Source:
     def vertex_count(self) -> int:
         """The number of vertices, of a source whose attributes have the same numbers."""
         return self.attributes["POSITION"].count
+
+    def give_back_copy(self) -> None:
+        """Forget rows in work files, which are gone with the last source that has some in them."""
+        if self.is_copy:
+            self.attributes, self.indices = {}, []
 
     def read_bounds(self, advance: Advance | None = None) -> None:
         """Set `bounds`, to none if all triangles are degenerate. Reads everything.

@@ -2,6 +2,7 @@
 
 import os
 import resource
+import shutil
 import subprocess
 import weakref
 
@@ -294,7 +295,7 @@ def test_many_materials_share_a_work_file(tmp_path, monkeypatch):
     limits = resource.getrlimit(resource.RLIMIT_NOFILE)
     resource.setrlimit(resource.RLIMIT_NOFILE, (len(os.listdir("/proc/self/fd")) + 20, limits[1]))
     try:
-        _, primitives = large.open_large(tmp_path / "in.obj", options)
+        _, primitives = large.open_source(tmp_path / "in.obj", options)
     finally:
         resource.setrlimit(resource.RLIMIT_NOFILE, limits)
     assert len(primitives) == 100
@@ -377,6 +378,20 @@ def test_damage_is_one_line(tmp_path, small_chunks, damage, problem):
     assert problem in message(tmp_path, path, max_memory="1G")
 
 
+@pytest.mark.parametrize("name", ["POSITION", "NORMAL"])
+def test_a_count_below_zero_is_one_line(tmp_path, small_chunks, name):
+    points, normals, triangles = sheet(128)
+    builder = Builder()
+    builder.mesh({"POSITION": points, "NORMAL": normals}, triangles)
+    (mesh,) = builder.properties["meshes"]
+    accessor = mesh["primitives"][0]["attributes"][name]
+    builder.properties["accessors"][accessor]["count"] = -5
+    path = builder.write(tmp_path / "in.glb")
+    expected = f"{name} of mesh 0 primitive 0 has no valid count"
+    assert expected in message(tmp_path, path, max_memory="1G")
+    assert expected in message(tmp_path, path)
+
+
 @pytest.mark.parametrize("lod", [False, True], ids=["level 0", "levels"])
 def test_triangles_without_extent_alone_are_one_line(tmp_path, small_chunks, lod):
     if lod:
@@ -402,6 +417,43 @@ def test_an_input_that_changes_is_noticed(tube, tmp_path, small_chunks, monkeypa
     assert "changed while it was read" in message(tmp_path, path, max_memory="1G")
 
 
+LARGE_PLY = (
+    b"ply\nformat binary_little_endian 1.0\nelement vertex 1000000000\nproperty float x\n"
+    b"property float y\nproperty float z\nelement face %d\n"
+    b"property list uchar int vertex_indices\nend_header\n"
+)
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "problem"),
+    [
+        (
+            "a.ply",
+            LARGE_PLY % 2_630_000_000,
+            "has 2,630,000,000 triangles, more than 1,431,655,765",
+        ),
+        ("a.ply", LARGE_PLY % 1_000_000_000, "less than the result of 1,000,000,000 triangles"),
+    ],
+)
+def test_too_many_triangles_are_refused_before_they_are_read(
+    tmp_path, monkeypatch, name, content, problem
+):
+    """By what the header says; the file need not have them."""
+    monkeypatch.setattr(large, "MEMORY_OF_FILE", 1 << 30)
+    (tmp_path / name).write_bytes(content)
+    assert problem in message(tmp_path, tmp_path / name, max_memory="1G")
+
+
+def test_a_large_binary_stl_is_refused_before_it_is_read(tmp_path, monkeypatch):
+    with open(tmp_path / "a.stl", "wb") as file:
+        file.write(bytes(80) + (1_500_000_000).to_bytes(4, "little"))
+        file.truncate(84 + 50 * 1_500_000_000)  # a hole
+    if (tmp_path / "a.stl").stat().st_blocks > 1000:
+        pytest.skip("the file system writes holes out")
+    text = message(tmp_path, tmp_path / "a.stl", max_memory="1G")
+    assert "has 1,500,000,000 triangles, more than 1,431,655,765" in text
+
+
 def test_a_work_folder_that_is_not_there(tube, tmp_path, small_chunks):
     missing = str(tmp_path / "missing")
     assert missing in message(tmp_path, tube, max_memory="1G", work_dir=missing)
@@ -409,10 +461,35 @@ def test_a_work_folder_that_is_not_there(tube, tmp_path, small_chunks):
 
 def test_a_disk_that_is_too_small_is_noticed_first(tube, tmp_path, small_chunks, monkeypatch):
     usage = os.statvfs(tmp_path)
-    monkeypatch.setattr(
-        encoding.shutil, "disk_usage", lambda folder: type("Usage", (), {"free": 1000})
-    )
+    monkeypatch.setattr(shutil, "disk_usage", lambda folder: type("Usage", (), {"free": 1000}))
     assert usage.f_bavail and "1,000 are free" in message(tmp_path, tube, max_memory="1G")
+
+
+def test_space_for_a_copy_is_checked_before_it_is_made(tmp_path, other_format, monkeypatch):
+    free = type("Usage", (), {"free": 1000})
+    monkeypatch.setattr(shutil, "disk_usage", lambda folder: free)
+    monkeypatch.setattr(FileRows, "add", lambda *arguments: pytest.fail("it was read"))
+    text = message(tmp_path, other_format, max_memory="1G")
+    assert "work files need" in text and "bytes, 1,000 are free" in text
+
+
+def test_the_copy_is_gone_when_triangles_are_encoded(tmp_path, other_format, monkeypatch):
+    """At the latest with the last primitive: those of an .obj share the file."""
+    arrays, encode, counts = weakref.WeakSet(), encoding.encode_chunk, []
+    add = FileRows.add
+
+    def adding(array, values):
+        arrays.add(array)
+        add(array, values)
+
+    def counting(*arguments):
+        counts.append(len(arrays))
+        return encode(*arguments)
+
+    monkeypatch.setattr(FileRows, "add", adding)
+    monkeypatch.setattr(encoding, "encode_chunk", counting)
+    compress(other_format, tmp_path / "out.glb")
+    assert counts and counts[-1] == 0
 
 
 @pytest.mark.parametrize("lod", [False, True], ids=["level 0", "levels"])
@@ -438,7 +515,7 @@ def test_work_files_stay_below_the_space_that_is_checked(
     monkeypatch.setattr(WorkFile, "write", writing)
     compress(tube, tmp_path / "out.glb", lod=lod)
     free = type("Usage", (), {"free": most - 1})
-    monkeypatch.setattr(encoding.shutil, "disk_usage", lambda folder: free)
+    monkeypatch.setattr(shutil, "disk_usage", lambda folder: free)
     text = message(tmp_path, tube, max_memory="1G", lod=lod)
     needed = int(text.split("need ")[1].split(" bytes")[0].replace(",", ""))
     assert most <= needed <= 2 * most
