@@ -14,6 +14,7 @@ from contextlib import contextmanager
 import numpy as np
 
 from gltf_ext.errors import MeshletError
+from gltf_ext.portable import allow_open_files
 
 MAX_SPOOLED = 1 << 24  # bytes
 BUCKET_BYTES = 1 << 24  # of the rows of a part: while it is worked on, it takes ten times as much
@@ -95,6 +96,12 @@ class WorkFile:
         self._file.close()
 
 
+def open_work_files(count: int, folder: str) -> list[WorkFile]:
+    """Return so many work files that are open at a time. Raises OSError."""
+    allow_open_files(count)
+    return [WorkFile(folder) for _ in range(count)]
+
+
 class Spool:
     """Bytes that wait to be written: in memory while they are few, then in a work file."""
 
@@ -141,7 +148,7 @@ class Buckets:
         """total_bytes: about the bytes of all rows; folder: as for WorkFile."""
         self.dtype, self.count = dtype, 1 + min(total_bytes // BUCKET_BYTES, MAX_BUCKETS)
         self._rows: list[np.ndarray] = []
-        self._files = [WorkFile(folder) for _ in range(self.count if self.count > 1 else 0)]
+        self._files = open_work_files(self.count if self.count > 1 else 0, folder)
 
     def add(self, rows: np.ndarray, keys: np.ndarray) -> None:
         """keys: uint64[n], as hashes are. Raises OSError."""

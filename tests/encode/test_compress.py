@@ -459,6 +459,42 @@ def test_a_work_folder_that_is_not_there(tube, tmp_path, small_chunks):
     assert missing in message(tmp_path, tube, max_memory="1G", work_dir=missing)
 
 
+@pytest.fixture
+def few_open_files():
+    """As on macOS, but a few: more are open at a time than the soft limit allows."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (len(os.listdir("/proc/self/fd")) + 20, hard))
+    yield
+    resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
+
+
+def test_the_limit_of_open_files_is_raised(
+    tube, tmp_path, small_chunks, few_open_files, monkeypatch
+):
+    monkeypatch.setattr(memory, "LARGE_CHUNK", 400)
+    monkeypatch.setattr(memory, "AT_ONCE", 100)
+    compress(tube, tmp_path / "out.glb")
+    monkeypatch.setattr("gltf_ext.work_files.BUCKET_BYTES", 5000)
+    assert gltf_ext.verify(tube, tmp_path / "out.glb", max_memory="1G")["ok"]
+
+
+def test_a_limit_of_open_files_that_cannot_be_raised(
+    tube, tmp_path, small_chunks, few_open_files, monkeypatch, capsys
+):
+    def refused(*arguments):
+        raise ValueError("not allowed to raise maximum limit")
+
+    monkeypatch.setattr(memory, "LARGE_CHUNK", 400)
+    monkeypatch.setattr(memory, "AT_ONCE", 100)
+    with monkeypatch.context() as patch:
+        patch.setattr(resource, "setrlimit", refused)
+        arguments = ["compress", str(tube), str(tmp_path / "out.glb"), "--max-memory", "1G"]
+        assert cli.main(arguments) == cli.FAILED
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "Too many open files; raise the limit: ulimit -n 1024" in line
+    assert not list(tmp_path.iterdir())
+
+
 def test_a_disk_that_is_too_small_is_noticed_first(tube, tmp_path, small_chunks, monkeypatch):
     usage = os.statvfs(tmp_path)
     monkeypatch.setattr(shutil, "disk_usage", lambda folder: type("Usage", (), {"free": 1000}))
