@@ -325,6 +325,17 @@ def test_memory_stays_below_the_number(tmp_path, size, lod, megabytes):
     assert peak_of(*options, "--max-memory", f"{megabytes}M") < limit
 
 
+@pytest.mark.parametrize(("lod", "limit"), [(False, 131072), (True, 32768)])
+def test_what_cannot_be_one_blob_has_pages(tube, tmp_path, small_chunks, lod, limit):
+    if lod:
+        environment.need_package("meshoptimizer")
+    for name, size in (("zero", 0), ("default", None), ("limit", limit)):
+        compress(tube, tmp_path / f"{name}.glb", lod=lod, page_bytes=size)
+    expected = (tmp_path / "limit.glb").read_bytes()
+    assert (tmp_path / "zero.glb").read_bytes() == expected
+    assert (tmp_path / "default.glb").read_bytes() == expected
+
+
 # --- errors ---
 
 
