@@ -53,7 +53,7 @@ class Option:
 
     flag: str
     help: str
-    type: type = int
+    type: type
     limits: tuple[float, float] | None = None
     maximum: float = LARGEST_NUMBER
     choices: tuple[str, ...] = ()
@@ -133,6 +133,8 @@ class Option:
 def _declare(value: Any, flag: str, help: str, **settings: Any) -> Any:
     """Return a field with its Option. `value`: the default, of the option's type or None."""
     if value is None:
+        if "type" not in settings:
+            raise TypeError(f"{flag} has no default, so name its type: _declare(..., type=float)")
         settings["optional"] = True
     else:
         settings.setdefault("type", type(value))
@@ -156,6 +158,7 @@ class Options:
         None,
         "-vp",
         "bits of a position along the longest side",
+        type=int,
         limits=(MIN_POSITION_BITS, 24),
         default=str(DEFAULT_POSITION_BITS),
     )
@@ -204,6 +207,7 @@ class Options:
         f"primitives of more than {MOST_TRIANGLES_UNPAGED} triangles, 0 in others; instead of 0, "
         f"{DEFAULT_LOD_PAGE_BYTES} with levels of detail, and {DEFAULT_PAGE_BYTES} in primitives "
         "that --max-memory reads in parts",
+        type=int,
         limits=(0, MAX_PAGE_BYTES),
     )
     lod: bool = _declare(
