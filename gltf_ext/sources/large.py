@@ -59,7 +59,9 @@ def open_source(model: Model, options: Options) -> tuple[Document, Larges]:
     contents = _copy(path, options)
     large = _large(contents, options)
     in_files = {id(primitive) for primitive in large.values()}
-    sources = {place: _source(*place, primitive, options) for place, primitive in large.items()}
+    sources = {
+        numbers: _source(*numbers, primitive, options) for numbers, primitive in large.items()
+    }
     document = document_of(
         path, contents, lambda p: p.sample() if id(p) in in_files else p.indexed()
     )
@@ -93,7 +95,9 @@ def _large(contents: MeshFile, options: Options) -> dict[tuple[int, int], MeshPr
     """Choose the primitives that stay in files: all but the smallest, which memory holds."""
     limit, total = fitting(options) // INDEXED_SHARE, 0
     large = {}
-    for m, p, primitive in sorted(contents.places(), key=lambda place: place[2].triangle_count):
+    for m, p, primitive in sorted(
+        contents.numbered_primitives(), key=lambda row: row[2].triangle_count
+    ):
         total += max(primitive.triangle_count, *(r.count for r in primitive.attributes.values()))
         if total > limit:
             large[m, p] = primitive

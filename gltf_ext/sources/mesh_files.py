@@ -23,11 +23,11 @@ from gltf_ext.sources.row_arrays import Rows
 
 CLAMP_TO_EDGE = 33071  # of OpenGL, as in glTF
 # Names of the objects that lead to a texture in a glTF material.
-Place = tuple[str, ...]
-BASE_COLOR: Place = ("pbrMetallicRoughness", "baseColorTexture")
-METAL_ROUGH: Place = ("pbrMetallicRoughness", "metallicRoughnessTexture")
-EMISSIVE: Place = ("emissiveTexture",)
-NORMAL: Place = ("normalTexture",)
+TexturePath = tuple[str, ...]
+BASE_COLOR: TexturePath = ("pbrMetallicRoughness", "baseColorTexture")
+METAL_ROUGH: TexturePath = ("pbrMetallicRoughness", "metallicRoughnessTexture")
+EMISSIVE: TexturePath = ("emissiveTexture",)
+NORMAL: TexturePath = ("normalTexture",)
 TRANSFORM, STRENGTH = "KHR_texture_transform", "KHR_materials_emissive_strength"
 
 
@@ -55,12 +55,12 @@ class Material:
 
     Attributes:
         properties: a glTF material without textures.
-        textures: by their places in a glTF material.
+        textures: by their paths in a glTF material.
         plain: what primitives without texture coordinates have instead.
     """
 
     properties: dict[str, Any]
-    textures: Mapping[Place, Texture] = field(default_factory=dict)
+    textures: Mapping[TexturePath, Texture] = field(default_factory=dict)
     plain: Material | None = None
 
     def fitting(self, attributes: Mapping[str, Any]) -> Material | None:
@@ -181,7 +181,7 @@ class MeshFile:
             mesh.primitives = [p for p in mesh.primitives if p.triangle_count]
         self.meshes = [mesh for mesh in self.meshes if mesh.primitives]
 
-    def places(self) -> Iterator[tuple[int, int, MeshPrimitive]]:
+    def numbered_primitives(self) -> Iterator[tuple[int, int, MeshPrimitive]]:
         """Yield (mesh, primitive, object) of each primitive."""
         for m, mesh in enumerate(self.meshes):
             for p, primitive in enumerate(mesh.primitives):

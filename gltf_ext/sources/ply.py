@@ -357,10 +357,10 @@ def triangles_of_strips(lists: Lists) -> np.ndarray:
     is_first = np.zeros(len(numbers) + 1, bool)
     is_first[np.cumsum(lists.lengths) - lists.lengths] = True
     is_first[1:] |= numbers < 0
-    places = np.arange(len(numbers))
-    # A -1 is a place of its own before the strip that it begins, so that no triangle spans it.
-    begins = np.maximum.accumulate(np.where(is_first[:-1], places, 0))
-    third = np.flatnonzero((places - begins >= 2) & (numbers >= 0))
+    positions = np.arange(len(numbers))
+    # A -1 stands by itself before the strip that it begins, so that no triangle spans it.
+    begins = np.maximum.accumulate(np.where(is_first[:-1], positions, 0))
+    third = np.flatnonzero((positions - begins >= 2) & (numbers >= 0))
     a, b, c = numbers[third - 2], numbers[third - 1], numbers[third]
     turned = (third - begins[third]) % 2 == 1
     triangles = np.stack([np.where(turned, b, a), np.where(turned, a, b), c], axis=1)
@@ -541,18 +541,18 @@ def _mixed(file: BinaryIO, element: Element, rows_left: int) -> Iterator[Columns
     size = block_bytes(file)
     while rows_left:
         start, data = file.tell(), file.read(size)
-        places, end = _places(data, element, rows_left)
+        offsets, end = _row_offsets(data, element, rows_left)
         file.seek(start + end)
-        if not len(places):
+        if not len(offsets):
             if len(data) < size:
                 raise MeshletError(CUT_OFF, "get it again")
             size *= 2  # for a row that is longer
             continue
-        rows_left -= len(places)
+        rows_left -= len(offsets)
         array = np.frombuffer(data, np.uint8)
         columns: Columns = {}
         for (name, dtype, length), at, counts in zip(
-            element.properties, *places.transpose(2, 1, 0)
+            element.properties, *offsets.transpose(2, 1, 0)
         ):
             number = numbers_of(np.zeros_like(counts), counts)
             items = np.repeat(at, counts) + number * dtype.itemsize
@@ -561,7 +561,7 @@ def _mixed(file: BinaryIO, element: Element, rows_left: int) -> Iterator[Columns
         yield columns
 
 
-def _places(data: bytes, element: Element, limit: int) -> tuple[np.ndarray, int]:
+def _row_offsets(data: bytes, element: Element, limit: int) -> tuple[np.ndarray, int]:
     """Offset and number of values of each property of the whole rows in `data`, and their end.
 
     The first array is int64[rows, properties, 2].
@@ -570,9 +570,9 @@ def _places(data: bytes, element: Element, limit: int) -> tuple[np.ndarray, int]
         (dtype.itemsize, length.itemsize if length else 0, _byte_order(length or dtype))
         for _, dtype, length in element.properties
     ]
-    places: list[list[tuple[int, int]]] = []
+    offsets: list[list[tuple[int, int]]] = []
     end = at = 0
-    while len(places) < limit:
+    while len(offsets) < limit:
         row = []
         for size, length, order in layout:
             count = int.from_bytes(data[at : at + length], order) if length else 1
@@ -581,9 +581,9 @@ def _places(data: bytes, element: Element, limit: int) -> tuple[np.ndarray, int]
             at += size * count
         if at > len(data):
             break
-        places.append(row)
+        offsets.append(row)
         end = at
-    return np.array(places, np.int64).reshape(len(places), len(layout), 2), end
+    return np.array(offsets, np.int64).reshape(len(offsets), len(layout), 2), end
 
 
 def _byte_order(dtype: np.dtype) -> Literal["little", "big"]:

@@ -553,9 +553,9 @@ def test_work_files_stay_below_the_space_that_is_checked(
         opened(file, folder)
         files.add(file)
 
-    def writing(file, data, place):
+    def writing(file, data, offset):
         nonlocal most
-        written(file, data, place)
+        written(file, data, offset)
         most = max(most, sum(f.size for f in set(files) if not f._file.closed))
 
     monkeypatch.setattr(WorkFile, "__init__", opening)

@@ -423,7 +423,9 @@ def test_rows_in_work_files_are_those_in_memory(folder, monkeypatch, name):
     assert contents.others == stored_contents.others
     names, other_names = ([m.name for m in c.meshes] for c in (contents, stored_contents))
     assert names == other_names
-    primitives, others = ([p for _, _, p in c.places()] for c in (contents, stored_contents))
+    primitives, others = (
+        [p for _, _, p in c.numbered_primitives()] for c in (contents, stored_contents)
+    )
     assert len(primitives) == len(others)
     for mesh, other in zip(primitives, others):
         assert ([names for names, _ in mesh.groups], mesh.triangle_count) == (
