@@ -156,7 +156,7 @@ def gather_corners(
     """
     passes = [
         (names, numbers, low, high)
-        for names, numbers in source.indices
+        for names, numbers in source.numberings
         for low, high in (
             blocks(source.attributes[names[0]].count, source.room // record_format.fine.itemsize)
             if numbers
@@ -187,7 +187,7 @@ class _Table:
     ) -> None:
         """Read vertices.
 
-        names, numbers: one of source.indices; low, high: of the vertices; is_all: whether these are
+        names, numbers: one of source.numberings; low, high: of the vertices; is_all: whether these are
         all of the primitive.
         """
         self._source, self._record_format, self._names, self._numbers = (

@@ -106,8 +106,8 @@ def _large(contents: MeshFile, options: Options) -> dict[tuple[int, int], MeshPr
 
 def _source(mesh: int, index: int, primitive: MeshPrimitive, options: Options) -> Source:
     attributes = dict(primitive.attributes)
-    groups = list(primitive.groups)
-    return Source(mesh, index, attributes, groups, *reading(options), is_copy=True)
+    numberings = list(primitive.numberings)
+    return Source(mesh, index, attributes, numberings, *reading(options), is_copy=True)
 
 
 def _read_bounds(sources: Larges, path: Path, options: Options) -> Larges:

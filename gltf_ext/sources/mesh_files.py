@@ -19,7 +19,7 @@ from gltf_ext.errors import MeshletError
 from gltf_ext.portable import path_beside
 from gltf_ext.ranges import first_of_each
 from gltf_ext.sources.limits import check_vertex_count
-from gltf_ext.sources.row_arrays import Rows
+from gltf_ext.sources.row_arrays import Numbering, Rows
 
 CLAMP_TO_EDGE = 33071  # of OpenGL, as in glTF
 # Names of the objects that lead to a texture in a glTF material.
@@ -91,59 +91,57 @@ class IndexedMesh:
     parent: str | None = None
 
 
-# Attributes that have the same numbers at corners, and these: int32[3 T, 1]. None for one attribute
-# whose rows are the values at the corners.
-Group = tuple[tuple[str, ...], Rows | None]
-
-
 @dataclass
 class MeshPrimitive:
     """Triangles of one material with the same attributes, as a file has them.
 
     Attributes:
         attributes: name -> rows, of types as in IndexedPrimitive.
-        groups: each attribute is in one.
+        numberings: each attribute is in one, with numbers of int32. One without numbers has one
+            attribute, whose rows are the values at the corners.
         shares_rows: whether other primitives use the same rows. Those that this one does not use
             are then no vertices of it.
     """
 
     attributes: dict[str, Rows]
-    groups: list[Group]
+    numberings: list[Numbering]
     material: Material | None = None
     shares_rows: bool = False
 
     @property
     def triangle_count(self) -> int:
         """The number of triangles."""
-        names, numbers = self.groups[0]
+        names, numbers = self.numberings[0]
         return (numbers or self.attributes[names[0]]).count // 3
 
     def indexed(self) -> IndexedPrimitive:
         """Return it with a vertex for each different combination of rows at a corner."""
         values = {name: rows.rows(0, rows.count) for name, rows in self.attributes.items()}
-        if len(self.groups) == 1 and not self.shares_rows:
-            ((_, numbers),) = self.groups
+        if len(self.numberings) == 1 and not self.shares_rows:
+            ((_, numbers),) = self.numberings
             triangles = (
                 np.arange(3 * self.triangle_count, dtype=np.uint32).reshape(-1, 3)
                 if numbers is None
                 else _read(numbers)
             )
             return self._with(triangles.view(np.uint32), values)
-        if any(numbers is None for _, numbers in self.groups):
+        if any(numbers is None for _, numbers in self.numberings):
             check_vertex_count(3 * self.triangle_count, "corners")
         corners = [
             _of_equal_rows(values[names[0]]) if numbers is None else _read(numbers)
-            for names, numbers in self.groups
+            for names, numbers in self.numberings
         ]
-        triangles, numbers_of_groups = split_vertices(corners)
+        triangles, vertex_numbers = split_vertices(corners)
         rows_of = {
-            name: rows for (names, _), rows in zip(self.groups, numbers_of_groups) for name in names
+            name: rows
+            for (names, _), rows in zip(self.numberings, vertex_numbers)
+            for name in names
         }
         return self._with(triangles, {name: values[name][rows_of[name]] for name in values})
 
     def sample(self) -> IndexedPrimitive:
-        """Return one vertex with the same attributes, in the order of their groups."""
-        names = [name for names, _ in self.groups for name in names]
+        """Return one vertex with the same attributes, in the order of their numberings."""
+        names = [name for names, _ in self.numberings for name in names]
         first = {name: self.attributes[name].rows(0, 1) for name in names}
         return self._with(np.zeros((1, 3), np.uint32), first)
 

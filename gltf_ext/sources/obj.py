@@ -19,7 +19,6 @@ from gltf_ext.sources import mtl
 from gltf_ext.sources.colors import FULL, Colors
 from gltf_ext.sources.limits import check_vertex_count
 from gltf_ext.sources.mesh_files import (
-    Group,
     Mesh,
     MeshFile,
     MeshPrimitive,
@@ -27,7 +26,7 @@ from gltf_ext.sources.mesh_files import (
     to_texcoords,
 )
 from gltf_ext.sources.polygons import CornerNumbers, Points, at_corners, triangles_of
-from gltf_ext.sources.row_arrays import NewRows, RowArray, RowRange, Rows
+from gltf_ext.sources.row_arrays import NewRows, Numbering, RowArray, RowRange, Rows
 from gltf_ext.sources.text import open_watched, text_blocks, words_after
 
 VERTEX, TEXCOORD, NORMAL = range(3)
@@ -391,7 +390,7 @@ def _primitive(faces: _Faces, table: dict[str, RowArray]) -> tuple[MeshPrimitive
 
     table: the rows of all attributes.
     """
-    groups: list[Group] = []
+    numberings: list[Numbering] = []
     attributes: dict[str, Rows] = {}
     warnings = []
     for kind, numbers in zip(faces.kinds, faces.numbers):
@@ -403,7 +402,7 @@ def _primitive(faces: _Faces, table: dict[str, RowArray]) -> tuple[MeshPrimitive
         elif numbers.most >= count:
             warnings.append(f"a face uses a {NAMES[kind]} that is not there; all are left out")
             continue
-        groups.append((tuple(names), numbers.from_least()))
+        numberings.append((tuple(names), numbers.from_least()))
         for name in names:
             attributes[name] = RowRange(table[name], numbers.least, numbers.most + 1)
-    return MeshPrimitive(attributes, groups, shares_rows=True), warnings
+    return MeshPrimitive(attributes, numberings, shares_rows=True), warnings

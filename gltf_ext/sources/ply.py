@@ -20,7 +20,6 @@ from gltf_ext.sources.colors import Colors
 from gltf_ext.sources.limits import check_vertex_count
 from gltf_ext.sources.mesh_files import (
     BASE_COLOR,
-    Group,
     Material,
     Mesh,
     MeshFile,
@@ -31,7 +30,7 @@ from gltf_ext.sources.mesh_files import (
     to_texcoords,
 )
 from gltf_ext.sources.polygons import CornerNumbers, Points, at_corners, triangles_of
-from gltf_ext.sources.row_arrays import NewRows, RowArray, Rows, add_all
+from gltf_ext.sources.row_arrays import NewRows, Numbering, RowArray, Rows, add_all
 from gltf_ext.sources.text import CUT_OFF, block_bytes, open_watched, read_rows, text_blocks
 
 MAX_HEADER_LINES = 10_000
@@ -288,10 +287,10 @@ class _Reader:
         faces = {name: rows for name, rows in faces.items() if name not in vertices}
         _check_counts(vertices, count)
         _check_counts(faces, triangles.rows.count)
-        groups: list[Group] = [(tuple(vertices), triangles.rows)]
-        groups += [((name,), None) for name in faces]
+        numberings: list[Numbering] = [(tuple(vertices), triangles.rows)]
+        numberings += [((name,), None) for name in faces]
         all_rows: dict[str, Rows] = {**vertices, **faces}
-        primitive = MeshPrimitive(all_rows, groups)
+        primitive = MeshPrimitive(all_rows, numberings)
         contents.meshes.append(Mesh(path.name, [primitive]))
         if self.header.texture:
             image = read_texture(path.parent, self.header.texture, contents)

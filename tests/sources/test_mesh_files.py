@@ -428,8 +428,8 @@ def test_rows_in_work_files_are_those_in_memory(folder, monkeypatch, name):
     )
     assert len(primitives) == len(others)
     for mesh, other in zip(primitives, others):
-        assert ([names for names, _ in mesh.groups], mesh.triangle_count) == (
-            [names for names, _ in other.groups],
+        assert ([names for names, _ in mesh.numberings], mesh.triangle_count) == (
+            [names for names, _ in other.numberings],
             other.triangle_count,
         )
         for attribute, rows in mesh.attributes.items():
