@@ -144,8 +144,8 @@ def build_chunk(threads: int, encoder: Encoder, options: Options, chunk: Chunk) 
         if not builder.groups:
             break
         if _is_without_levels(builder, chunk):
-            mesh = record_format.mesh_of(vertices)
-            view, totals.statistics = encoder.view_of(mesh, threads, chunk.advance)
+            encoder_input = record_format.encoder_input_of(vertices)
+            view, totals.statistics = encoder.view_of(encoder_input, threads, chunk.advance)
             result.fine = Pages(blobs=[view])
             return result
         hierarchy = builder.result()
