@@ -20,7 +20,7 @@ from gltf_ext.lod.pilot import SMALLEST_GROUP, Pilot
 from gltf_ext.lod.reduction import SHRINK
 from gltf_ext.lod.surface import Surface
 from gltf_ext.lod.tables import MAX_GROUPS
-from gltf_ext.lod.writing import Pages, encode_pages, error_limit_of, make_surface, make_tables
+from gltf_ext.lod.writing import Pages, encode_levels, error_limit_of, make_surface, make_tables
 from gltf_ext.options import Options
 from gltf_ext.progress import Advance
 from gltf_ext.ranges import begins, members
@@ -150,7 +150,7 @@ def build_chunk(threads: int, encoder: Encoder, options: Options, chunk: Chunk) 
             return result
         hierarchy = builder.result()
         give_back_memory()
-        result.coarse, result.fine = encode_pages(
+        result.coarse, result.fine = encode_levels(
             hierarchy,
             surface,
             record_format.plan.streams,

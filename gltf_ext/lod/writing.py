@@ -433,7 +433,7 @@ def _find_clashes(
     return clashes
 
 
-def encode_pages(
+def encode_levels(
     hierarchy: Hierarchy,
     surface: Surface,
     streams: list[Stream],
