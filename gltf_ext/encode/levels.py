@@ -25,7 +25,7 @@ from gltf_ext.options import Options
 from gltf_ext.progress import Advance
 from gltf_ext.ranges import begins, members
 from gltf_ext.scheduler import Runner, in_order
-from gltf_ext.sources.memory import chunk_size, plan_chunk_memory, reading
+from gltf_ext.sources.memory import chunk_size, plan_chunk_memory, reading_limits
 from gltf_ext.sources.source import blocks
 from gltf_ext.work_files import Spool, WorkFile, give_back_memory, release
 
@@ -284,7 +284,7 @@ class NextLevel:
             return cells.keys_outside(chunk[first:last], self._rows(first, last)["0"])
 
         parts = blocks(self.triangles) if cells.count > 1 else ()
-        return union(in_order(keys, parts, reading(self._options)[1]))
+        return union(in_order(keys, parts, reading_limits(self._options)[1]))
 
     def _corners(self, triangle_begin: np.ndarray, selection: np.ndarray) -> np.ndarray:
         """Return coarse[T, 3]: the triangles of clusters, in ascending order of their numbers."""

@@ -19,7 +19,7 @@ from gltf_ext.lod.document import Levels
 from gltf_ext.options import Options
 from gltf_ext.progress import Advance
 from gltf_ext.scheduler import Runner
-from gltf_ext.sources.memory import UNEVEN, chunk_size, fitting
+from gltf_ext.sources.memory import UNEVEN, chunk_size, triangles_that_fit
 from gltf_ext.sources.primitives import DropCounts
 from gltf_ext.sources.row_arrays import Rows
 from gltf_ext.sources.source import Source, blocks
@@ -137,7 +137,7 @@ def sort_corners(
         soup.truncate(first * size)
         progress(SORT_END + (READ_END - SORT_END) * first / total)
     soup.close()
-    if result.counts.max() > UNEVEN * fitting(options):
+    if result.counts.max() > UNEVEN * triangles_that_fit(options):
         raise MeshletError(
             f"{source.where} has {result.counts.max():,} triangles in one place of the grid",
             "use more position bits or more memory",
