@@ -501,19 +501,19 @@ def _useless_levels(encoded: list[Job]) -> list[str]:
     """
     from gltf_ext.lod.cuts import cut_at_error, held_bytes  # commands without levels start faster
 
-    plain_bytes = level_bytes = 0
+    bytes_without_levels = bytes_with_levels = 0
     for job in encoded:
         if not job.result.levels:
             continue
         tables = job.result.levels.tables
         size = float(np.ptp(_decoded_box(job.result), axis=0).max())
-        plain_bytes += len(job.result.view)
-        level_bytes += held_bytes(tables, cut_at_error(tables, size / PIXELS))
-    if level_bytes < plain_bytes or not plain_bytes:
+        bytes_without_levels += len(job.result.view)
+        bytes_with_levels += held_bytes(tables, cut_at_error(tables, size / PIXELS))
+    if bytes_with_levels < bytes_without_levels or not bytes_without_levels:
         return []
     return [
         f"levels of detail do not pay: for one pixel of error in {PIXELS} a viewer loads "
-        f"{level_bytes:,} bytes, and {plain_bytes:,} without levels"
+        f"{bytes_with_levels:,} bytes, and {bytes_without_levels:,} without levels"
     ]
 
 

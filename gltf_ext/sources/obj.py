@@ -340,7 +340,7 @@ class _Reader:
             primitive.material = material = materials.get(faces.state.material)
             mesh.primitives.append(primitive)
             contents.warnings += [f"{mesh.name}: {problem}" for problem in problems]
-            if material and material.fitting(primitive.attributes) is not material:
+            if material and material.for_attributes(primitive.attributes) is not material:
                 untextured += primitive.triangle_count
         if untextured:
             contents.warnings.append(

@@ -296,7 +296,7 @@ class _Reader:
             image = read_texture(path.parent, self.header.texture, contents)
             if image:
                 primitive.material = Material({}, {BASE_COLOR: Texture(image)})
-                if primitive.material.fitting(all_rows) is None:
+                if primitive.material.for_attributes(all_rows) is None:
                     contents.warnings.append(
                         "it has no texture coordinates, so its texture is left out"
                     )
