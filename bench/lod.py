@@ -35,7 +35,7 @@ from bench.models import real_model
 from gltf_ext.attributes.extension import Compressed
 from gltf_ext.checks.samples import distances_to, sample_surface
 from gltf_ext.lod import Cut, LodPrimitive, cut_at_error, cut_at_level, error_of, open_lod
-from gltf_ext.lod.cuts import held_bytes, page_bytes, table_bytes
+from gltf_ext.lod.cuts import bytes_of_pages, held_bytes, table_bytes
 from gltf_ext.sources.primitives import Primitive
 
 PACKAGES = ("gltf-meshlet", "numpy", "meshoptimizer")
@@ -141,7 +141,7 @@ def needs(primitive: LodPrimitive | Compressed, error: float) -> dict[str, int]:
     return {
         "triangles": _drawn(primitive, cut),
         "bytes": held_bytes(tables, cut),
-        "whole_bytes": page_bytes(tables, cut) + table_bytes(tables, len(tables.groups)),
+        "whole_bytes": bytes_of_pages(tables, cut) + table_bytes(tables, len(tables.groups)),
     }
 
 

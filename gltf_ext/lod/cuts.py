@@ -156,10 +156,10 @@ def cut_at_level(tables: Tables, level: int) -> Cut:
 
 def held_bytes(tables: Tables, cut: Cut) -> int:
     """Return the bytes that a stream holds for a cut: its pages, and the tables that it reads."""
-    return table_bytes(tables, known_groups(tables, cut)) + page_bytes(tables, cut)
+    return table_bytes(tables, known_groups(tables, cut)) + bytes_of_pages(tables, cut)
 
 
-def page_bytes(tables: Tables, cut: Cut) -> int:
+def bytes_of_pages(tables: Tables, cut: Cut) -> int:
     """Return bytes of the loaded pages of a cut."""
     return int(tables.pages["byteLength"][cut.loaded].sum())
 

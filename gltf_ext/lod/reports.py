@@ -28,7 +28,7 @@ def _describe(primitive: LodPrimitive) -> Report:
     is_stuck = _stuck_clusters(primitive)
     page = tables.groups["page"][tables.cluster_group].astype(np.int64)
     fraction = triangles / np.bincount(page, triangles)[page]
-    page_bytes = tables.pages["byteLength"][page] * fraction
+    bytes_of_groups = tables.pages["byteLength"][page] * fraction
     return {
         "mesh": primitive.compressed.mesh,
         "primitive": primitive.compressed.primitive,
@@ -44,7 +44,7 @@ def _describe(primitive: LodPrimitive) -> Report:
                 "clusters": int((level == k).sum()),
                 "groups": int((tables.group_level == k).sum()),
                 "stuck_triangles": int(triangles[is_stuck & (level == k)].sum()),
-                "bytes": round(float(page_bytes[level == k].sum())),
+                "bytes": round(float(bytes_of_groups[level == k].sum())),
                 "error": error_of(tables, cut_at_level(tables, k)),
             }
             for k in range(tables.level_count)
