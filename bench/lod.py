@@ -196,10 +196,10 @@ def percentile(distances: np.ndarray) -> float:
 
 def some_replacements(primitive: LodPrimitive, cut: Cut) -> list[tuple[int, Primitive]]:
     """(group, replacement) of some groups that a cut replaces."""
-    refined = primitive.tables.cluster_source
-    replaced = np.unique(refined[cut.drawn & (refined >= 0)])
+    finer = primitive.tables.finer_group
+    replaced = np.unique(finer[cut.drawn & (finer >= 0)])
     chosen = replaced[np.linspace(0, len(replaced) - 1, min(len(replaced), GROUPS)).astype(int)]
-    parts = (replace(cut, drawn=cut.drawn & (refined == group)) for group in chosen)
+    parts = (replace(cut, drawn=cut.drawn & (finer == group)) for group in chosen)
     return [(int(g), primitive.mesh(p)) for g, p in zip(chosen, parts) if p.drawn.any()]
 
 

@@ -47,13 +47,13 @@ class Remainder:
     Attributes:
         corners: coarse[T, 3]: records of their triangles.
         disks, clusters: int64: number of triangles of each disk, and of disks of each cluster.
-        source_group, error, centre, radius: as in ClusterSet.
+        finer_group, error, centre, radius: as in ClusterSet.
     """
 
     corners: np.ndarray
     disks: np.ndarray
     clusters: np.ndarray
-    source_group: np.ndarray
+    finer_group: np.ndarray
     error: np.ndarray
     centre: np.ndarray
     radius: np.ndarray
@@ -62,7 +62,7 @@ class Remainder:
         """triangles: uint32[T, 3] of the corners."""
         ranges = ClusterRanges(triangles, begins(self.disks), begins(self.clusters))
         return ClusterSet(
-            ranges, self.source_group, self.error, self.error, self.centre, self.radius
+            ranges, self.finer_group, self.error, self.error, self.centre, self.radius
         )
 
     @classmethod
@@ -71,7 +71,7 @@ class Remainder:
         ranges = frontier.ranges
         disks, counts = np.diff(ranges.disk_begin), np.diff(ranges.cluster_begin)
         corners = records[ranges.triangles]
-        origin = frontier.source_group, frontier.error, frontier.centre, frontier.radius
+        origin = frontier.finer_group, frontier.error, frontier.centre, frontier.radius
         return cls(corners, disks, counts, *origin)
 
 
@@ -246,7 +246,7 @@ class NextLevel:
         self._file = self._file or WorkFile(str(self._options.work_dir))
         self._file.append(clusters.corners)
         self.triangles += len(clusters.corners)
-        values = (clusters.source_group, clusters.error, clusters.centre, clusters.radius)
+        values = (clusters.finer_group, clusters.error, clusters.centre, clusters.radius)
         self._columns.append((clusters.disks, clusters.clusters, *values))
 
     def close(self) -> None:
@@ -386,8 +386,8 @@ class LevelsWriter:
             {level + k: count for k, count in enumerate(result.stuck_triangles)}
         )
         if result.remainder:
-            refined = result.remainder.source_group
-            refined[refined >= first_group] += self._group_count - first_group
+            finer = result.remainder.finer_group
+            finer[finer >= first_group] += self._group_count - first_group
             following.add(result.remainder)
         for page_level, pages in ((max(level, 1), result.coarse), (0, result.fine)):
             if pages.blobs:

@@ -102,8 +102,8 @@ def cut_of(tables: Tables, is_needed: np.ndarray) -> Cut:
     A cluster is drawn if its group is active and the finer group that it replaces is not.
     """
     active = active_groups(tables, is_needed)
-    source_group = tables.cluster_source
-    drawn = active[tables.cluster_group] & ~(active[source_group] & (source_group >= 0))
+    finer_group = tables.finer_group
+    drawn = active[tables.cluster_group] & ~(active[finer_group] & (finer_group >= 0))
     pages = tables.groups["page"].astype(np.int64)
     return Cut(
         active, drawn, np.unique(pages[tables.cluster_group[drawn]]), np.unique(pages[active])
