@@ -192,7 +192,7 @@ def compress(input: Model, output: File | None, settings: Options) -> Report:
         )
     with runner(settings.scheduler, settings.threads) as chunks, blaming(name):
         document, large = open_source(input, settings)
-        sources_read = document.files()
+        input_files = document.files()
         jobs = _jobs(document, large, settings)
         encoded = _encode_all(jobs, settings, chunks, Path(name).name)
         for job in encoded:
@@ -205,7 +205,7 @@ def compress(input: Model, output: File | None, settings: Options) -> Report:
             pack_compressed(document, settings.threads)
         result = Result.of(document, path)
         contents = inspect_document(document, _statistics_by_view(encoded))
-    report = {**result.write(input, sources_read), "fallback_bytes": result.fallback_bytes}
+    report = {**result.write(input, input_files), "fallback_bytes": result.fallback_bytes}
     if report["output_bytes"] >= report["input_bytes"]:
         changes["warnings"].append("the file grew; the original is smaller")
     if path:

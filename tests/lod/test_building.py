@@ -115,7 +115,7 @@ def test_a_file_without_its_levels_is_valid(with_levels, tmp_path, khronos):
     from gltf_ext.files import write_files
 
     path = tmp_path / "dropped.glb"
-    write_files(model_files(document, path), sources=())
+    write_files(model_files(document, path), input_files=())
     assert gltf_ext.validate(path) == []
     assert path.stat().st_size < with_levels.stat().st_size
     for file in (path, with_levels):
