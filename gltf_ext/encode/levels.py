@@ -10,8 +10,8 @@ import numpy as np
 
 from gltf_ext.attributes.records import RecordFormat, Triangles
 from gltf_ext.encode.chunks import Cells, Chunks, are_among, leaves, union
-from gltf_ext.encode.level_0 import Encoder
 from gltf_ext.encode.totals import Totals
+from gltf_ext.encode.without_levels import PlainEncoder
 from gltf_ext.errors import MeshletError
 from gltf_ext.lod import simplifier
 from gltf_ext.lod.builder import Builder, ClusterRanges, ClusterSet, Hierarchy
@@ -83,7 +83,7 @@ class Chunk:
         first_group: number of the first group that it makes.
         triangles: its triangles; clusters: of them, None in level 0.
         border_keys: keys of positions that other chunks may have too, in ascending order.
-        is_last: whether it is the only one of its level: then all further levels are built.
+        is_only: whether its level has no other: then all further levels are built.
         must_end: whether there are to be no further levels.
         advance: moves the progress bar meanwhile; None for the chunks of a work file.
     """
@@ -93,7 +93,7 @@ class Chunk:
     triangles: Triangles
     clusters: Remainder | None
     border_keys: np.ndarray
-    is_last: bool
+    is_only: bool
     must_end: bool = False
     advance: Advance | None = None
 
@@ -119,7 +119,7 @@ class ChunkResult:
     remainder: Remainder | None = None
 
 
-def build_chunk(threads: int, encoder: Encoder, options: Options, chunk: Chunk) -> ChunkResult:
+def build_chunk(threads: int, encoder: PlainEncoder, options: Options, chunk: Chunk) -> ChunkResult:
     """Build and encode the groups of a chunk. Raises MeshletError."""
     record_format = encoder.record_format
     count = chunk.triangles.count
@@ -206,11 +206,11 @@ def _builder(
         builder.end()
     else:
         total = len(surface.triangles)
-        while (remaining_triangles := builder.add_level(may_end=chunk.is_last)) and chunk.is_last:
+        while (remaining_triangles := builder.add_level(may_end=chunk.is_only)) and chunk.is_only:
             if chunk.advance:
                 chunk.advance(BUILD_SHARE * (1.0 - remaining_triangles / total))
     builder.meter = None  # its trees are as large as all else
-    if chunk.level == 0 and not chunk.is_last and np.isinf([g[1] for g in builder.groups]).any():
+    if chunk.level == 0 and not chunk.is_only and np.isinf([g[1] for g in builder.groups]).any():
         raise MeshletError(
             f"{record_format.where}: all triangles of a chunk collapse on the grid",
             "use more position bits or a smaller step",
@@ -220,7 +220,7 @@ def _builder(
 
 def _is_without_levels(builder: Builder, chunk: Chunk) -> bool:
     """Return whether a primitive of one chunk cannot be simplified, or has too many groups."""
-    is_whole = chunk.is_last and chunk.level == 0
+    is_whole = chunk.is_only and chunk.level == 0
     return is_whole and (np.isinf(builder.groups[0][1]) or len(builder.groups) > MAX_GROUPS)
 
 
@@ -308,7 +308,7 @@ class LevelsWriter:
     """
 
     def __init__(
-        self, encoder: Encoder, options: Options, runner: Runner, folder: str | None
+        self, encoder: PlainEncoder, options: Options, runner: Runner, folder: str | None
     ) -> None:
         """folder: for work files; None to keep pages in memory.
 

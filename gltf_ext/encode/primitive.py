@@ -12,8 +12,8 @@ import numpy as np
 from gltf_ext.attributes.records import RecordFormat
 from gltf_ext.attributes.streams import Plan
 from gltf_ext.encode.chunks import SAMPLES, Cells, ChunkFiles, Chunks, OneChunk, leaves
-from gltf_ext.encode.level_0 import Encoder, encode_chunk
 from gltf_ext.encode.totals import Totals
+from gltf_ext.encode.without_levels import PlainEncoder, encode_chunk
 from gltf_ext.errors import MeshletError
 from gltf_ext.lod.document import Levels
 from gltf_ext.options import Options
@@ -63,7 +63,7 @@ def encode(
     """Encode a primitive in chunks, which are the runner's tasks. Raises MeshletError, OSError."""
     chunks: Chunks
     progress: Advance = _silent
-    encoder = Encoder.of(record_format, options, source.triangle_count, source.is_in_memory)
+    encoder = PlainEncoder.of(record_format, options, source.triangle_count, source.is_in_memory)
     if source.is_in_memory:
         chunks = OneChunk(record_format.triangles_of(source), advance)
     else:
@@ -83,7 +83,7 @@ def encode(
         view, levels = writer.write(chunks, encode_progress)
         totals = writer.totals
     else:
-        view, totals = _level_0(encoder, chunks, options, runner, encode_progress)
+        view, totals = _encode_without_levels(encoder, chunks, options, runner, encode_progress)
     return Compression(
         record_format.plan,
         view,
@@ -241,8 +241,8 @@ def _rows(corner_file: WorkFile, record_format: RecordFormat, first: int, last: 
 # --- without levels of detail ---
 
 
-def _level_0(
-    encoder: Encoder, chunks: Chunks, options: Options, runner: Runner, progress: Advance
+def _encode_without_levels(
+    encoder: PlainEncoder, chunks: Chunks, options: Options, runner: Runner, progress: Advance
 ) -> tuple[memoryview, Totals]:
     """Encode each chunk by itself."""
     counts, totals = chunks.counts, Totals()

@@ -17,7 +17,7 @@ from gltf_ext.work_files import give_back_memory
 
 
 @dataclass
-class Encoder:
+class PlainEncoder:
     """Encodes vertices of a primitive without levels of detail.
 
     Attributes:
@@ -33,7 +33,7 @@ class Encoder:
     @classmethod
     def of(
         cls, record_format: RecordFormat, options: Options, triangles: int, is_in_memory: bool
-    ) -> Encoder:
+    ) -> PlainEncoder:
         """Return an encoder of a primitive of so many triangles. is_in_memory: of its source."""
         limit = options.page_limit_without_levels(triangles, is_in_memory)
         return cls(record_format, options.generation, limit)
@@ -53,7 +53,7 @@ class Encoder:
 
 def encode_chunk(
     threads: int,
-    encoder: Encoder,
+    encoder: PlainEncoder,
     triangles: Triangles,
     border_keys: np.ndarray,
     progress: Advance | None = None,
