@@ -12,8 +12,7 @@ from typing import BinaryIO, Literal, NamedTuple
 import numpy as np
 
 from gltf_ext import _codec
-from gltf_ext.document.container import EXPORT_AGAIN
-from gltf_ext.errors import MeshletError
+from gltf_ext.errors import EXPORT_AGAIN, MeshletError
 from gltf_ext.progress import Advance
 from gltf_ext.ranges import numbers_of
 from gltf_ext.sources.colors import Colors
