@@ -24,6 +24,7 @@ def use_small_chunks(monkeypatch, most=8000):
     for module in (memory, file_arrays, large, encoding):
         monkeypatch.setattr(module, "triangles_that_fit", lambda options: most)
     monkeypatch.setattr(memory, "LARGE_CHUNK", most // 2)
+    monkeypatch.setattr(memory, "SMALLEST_CHUNK", 1)
 
 
 def sheet(size=SIZE):
