@@ -318,6 +318,11 @@ def mode(primitive: Primitive) -> int:
     return primitive.get("mode", TRIANGLES)
 
 
+def has_triangles(primitive: Primitive) -> bool:
+    """Return whether a primitive is a list, strip or fan of triangles that have positions."""
+    return mode(primitive) in TRIANGLE_MODES and "POSITION" in primitive["attributes"]
+
+
 def attribute_sets(primitive: Primitive) -> list[Attributes]:
     """Return the attributes, then those of each morph target."""
     return [primitive["attributes"], *primitive.get("targets", [])]
