@@ -6,7 +6,7 @@ import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -81,13 +81,20 @@ class IndexedPrimitive:
     material: Material | None
 
 
+class Parent(NamedTuple):
+    """A node over those of meshes. number: tells parents of one name apart."""
+
+    number: int
+    name: str
+
+
 @dataclass
 class IndexedMesh:
     """A mesh of these primitives; parent: as in Mesh."""
 
     name: str
     primitives: list[IndexedPrimitive]
-    parent: str | None = None
+    parent: Parent | None = None
 
 
 # Attributes that have the same numbers at corners, and these: int32[3 T, 1]. None for one attribute
@@ -150,11 +157,11 @@ class MeshPrimitive:
 
 @dataclass
 class Mesh:
-    """Primitives of one name. parent: the name of the node over its own, if there is one."""
+    """Primitives of one name. parent: the node over its own, if there is one."""
 
     name: str
     primitives: list[MeshPrimitive]
-    parent: str | None = None
+    parent: Parent | None = None
 
 
 @dataclass
@@ -214,7 +221,7 @@ def named_file(folder: Path, name: str, contents: MeshFile, loss: str) -> Path |
         if is_there(path):
             return path
     problem = "is not there" if path_beside(folder, name) else "is not a relative path"
-    warn(contents, f"{_short(name)} {problem}, so {loss}")
+    warn(contents, f"{short(name)} {problem}, so {loss}")
     return None
 
 
@@ -230,7 +237,7 @@ def read_texture(folder: Path, name: str, contents: MeshFile) -> bytes | None:
         return contents.images[path]
     except (MeshletError, OSError) as error:
         problem = error.message if isinstance(error, MeshletError) else "it cannot be read"
-        warn(contents, f"{_short(name)}: {problem}, so {loss}")
+        warn(contents, f"{short(name)}: {problem}, so {loss}")
         return None
 
 
@@ -240,8 +247,9 @@ def warn(contents: MeshFile, line: str) -> None:
         contents.warnings.append(line)
 
 
-def _short(name: str) -> str:
-    return MeshletError(name).message
+def short(name: str) -> str:
+    """Return a name of a file for a warning, on one line."""
+    return MeshletError(name or '""').message
 
 
 # --- vertices ---
@@ -339,7 +347,7 @@ def _nodes(meshes: Sequence[IndexedMesh]) -> dict[str, Any]:
     nodes: list[dict[str, Any]] = [
         {"mesh": i, "name": _text(mesh.name)} for i, mesh in enumerate(meshes)
     ]
-    parents: dict[str, int] = {}
+    parents: dict[Parent, int] = {}
     roots: list[int] = []
     for i, mesh in enumerate(meshes):
         if mesh.parent is None:
@@ -348,7 +356,7 @@ def _nodes(meshes: Sequence[IndexedMesh]) -> dict[str, Any]:
         if mesh.parent not in parents:
             parents[mesh.parent] = len(nodes)
             roots.append(len(nodes))
-            nodes.append({"name": _text(mesh.parent), "children": []})
+            nodes.append({"name": _text(mesh.parent.name), "children": []})
         nodes[parents[mesh.parent]]["children"].append(i)
     return {"nodes": nodes, "scenes": [{"nodes": roots}]}
 
