@@ -80,7 +80,7 @@ def batch(
     source or the destination cannot be read or written.
     """
     Options.of({"progress": progress})
-    options = Options.plain(options)
+    options = Options.json_values(options)
     _check_cluster(scheduler, workers)
     start = time.perf_counter()
     if isinstance(source, str | os.PathLike):

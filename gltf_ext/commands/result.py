@@ -50,12 +50,12 @@ class Result:
         fallback = sizes.get(fallback_of(output), 0)
         return cls(files, None, sum(sizes.values()) - fallback, fallback)
 
-    def write(self, input: Model, sources: Sequence[Path]) -> dict[str, Any]:
+    def write(self, input: Model, input_files: Sequence[Path]) -> dict[str, Any]:
         """Write the files, if any, and begin a command's report.
 
         Args:
             input: the model that was read.
-            sources: further files that were read.
+            input_files: further files that were read.
 
         Returns:
             input, input_bytes (with those of the sources, but without a fallback), output and
@@ -70,7 +70,7 @@ class Result:
         report["output_bytes"] = self.output_bytes
         if not self.files:
             return {**report, "gltf": self.gltf}
-        write_files(self.files, [*([input] if is_path(input) else []), *sources])
+        write_files(self.files, [*([input] if is_path(input) else []), *input_files])
         *_, model = self.files
         return {**report, "output": str(model)}
 
