@@ -45,7 +45,7 @@ demo: .venv/installed .venv/mitsuba  ## compress, verify and render a generated 
 test: lint .venv/installed .venv/mitsuba .venv/extras .venv/web  ## lint, then all tests on generated and small real models
 	@$(PYTEST) $(PYTEST_ARGS)
 
-test-full: lint .venv/installed .venv/mitsuba .venv/extras .venv/wheel .venv/blender .venv/web .venv/browser  ## all tests on all models; a missing model or renderer fails
+test-full: lint .venv/installed .venv/mitsuba .venv/extras .venv/wheel .venv/packages .venv/blender .venv/web .venv/browser  ## all tests on all models; a missing model or renderer fails
 	@$(PYTEST) --full $(PYTEST_ARGS)
 
 lint: .venv/lint .venv/biome  ## check Python, C++, GLSL, JavaScript, workflows and the container file; changes nothing
@@ -179,7 +179,7 @@ clean:  ## remove everything that make made here
 	@touch $@
 
 .venv/packages: pyproject.toml | .venv/installed
-	@$(PIP) "gltf-meshlet[packages]" || { echo "make: cannot install build and twine"; exit 1; }
+	@$(PIP) "gltf-meshlet[packages]" || { echo "make: cannot install build, twine and Conan"; exit 1; }
 	@touch $@
 
 .venv/wheel: pyproject.toml | .venv/installed

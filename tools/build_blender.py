@@ -2,8 +2,8 @@
 
 Needs the wheels of `make wheel` in FOLDER (default dist), and writes
 gltf_meshlet-blender-VERSION-PLATFORM.zip there for each platform of Blender: the code in blender/,
-our wheel, and those of the packages that it imports in Blender. Blender has numpy. index.json beside
-them makes the folder, put on a web server, a repository of extensions that Blender can add.
+our wheel, and those of the packages that it imports in Blender. Blender has numpy. With index.json,
+the folder on a web server is a repository of extensions that Blender can add.
 """
 
 from __future__ import annotations
