@@ -4,7 +4,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 PIP := $(BIN)/pip install -qq --disable-pip-version-check
 # Installed once, so that a rebuild after an edit compiles only what changed.
-BUILD_TOOLS := "scikit-build-core>=0.10" cmake ninja
+BUILD_TOOLS := "scikit-build-core>=0.10" "hatch-fancy-pypi-readme" cmake ninja
 NODE_PACKAGES := gltf-validator@2.0.0-dev.3.10 gltfpack@1.3.0
 NODE_MODULES := build/node
 # Exact version, as with ruff: another one formats or complains differently. biome.json names it too.

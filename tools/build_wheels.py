@@ -166,6 +166,7 @@ def build(tag: str, folder: Path, simplifier: Path) -> Path:
         **os.environ,
         "CXX": f"{zig} c++ -target {platform.zig} -mcpu=baseline",
         "CMAKE_ARGS": shlex.join(f"-D{name}={value}" for name, value in definitions.items()),
+        "SOURCE_DATE_EPOCH": "315532800",  # 1980: the same bytes for the same files
         "_PYTHON_HOST_PLATFORM": tag,  # scikit-build-core takes the wheel's tag from it
     }
     settings = f"--config-settings=build-dir={ROOT / 'build' / tag}"
