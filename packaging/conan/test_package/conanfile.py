@@ -1,7 +1,5 @@
 """A program in C that uses the package."""
 
-from pathlib import Path
-
 from conan import ConanFile
 from conan.tools.build import can_run
 from conan.tools.cmake import CMake, cmake_layout
@@ -25,4 +23,4 @@ class Test(ConanFile):
 
     def test(self):
         if can_run(self):
-            self.run(str(Path(self.cpp.build.bindir) / "links"), env="conanrun")
+            self.run(f"{self.cpp.build.bindir}/links", env="conanrun")
