@@ -187,8 +187,8 @@ class _Table:
     ) -> None:
         """Read vertices.
 
-        names, numbers: one of source.numberings; low, high: of the vertices; is_all: whether these are
-        all of the primitive.
+        names, numbers: one of source.numberings; low, high: of the vertices; is_all: whether
+        these are all of the primitive.
         """
         self._source, self._record_format, self._names, self._numbers = (
             source,
