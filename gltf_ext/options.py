@@ -248,6 +248,13 @@ class Options:
         "--obj-groups",
         "groups (g) of an .obj become nodes, too, below those of its objects (o)",
     )
+    non_finite: Literal["repair", "refuse"] = _declare(
+        "repair",
+        "--non-finite",
+        "of values that are NaN or infinite: repair leaves out triangles at such positions, "
+        "computes normals again and sets texture coordinates to 0, with a warning each; refuse "
+        "ends with an error",
+    )
     threads: int = _declare(
         0,
         "--threads",

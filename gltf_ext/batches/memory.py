@@ -58,5 +58,5 @@ def _of_gltf(text: bytes) -> int:
     root = json.loads(text)
     counts = [int(accessor["count"]) for accessor in root["accessors"]]
     primitives = [p for mesh in root["meshes"] for p in mesh["primitives"]]
-    corner_accessors = {p.get("indices", p["attributes"]["POSITION"]) for p in primitives}
-    return sum(counts[i] // 3 for i in corner_accessors)
+    corner_accessors = {p.get("indices", p["attributes"].get("POSITION")) for p in primitives}
+    return sum(counts[i] // 3 for i in corner_accessors - {None})

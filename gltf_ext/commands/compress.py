@@ -44,10 +44,11 @@ from gltf_ext.sources.primitives import (
     store_primitive,
     triangle_primitives,
 )
+from gltf_ext.sources.repair import read_finite_bounds, repair_warnings
 from gltf_ext.sources.source import Box, Source
 
 PIXELS = 1000  # of a primitive's longest side, to judge whether its levels pay
-DEGENERATE = "every triangle is degenerate"
+DEGENERATE, NOT_FINITE = "every triangle is degenerate", "no triangle has finite positions"
 LOSSY_BEFORE = (EXTENSION, DRACO, "KHR_mesh_quantization")
 # Extensions of a primitive that rely on the order of its triangles or vertices, which changes.
 ORDER_DEPENDENT = (
@@ -163,6 +164,9 @@ def compress(input: Model, output: File | None, settings: Options) -> Report:
         transport: pack the result for download, about a third smaller (EXT_meshlet_transport, a
             draft); readers unpack it when they open it.
         obj_groups: groups (g) of an .obj become nodes, too, below those of its objects (o).
+        non_finite: "repair" or "refuse": of values that are NaN or infinite: repair leaves out
+            triangles at such positions, computes normals again and sets texture coordinates to 0,
+            with a warning each; refuse ends with an error (default repair).
         threads: number of threads, 0 for one per processor; the bytes are the same for any (0 to
             1024, default 0).
         max_memory: work through models larger than memory in chunks; the process stays below so
@@ -240,7 +244,7 @@ def _encode_all(jobs: list[Job], options: Options, chunks: Runner, title: str) -
     chunks: runs the chunks of primitives that are larger than memory.
     """
     if not jobs:
-        raise MeshletError("holds no triangles", "there is nothing to compress")
+        raise MeshletError("holds no triangles with a POSITION", "there is nothing to compress")
     with progress_bar(title, options.progress) as advance:
         _encode_at_once(jobs, options, chunks, advance)
     encoded = [job for job in jobs if not job.reason_kept]
@@ -287,20 +291,33 @@ def _finish_document(
 ) -> dict[str, Any]:
     """Bring images and lists of extensions in order; returns the report on the changes."""
     warnings = [*document.import_warnings, *_lossy_before(document), *_coarse_grids(jobs)]
+    sources = {id(job.source): job.source for job in encoded}.values()  # jobs may share one
+    warnings += repair_warnings(sources)
     document.forget_extension(EXTENSION)
     forget_levels(document)
     document.use_extension(EXTENSION, required=not options.fallback)
     warnings += embed_images(document)
     warnings += _settle_extensions(document, encoded)
+    of_jobs = [{**job.location, "reason": job.reason_kept} for job in jobs if job.reason_kept]
     drop_counts = DropCounts()
     for job in jobs:
         drop_counts.add(job.drop_counts)
+    drop_counts.non_finite_triangles = sum(source.replaced["POSITION"] for source in sources)
     return {
         "generation": _generation(encoded),
         "dropped": vars(drop_counts),
-        "kept": [{**job.location, "reason": job.reason_kept} for job in jobs if job.reason_kept],
+        "kept": [*_without_positions(document), *of_jobs],
         "warnings": warnings,
     }
+
+
+def _without_positions(document: Document) -> list[dict[str, Any]]:
+    """Return the place of each triangle primitive that has no positions, and that as the reason."""
+    return [
+        {"mesh": mesh, "primitive": index, "reason": "it has no POSITION"}
+        for mesh, index, primitive in all_primitives(document)
+        if gltf.mode(primitive) in gltf.TRIANGLE_MODES and not gltf.has_triangles(primitive)
+    ]
 
 
 def _lossy_before(document: Document) -> list[str]:
@@ -327,7 +344,7 @@ def _jobs(document: Document, large: Larges, options: Options) -> list[Job]:
         if identity not in sources and (mesh, index) in large:
             sources[identity] = large[mesh, index], DropCounts()
         elif identity not in sources:
-            sources[identity] = _source(document, mesh, index)
+            sources[identity] = _source(document, mesh, index, options.non_finite)
         uses.append((mesh if options.grid == "mesh" else None, primitive, identity))
     boxes = _boxes([(key, sources[identity][0]) for key, _, identity in uses])
     grids = {key: _grid(box, options) for key, box in boxes.items()}
@@ -346,10 +363,12 @@ def _identity(primitive: gltf.Primitive) -> Identity:
     return (gltf.mode(primitive), primitive.get("indices"), *compression, *names)
 
 
-def _source(document: Document, mesh: int, index: int) -> tuple[Source, DropCounts]:
+def _source(
+    document: Document, mesh: int, index: int, non_finite: str
+) -> tuple[Source, DropCounts]:
     source, drop_counts = source_of(document, mesh, index)
     if len(source.attributes) <= _codec.BLOB_MAX_STREAMS:  # else it stays uncompressed
-        source.read_bounds()
+        read_finite_bounds(source, non_finite)
     return source, drop_counts
 
 
@@ -416,13 +435,13 @@ def _encode_job(
     """Set the job's result, or its reason_kept. threads: for a primitive in memory."""
     source, max_streams = job.source, _codec.BLOB_MAX_STREAMS
     if not source.triangle_count:
-        job.reason_kept = DEGENERATE
+        _keep(job, NOT_FINITE if source.replaced else DEGENERATE)
         return
     streams = len(source.attributes)  # one or more for each
     if streams <= max_streams:
         if not source.bounds:
             job.drop_counts.degenerate_triangles += source.triangle_count
-            _keep_degenerate(job)
+            _keep(job, DEGENERATE)
             return
         record_format = RecordFormat.of(source, job.grid, _bits(options))
         streams = len(record_format.plan.streams)
@@ -433,14 +452,14 @@ def _encode_job(
     job.result = encode(source, record_format, options, own_runner, progress)
     job.drop_counts.add(job.result.drop_counts)
     if not job.result.statistics:
-        _keep_degenerate(job)
+        _keep(job, DEGENERATE)
 
 
-def _keep_degenerate(job: Job) -> None:
+def _keep(job: Job, reason: str) -> None:
     """Leave a primitive as it is. Raises MeshletError for one that is larger than memory."""
-    job.reason_kept = DEGENERATE
+    job.reason_kept = reason
     if not job.source.is_in_memory:  # the document may not have it
-        raise MeshletError(f"{job.source.where}: {DEGENERATE}", "repair the model first")
+        raise MeshletError(f"{job.source.where}: {reason}", "repair the model first")
 
 
 def _replace(document: Document, job: Job, fallback: bool) -> None:

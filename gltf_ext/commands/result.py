@@ -58,16 +58,24 @@ class Result:
             input_files: further files that were read.
 
         Returns:
-            input, input_bytes, output and output_bytes; instead of writing, gltf: the GLTF2.
+            input, input_bytes (with those of the sources, but without a fallback), output and
+            output_bytes; instead of writing, gltf: the GLTF2.
 
         Raises:
             MeshletError: an output is one of the files that were read.
             OSError: a file cannot be written.
         """
-        report = {"input": name_of(input), "output": None, "input_bytes": size_of(input)}
+        report: dict[str, Any] = {"input": name_of(input), "output": None}
+        report["input_bytes"] = _input_bytes(input, sources)
         report["output_bytes"] = self.output_bytes
         if not self.files:
             return {**report, "gltf": self.gltf}
         write_files(self.files, [*([input] if is_path(input) else []), *input_files])
         *_, model = self.files
         return {**report, "output": str(model)}
+
+
+def _input_bytes(input: Model, sources: Sequence[Path]) -> int:
+    fallback = fallback_of(Path(input)) if is_path(input) else None
+    files = [path for path in dict.fromkeys(sources) if path != fallback and path.is_file()]
+    return size_of(input) + sum(path.stat().st_size for path in files)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -147,6 +148,13 @@ def index_accessor(index_count: int, vertex_count: int) -> gltf.Accessor:
 def set_bounds(accessor: gltf.Accessor, low: np.ndarray, high: np.ndarray) -> None:
     """Set min and max."""
     accessor["min"], accessor["max"] = ([v.item() for v in bound] for bound in (low, high))
+
+
+def drop_infinite_bounds(accessor: gltf.Accessor) -> None:
+    """Remove min and max that are not finite, as those of an accessor with such values."""
+    if not all(map(math.isfinite, [*accessor.get("min", []), *accessor.get("max", [])])):
+        accessor.pop("min", None)
+        accessor.pop("max", None)
 
 
 def stated_bounds(accessor: gltf.Accessor) -> list[np.ndarray | None]:

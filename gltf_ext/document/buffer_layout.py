@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 from gltf_ext.document import gltf
-from gltf_ext.document.accessors import accessor_format
+from gltf_ext.document.accessors import accessor_format, drop_infinite_bounds
 from gltf_ext.document.document import Document, item
 from gltf_ext.errors import MeshletError
 
@@ -53,6 +53,8 @@ def pack(document: Document, most: int, split_bytes: int) -> tuple[list[Pieces],
     """
     if not unknown_index_holders(document):
         _drop_unused(document)
+    for accessor in document.accessors:
+        drop_infinite_bounds(accessor)  # JSON cannot hold them
     return _lay_out(document, most, split_bytes)
 
 

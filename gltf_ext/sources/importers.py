@@ -9,6 +9,7 @@ from pathlib import Path
 from gltf_ext.document.container import EMPTY, read_document
 from gltf_ext.document.document import Document
 from gltf_ext.document.gltf2 import Model, is_path, read_gltf2
+from gltf_ext.document.lfs import START, refuse_pointer
 from gltf_ext.errors import EXPORT_AGAIN, MeshletError
 from gltf_ext.progress import Advance
 from gltf_ext.sources import mtl, obj, ply, stl
@@ -87,6 +88,8 @@ def read_meshes(
     """
     if not os.path.getsize(path):
         raise MeshletError(EMPTY, EXPORT_AGAIN)
+    with open(path, "rb") as file:
+        refuse_pointer(file.read(len(START)))
     try:
         triangles_in_header(path)  # check
         if path.suffix.lower() == ".obj":

@@ -22,6 +22,7 @@ from gltf_ext.sources.importers import (
 from gltf_ext.sources.limits import check_triangle_count
 from gltf_ext.sources.memory import BASE_BYTES, check_memory, reading_limits, triangles_that_fit
 from gltf_ext.sources.mesh_files import MeshFile, MeshPrimitive
+from gltf_ext.sources.repair import read_finite_bounds
 from gltf_ext.sources.row_arrays import FileRows
 from gltf_ext.sources.source import Source
 from gltf_ext.work_files import WorkFile, check_space
@@ -119,7 +120,7 @@ def _read_bounds(sources: Larges, path: Path, options: Options) -> Larges:
     with progress_bar(f"reading {path.name}", options.progress) as advance:
         moves = shared_progress(advance, [count / sum(counts) for count in counts])
         for primitive, move in zip(sources.values(), moves):
-            primitive.read_bounds(move)
+            read_finite_bounds(primitive, options.non_finite, move)
     return sources
 
 

@@ -6,7 +6,7 @@ import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -82,13 +82,20 @@ class IndexedPrimitive:
     material: Material | None
 
 
+class Parent(NamedTuple):
+    """A node over those of meshes. number: tells parents of one name apart."""
+
+    number: int
+    name: str
+
+
 @dataclass
 class IndexedMesh:
     """A mesh of these primitives; parent: as in Mesh."""
 
     name: str
     primitives: list[IndexedPrimitive]
-    parent: str | None = None
+    parent: Parent | None = None
 
 
 @dataclass
@@ -151,11 +158,11 @@ class MeshPrimitive:
 
 @dataclass
 class Mesh:
-    """Primitives of one name. parent: the name of the node over its own, if there is one."""
+    """Primitives of one name. parent: the node over its own, if there is one."""
 
     name: str
     primitives: list[MeshPrimitive]
-    parent: str | None = None
+    parent: Parent | None = None
 
 
 @dataclass
@@ -215,7 +222,7 @@ def named_file(folder: Path, name: str, contents: MeshFile, loss: str) -> Path |
         if is_there(path):
             return path
     problem = "is not there" if path_beside(folder, name) else "is not a relative path"
-    warn(contents, f"{_short(name)} {problem}, so {loss}")
+    warn(contents, f"{short(name)} {problem}, so {loss}")
     return None
 
 
@@ -231,7 +238,7 @@ def read_texture(folder: Path, name: str, contents: MeshFile) -> bytes | None:
         return contents.images[path]
     except (MeshletError, OSError) as error:
         problem = error.message if isinstance(error, MeshletError) else "it cannot be read"
-        warn(contents, f"{_short(name)}: {problem}, so {loss}")
+        warn(contents, f"{short(name)}: {problem}, so {loss}")
         return None
 
 
@@ -241,8 +248,9 @@ def warn(contents: MeshFile, line: str) -> None:
         contents.warnings.append(line)
 
 
-def _short(name: str) -> str:
-    return MeshletError(name).message
+def short(name: str) -> str:
+    """Return a name of a file for a warning, on one line."""
+    return MeshletError(name or '""').message
 
 
 # --- vertices ---
@@ -340,7 +348,7 @@ def _nodes(meshes: Sequence[IndexedMesh]) -> dict[str, Any]:
     nodes: list[dict[str, Any]] = [
         {"mesh": i, "name": _text(mesh.name)} for i, mesh in enumerate(meshes)
     ]
-    parents: dict[str, int] = {}
+    parents: dict[Parent, int] = {}
     roots: list[int] = []
     for i, mesh in enumerate(meshes):
         if mesh.parent is None:
@@ -349,7 +357,7 @@ def _nodes(meshes: Sequence[IndexedMesh]) -> dict[str, Any]:
         if mesh.parent not in parents:
             parents[mesh.parent] = len(nodes)
             roots.append(len(nodes))
-            nodes.append({"name": _text(mesh.parent), "children": []})
+            nodes.append({"name": _text(mesh.parent.name), "children": []})
         nodes[parents[mesh.parent]]["children"].append(i)
     return {"nodes": nodes, "scenes": [{"nodes": roots}]}
 

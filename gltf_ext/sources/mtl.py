@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from gltf_ext import _codec
+from gltf_ext.document.lfs import PROBLEM, REMEDY, is_pointer
 from gltf_ext.errors import MeshletError
 from gltf_ext.portable import file_name
 from gltf_ext.sources import texture_images
@@ -27,6 +28,7 @@ from gltf_ext.sources.mesh_files import (
     is_there,
     named_file,
     read_texture,
+    short,
     warn,
 )
 from gltf_ext.sources.text import skip_mark, text_blocks, words_after
@@ -73,12 +75,19 @@ def read(
     omissions: Counter[str] = Counter()
     is_complete = True
     for line in dict.fromkeys(libraries):
+        if not line:
+            warn(contents, f"mtllib names no file, so {MATERIALS}")
+            is_complete = False
+            continue
         readings = _readings(line)
         existing = (names for names in readings if any(map(is_there, _paths(folder, names))))
         for file in next(existing, readings[0]):
             path = named_file(folder, file, contents, MATERIALS)
-            is_complete &= path is not None
-            for name, lines in _materials_of(path.read_bytes() if path else b""):
+            text = path.read_bytes() if path else b""
+            if is_pointer(text):
+                warn(contents, f"{short(file)} is {PROBLEM}, so {MATERIALS}; {REMEDY}")
+            is_complete &= path is not None and not is_pointer(text)
+            for name, lines in _materials_of(text):
                 if name in used:
                     reader = _Reader(folder, name.decode(errors="replace"), lines, contents)
                     materials[name] = reader.material()

@@ -21,6 +21,7 @@ from gltf_ext.sources.mesh_files import (
     Mesh,
     MeshFile,
     MeshPrimitive,
+    Parent,
     to_floats,
     to_texcoords,
 )
@@ -369,7 +370,7 @@ def _mesh(state: State, file: str) -> Mesh:
     names = [name.decode(errors="replace") for name in (state.object, state.group) if name]
     if not names:
         return Mesh(file, [])
-    return Mesh(names[-1], [], names[0] if len(names) > 1 else None)
+    return Mesh(names[-1], [], Parent(state.number, names[0]) if len(names) > 1 else None)
 
 
 def _count(is_there: np.ndarray, sizes: np.ndarray) -> np.ndarray:

@@ -464,8 +464,9 @@ def _columns_of_text(
             columns[name] = numbers[at]
             at = at + 1
             continue
-        lengths = numbers[at].astype(np.int64)
-        if (lengths < 0).any() or (at + 1 + lengths > ends).any():
+        with np.errstate(invalid="ignore"):  # NaN and others become the smallest integer
+            lengths = numbers[at].astype(np.int64)
+        if (lengths < 0).any() or (lengths > ends - at - 1).any():
             raise MeshletError(f"has a row of {element.name} that is too short", EXPORT_AGAIN)
         columns[name] = Lists(lengths, numbers[numbers_of(at + 1, lengths)])
         at = at + 1 + lengths

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import Any
@@ -15,7 +16,7 @@ from gltf_ext.document.draco import DRACO, decode_draco
 from gltf_ext.errors import EXPORT_AGAIN, MeshletError
 from gltf_ext.progress import Advance
 from gltf_ext.scheduler import in_order
-from gltf_ext.sources.attribute_names import is_of_target, local_name, pair_names
+from gltf_ext.sources.attribute_names import is_of_target, local_name, pair_names, semantic
 from gltf_ext.sources.primitives import DropCounts, Primitive, place
 from gltf_ext.sources.row_arrays import Numbering, Rows
 
@@ -24,6 +25,8 @@ from gltf_ext.sources.row_arrays import Numbering, Rows
 BLOCK = 1 << 16
 CACHED = 1 << 14  # triangles whose corners are compared at a time, in the processor's cache
 WIDTHS = {"POSITION": 3, "NORMAL": 3, "TANGENT": 4}  # components; a target's TANGENT has three
+# Semantics of floats that are rounded. Others, but those of morph targets, keep any bits.
+ROUNDED = ("POSITION", "NORMAL", "TANGENT", "TEXCOORD", "COLOR", "WEIGHTS")
 
 Box = tuple[np.ndarray, np.ndarray]  # smallest and largest position
 
@@ -62,6 +65,7 @@ class Source:
         is_copy: whether the rows are in work files of this source and others of the same document.
         bounds: name -> [2, components]: smallest and largest values at corners, without degenerate
             triangles; once read.
+        replaced: kind of value that was not finite (repair.py) -> how many there were.
     """
 
     mesh: int
@@ -72,6 +76,7 @@ class Source:
     threads: int = 1
     is_copy: bool = False
     bounds: dict[str, np.ndarray] = field(default_factory=dict)
+    replaced: Counter[str] = field(default_factory=Counter)
 
     @classmethod
     def of(cls, primitive: Primitive) -> Source:
@@ -104,6 +109,17 @@ class Source:
         return (low, high) if low.dtype.kind == "f" else None
 
     @property
+    def not_finite(self) -> list[str]:
+        """Names of attributes that would be rounded, but whose bounds are NaN or infinite."""
+        return [
+            name
+            for name, ends in self.bounds.items()
+            if ends.dtype.kind == "f"
+            and (is_of_target(name) or semantic(name) in ROUNDED)
+            and not np.isfinite(ends).all()
+        ]
+
+    @property
     def triangle_count(self) -> int:
         """The number of triangles."""
         names, numbers = self.numberings[0]
@@ -122,7 +138,7 @@ class Source:
     def read_bounds(self, advance: Advance | None = None) -> None:
         """Set `bounds`, to none if all triangles are degenerate. Reads everything.
 
-        Raises MeshletError for NaN and infinity, OSError.
+        Raises MeshletError, OSError.
         """
         for extremes in self.of_used_vertices(self._bounds, advance):
             for name, rows in extremes.items():
@@ -247,17 +263,8 @@ class Source:
         return is_same
 
     def _bounds(self, vertices: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-        return {name: self._bounds_of(name, values) for name, values in vertices.items()}
-
-    def _bounds_of(self, name: str, values: np.ndarray) -> np.ndarray:
-        is_lossless = name.startswith("_")
-        with np.errstate(invalid="ignore"):
-            ends = np.stack(bounds(values))  # of NaN and others: NaN
-        if values.dtype.kind == "f" and not is_lossless and not np.isfinite(ends).all():
-            raise MeshletError(
-                f"{name} of {self.where} has a NaN or infinite value", "repair the model first"
-            )
-        return ends
+        with np.errstate(invalid="ignore"):  # bounds of NaN and others are NaN
+            return {name: np.stack(bounds(values)) for name, values in vertices.items()}
 
     def vertices(self, names: tuple[str, ...], first: int, last: int) -> dict[str, np.ndarray]:
         """Return name -> [last - first, components]. Raises MeshletError, OSError."""
@@ -340,8 +347,6 @@ def read_source(
     """
     primitive = document.primitive(mesh, index)
     where = place(mesh, index)
-    if "POSITION" not in primitive["attributes"]:
-        raise MeshletError(f"{where} has no POSITION", EXPORT_AGAIN)
 
     def in_memory(accessor: int, name: str, count: int | None) -> Rows:
         return ArrayRows(read_accessor(document, accessor, name, count))

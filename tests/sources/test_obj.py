@@ -107,6 +107,13 @@ def test_groups_are_nodes_on_request(tmp_path):
         assert gltf_ext.verify(path, out, obj_groups=asked)["ok"]
 
 
+def test_groups_of_objects_of_one_name_have_two_parents(tmp_path):
+    path = write(tmp_path, "o A\ng x\nf 1 2 3\no A\ng y\nf 1 2 3\ng z\nf 1 2 3\n")
+    document = open_model(path, obj_groups=True)
+    children = [node["children"] for node in document.nodes if node["name"] == "A"]
+    assert children == [[0], [1, 2]]
+
+
 def test_names_of_objects_arrive(tmp_path):
     """In the compressed file, in what trimesh loads, and when it is decompressed."""
     import trimesh
