@@ -34,10 +34,16 @@ class Plan:
 
     remarks: dict[str, Any]
 
-    def __init__(self, source: str | Sequence[str], goal: Folder, options: dict[str, Any]) -> None:
+    def __init__(
+        self,
+        source: str | Sequence[str],
+        goal: Folder,
+        options: dict[str, Any],
+        root: str | None = None,
+    ) -> None:
         """Raise MeshletError, OSError. Writes nothing."""
         self.outputs = Outputs(goal)
-        search = find_models(source, goal, self.outputs)
+        search = find_models(source, goal, self.outputs, root)
         self._goal = goal
         self.models = {model.name: model for model in search.models}
         if not goal.exists(STATE):

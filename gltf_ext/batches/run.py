@@ -32,6 +32,7 @@ def batch(
     source: PathText | Sequence[PathText],
     destination: PathText,
     *,
+    root: PathText | None = None,
     scheduler: str | Client | None = None,
     workers: int | None = None,
     time_limit: float = TIME_LIMIT,
@@ -52,6 +53,8 @@ def batch(
         source: a folder with all folders below it, a glob, a file, a .txt with a path or URL in
             each line, or a list of paths or URLs; on a disk or wherever fsspec reads.
         destination: a folder, likewise. Outputs are named as their models, with the suffix .glb.
+        root: of a list: the folder below which the names of outputs start. By default, they are
+            whole paths.
         scheduler: address of a running scheduler, or a distributed.Client; by default a cluster of
             processes on this machine.
         workers: processes of that cluster; by default one per processor.
@@ -100,7 +103,7 @@ def batch(
     else:
         paths = [os.fspath(entry) for entry in source]
     goal = Folder(os.fspath(destination))
-    plan = Plan(paths, goal, options)
+    plan = Plan(paths, goal, options, os.fspath(root) if root is not None else None)
     report = reports.head(str(paths), os.fspath(destination), options, time_limit)
     orphans = gone_outputs(goal, plan)
     plan.remarks["gone"] = sorted(name for files in orphans.values() for name in files)

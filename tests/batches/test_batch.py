@@ -191,8 +191,12 @@ def test_globs_lists_and_the_destination_inside(source, tmp_path, client):
     assert [file["name"] for file in report["files"]] == ["0.glb", "1.glb", "2.glb", "3.glb"]
     assert gltf_ext.batch(str(source), str(inside), scheduler=client)["totals"]["done"] == 6
     (tmp_path / "list.txt").write_text(f"{source}/0.glb\n\n{source}/deep/same.obj\n")
-    report = gltf_ext.batch(str(tmp_path / "list.txt"), str(tmp_path / "b"), scheduler=client)
-    assert [file["output"] for file in report["files"]] == ["0.glb", "deep/same.glb"]
+    for root, start in ((source, ""), (tmp_path, "source/"), (None, f"{source}/"[1:])):
+        report = gltf_ext.batch(
+            str(tmp_path / "list.txt"), str(tmp_path / "b"), root=root, scheduler=client
+        )
+        outputs = [file["output"] for file in report["files"]]
+        assert outputs == [f"{start}0.glb", f"{start}deep/same.glb"]
 
 
 def test_a_file_that_changes_while_it_is_read(source, tmp_path, monkeypatch):
