@@ -19,6 +19,7 @@ from gltf_ext.document.gltf2 import Model, name_of
 from gltf_ext.errors import MeshletError, blaming
 from gltf_ext.options import Options
 from gltf_ext.progress import progress_bar
+from gltf_ext.sources.features import number_features
 from gltf_ext.sources.importers import open_model
 from gltf_ext.sources.large import open_source
 from gltf_ext.sources.primitives import is_compressed, triangle_primitives
@@ -94,6 +95,7 @@ def _compare_files(original: Model, compressed: Model, options: Options) -> dict
     original_name, compressed_name = name_of(original), name_of(compressed)
     with blaming(original_name):
         original_document, large = open_source(original, options)
+        number_features(original_document, large)  # as `compress` does
     with blaming(compressed_name):
         compressed_document = open_model(compressed)
     if not has_compressed(compressed_document):

@@ -18,15 +18,16 @@ from gltf_ext.attributes.extension import read_compressed, source_of
 from gltf_ext.attributes.records import RecordFormat
 from gltf_ext.attributes.streams import Bits, Grid, dequantise, position_grid
 from gltf_ext.commands.inspect import inspect_document
+from gltf_ext.commands.order import drop_numbered
 from gltf_ext.commands.result import Result, output_path
 from gltf_ext.commands.transcode import pack_compressed
 from gltf_ext.document import gltf
-from gltf_ext.document.buffer_layout import unknown_index_holders
 from gltf_ext.document.container import fallback_of
 from gltf_ext.document.document import Document
 from gltf_ext.document.draco import DRACO
 from gltf_ext.document.gltf2 import File, Model, name_of
 from gltf_ext.document.images import embed_images
+from gltf_ext.document.references import ambiguous_references
 from gltf_ext.encode.primitive import Compression, encode
 from gltf_ext.errors import MeshletError, blaming
 from gltf_ext.lod.document import add_levels, arrange, forget_levels
@@ -34,6 +35,7 @@ from gltf_ext.lod.tables import EXTENSION as LEVELS
 from gltf_ext.options import MIN_POSITION_BITS, Options
 from gltf_ext.progress import Advance, progress_bar, shared_progress
 from gltf_ext.scheduler import LocalThreads, Runner, runner
+from gltf_ext.sources.features import number_features
 from gltf_ext.sources.large import Larges, open_source
 from gltf_ext.sources.primitives import (
     EXTENSION,
@@ -50,13 +52,6 @@ from gltf_ext.sources.source import Box, Source
 PIXELS = 1000  # of a primitive's longest side, to judge whether its levels pay
 DEGENERATE, NOT_FINITE = "every triangle is degenerate", "no triangle has finite positions"
 LOSSY_BEFORE = (EXTENSION, DRACO, "KHR_mesh_quantization")
-# Extensions of a primitive that rely on the order of its triangles or vertices, which changes.
-ORDER_DEPENDENT = (
-    "FB_ngon_encoding",
-    "CESIUM_primitive_outline",
-    "EXT_mesh_manifold",
-    "EXT_mesh_polygon",
-)
 
 Report = dict[str, Any]
 P = ParamSpec("P")  # the options of compress, as keyword arguments
@@ -81,6 +76,12 @@ class Job:
     grid: Grid | None = None
     reason_kept: str = ""
     result: Compression = field(default_factory=Compression)
+
+    @property
+    def counts(self) -> set[int]:
+        """Of its vertices, triangles and corners, as in the document."""
+        triangles = self.source.triangle_count + self.source.replaced["POSITION"]
+        return {self.source.vertex_count, triangles, 3 * triangles}
 
     @property
     def location(self) -> dict[str, int]:
@@ -196,12 +197,14 @@ def compress(input: Model, output: File | None, settings: Options) -> Report:
         )
     with runner(settings.scheduler, settings.threads) as chunks, blaming(name):
         document, large = open_source(input, settings)
+        feature_warnings = number_features(document, large)
         input_files = document.files()
         jobs = _jobs(document, large, settings)
         encoded = _encode_all(jobs, settings, chunks, Path(name).name)
         for job in encoded:
             _replace(document, job, settings.fallback)
         changes = _finish_document(document, jobs, encoded, settings)
+        changes["warnings"] += feature_warnings
         if settings.lod:
             changes["lod"] = _add_all_levels(document, encoded)
             changes["warnings"] += _useless_levels(encoded)
@@ -541,23 +544,17 @@ def _useless_levels(encoded: list[Job]) -> list[str]:
 
 def _settle_extensions(document: Document, encoded: list[Job]) -> list[str]:
     """Correct extensionsUsed and extensionsRequired; return warnings."""
-    users = [user for job in encoded for user in job.users]
-    for user in users:
-        gltf.pop_extension(user, DRACO)
-    warnings = []
-    for name in ORDER_DEPENDENT:
-        carriers = [user for user in users if gltf.pop_extension(user, name) is not None]
-        if carriers or name in document.extensionsUsed:
-            warnings.append(
-                f"{name} describes the order of triangles, which changes; it is dropped"
-            )
-            document.forget_extension(name)
+    for job in encoded:
+        for user in job.users:
+            gltf.pop_extension(user, DRACO)
+    compressed = {id(user): job.counts for job in encoded for user in job.users}
+    warnings = drop_numbered(document, compressed)
     if not any(gltf.has_extension(p, DRACO) for _, _, p in all_primitives(document)):
         document.forget_extension(DRACO)
-    unknown = unknown_index_holders(document)
+    unknown = sorted(ambiguous_references(document))
     if unknown:
         warnings.append(
-            f"{', '.join(unknown)} may refer to the original accessors, so their data is kept; "
+            f"{', '.join(unknown)} may refer to original accessors, so the data of these is kept; "
             "remove the extension for a smaller file"
         )
     return warnings

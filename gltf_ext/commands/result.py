@@ -58,7 +58,7 @@ class Result:
             input_files: further files that were read.
 
         Returns:
-            input, input_bytes (with those of the further files, but without a fallback), output and
+            input, input_bytes (with those of input_files, but without a fallback), output and
             output_bytes; instead of writing, gltf: the GLTF2.
 
         Raises:
