@@ -198,7 +198,7 @@ def _edge_bits(samples: list[Sample], extent: float) -> int:
 def _bits_of_edge(
     lengths: np.ndarray, weights: np.ndarray, share: float, extent: float, steps: int
 ) -> int:
-    is_long = lengths > 0.0
+    is_long = (lengths > 0.0) & np.isfinite(lengths)
     if not is_long.any():
         return LEAST_POSITION
     short = _quantile(lengths[is_long], weights[is_long], share)

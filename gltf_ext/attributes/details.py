@@ -9,7 +9,8 @@ import numpy as np
 from gltf_ext.attributes.records import RecordFormat, weld_rows
 from gltf_ext.attributes.streams import Grid, grid_cells
 from gltf_ext.ranges import first_of_each, occurring
-from gltf_ext.sources.source import Numbering, Source, blocks
+from gltf_ext.sources.row_arrays import Numbering
+from gltf_ext.sources.source import Source, blocks
 
 # Triangles that stand for all of a primitive, and the places where they are read in files.
 SAMPLE, PLACES = 1 << 15, 32
@@ -60,8 +61,9 @@ class Sample:
 
     def edges(self) -> np.ndarray:
         """Return the lengths of the edges: float64[3 T]."""
-        sides = self.positions - np.roll(self.positions, 1, axis=1)
-        lengths: np.ndarray = np.linalg.norm(sides, axis=2).reshape(-1)
+        with np.errstate(all="ignore"):  # degenerate triangles may have any positions
+            sides = self.positions - np.roll(self.positions, 1, axis=1)
+            lengths: np.ndarray = np.linalg.norm(sides, axis=2).reshape(-1)
         return lengths
 
     def turns(self) -> tuple[np.ndarray, np.ndarray]:
@@ -70,9 +72,10 @@ class Sample:
         In degrees; float64[n] both.
         """
         assert self.normals is not None
-        lengths = np.linalg.norm(self.normals, axis=2, keepdims=True)
-        units = self.normals / np.maximum(lengths, np.finfo(np.float64).tiny)
-        cosines = (units * np.roll(units, 1, axis=1)).sum(axis=2).min(axis=1)
+        with np.errstate(all="ignore"):
+            lengths = np.linalg.norm(self.normals, axis=2, keepdims=True)
+            units = self.normals / np.maximum(lengths, np.finfo(np.float64).tiny)
+            cosines = (units * np.roll(units, 1, axis=1)).sum(axis=2).min(axis=1)
         degrees = np.degrees(np.arccos(np.clip(cosines, -1.0, 1.0)))
         is_turned = degrees > FLAT
         return degrees[is_turned], areas_of(self.positions)[is_turned]
@@ -133,15 +136,20 @@ def _read_rows(source: Source, name: str, corners: np.ndarray) -> np.ndarray:
 
 
 def _numbering(source: Source, name: str) -> Numbering:
-    """Return the numbers of an attribute at corners, as `Source.indices` has them."""
-    return next(pair for pair in source.indices if name in pair[0])
+    """Return the numbers of an attribute at corners, as `Source.numberings` has them."""
+    return next(pair for pair in source.numberings if name in pair[0])
 
 
 def areas_of(positions: np.ndarray) -> np.ndarray:
-    """Return the areas of triangles, float64[T, 3, 3]: float64[T]."""
-    sides = positions[:, 1:] - positions[:, :1]
-    areas: np.ndarray = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1) / 2
-    return areas
+    """Return the areas of triangles, float64[T, 3, 3]: float64[T].
+
+    0 for positions that are not finite, which degenerate triangles may have.
+    """
+    with np.errstate(all="ignore"):
+        sides = positions[:, 1:] - positions[:, :1]
+        areas = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1) / 2
+    finite: np.ndarray = np.nan_to_num(areas, nan=0.0, posinf=0.0)
+    return finite
 
 
 # --- what a grid does ---
@@ -193,7 +201,7 @@ def joins_vertices(source: Source, record_format: RecordFormat) -> bool:
 
     Compares only vertices whose positions share a point of the grid.
     """
-    ((names, numbers),) = source.indices
+    ((names, numbers),) = source.numberings
     corners = source.corners(names, numbers, 0, source.triangle_count)
     rows = occurring(corners, source.vertex_count)
     positions = source.attributes["POSITION"].rows(0, source.vertex_count)[rows]

@@ -1,4 +1,4 @@
-"""Compares how accessors describe a primitive's attributes with the original."""
+"""Compares accessors and nodes with those of the original: types, boxes, places."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ from gltf_ext.attributes.streams import dequantise, to_accessor
 from gltf_ext.document import gltf
 from gltf_ext.document.accessors import stated_bounds
 from gltf_ext.document.document import Document
+from gltf_ext.document.nodes import placed_nodes
+from gltf_ext.errors import MeshletError
 from gltf_ext.sources.attribute_names import pair_names
 
 
@@ -44,3 +46,22 @@ def accessor_problems(
                     "compress it again"
                 )
     return sorted(problems)
+
+
+def moved_nodes(original: Document, document: Document) -> list[str]:
+    """Return a line if nodes show meshes at other places than in the original."""
+    try:
+        pairs = [
+            [(node["mesh"], matrix) for node, matrix in placed_nodes(d) if "mesh" in node]
+            for d in (original, document)
+        ]
+    except MeshletError:  # nodes that are not valid show nothing
+        return []
+    before, after = pairs
+    if [mesh for mesh, _ in before] != [mesh for mesh, _ in after]:
+        return ["nodes show other meshes than in the original; compress it again"]
+    for (mesh, matrix), (_, other) in zip(before, after):
+        if not np.array_equal(matrix, other):
+            distance = float(np.linalg.norm(matrix[:3, 3] - other[:3, 3]))
+            return [f"a node shows mesh {mesh} elsewhere, by {distance:.3g}; compress it again"]
+    return []

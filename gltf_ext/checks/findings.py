@@ -28,11 +28,13 @@ class Findings:
     look_of: how a primitive, by mesh and index, is used by its materials; errors: attribute -> mesh
     -> errors of its primitives; problems, losses, warnings: one line each; topology: sums of the
     original and of the compressed file, None if none was compared; is_torn: whether they differ for
-    another reason than the grid; collapse: triangles without area on the grid; the rest are counts.
+    another reason than the grid; collapse: triangles without area on the grid; rounding: of doubles
+    when the original was read; the rest are counts.
     """
 
     look_of: Callable[[int, int], Look]
 
+    rounding: float = 0.0
     triangles: int = 0
     missing_triangles: int = 0
     extra_triangles: int = 0
@@ -54,6 +56,8 @@ class Findings:
     ) -> None:
         """Add the errors of an attribute of a primitive."""
         self.add_errors(mesh, name, errors)
+        if name == "POSITION" and self.rounding:
+            self._add_rounding(compressed, errors)
         if errors.over_bound > 1.0:
             self.problems.append(
                 f"{compressed.where}: {name} is off by {errors.max:g}, more than its bits allow"
@@ -62,6 +66,15 @@ class Findings:
             self.losses.append(
                 f"{compressed.where}: {name} is off by {errors.limit.text(errors.max)}, since its "
                 "values span so much; compress with auto or more bits"
+            )
+
+    def _add_rounding(self, compressed: Compressed, errors: Errors) -> None:
+        """Add what reading has lost to the errors of positions: the file has doubles."""
+        errors.max += self.rounding
+        if self.rounding > compressed.streams[0].step / 2:
+            self.losses.append(
+                f"{compressed.where}: positions of the original are doubles, which 32-bit floats "
+                f"round by up to {self.rounding:.2g}: split the model where its parts are far apart"
             )
 
     def add_collapse(self, compressed: Compressed, collapse: Collapse) -> None:

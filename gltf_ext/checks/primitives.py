@@ -22,6 +22,7 @@ from gltf_ext.document.document import Document
 from gltf_ext.errors import blaming
 from gltf_ext.progress import Advance
 from gltf_ext.sources.primitives import is_compressed
+from gltf_ext.sources.repair import read_finite_bounds
 from gltf_ext.sources.row_arrays import Rows
 from gltf_ext.sources.source import Source, blocks
 
@@ -64,7 +65,7 @@ def compare(
         return
     if not source.bounds:  # a primitive that is not compressed may have any values
         with blaming(original):
-            source.read_bounds()
+            read_finite_bounds(source)
     first = {name: streams.start for name, streams, _ in compressed.named_streams}
     record_format = RecordFormat.with_streams(source, compressed.streams, first)
     comparison = Comparison(source, record_format, compressed, folder)
@@ -77,6 +78,7 @@ def compare(
     is_plain = not is_compressed(before.primitive(mesh, index))
     if is_plain and source.is_in_memory and is_same:
         _compare_topology(source, record_format, compressed, findings)
+    findings.rounding = before.import_rounding
     _compare_values(source, record_format, compressed, comparison, findings)
     _add_collapse(source, record_format, compressed, findings)
 
@@ -127,7 +129,7 @@ def _compare_values(
 
 def _measure_area(source: Source, errors: dict[str, Errors]) -> None:
     """Set the errors of most of the area, of a source in memory."""
-    ((names, numbers),) = source.indices
+    ((names, numbers),) = source.numberings
     corners = source.corners(names, numbers, 0, source.triangle_count).astype(np.intp)
     rows = source.attributes["POSITION"]
     areas = areas_of(rows.rows(0, rows.count).astype(np.float64)[corners])
@@ -169,7 +171,7 @@ def _is_same(a: Source, b: Source) -> bool:
     if a.attributes.keys() != b.attributes.keys():
         return False
     pairs = [(rows, b.attributes[name]) for name, rows in a.attributes.items()]
-    numbers = [(mine, other) for (_, mine), (_, other) in zip(a.indices, b.indices)]
+    numbers = [(mine, other) for (_, mine), (_, other) in zip(a.numberings, b.numberings)]
     return all(_are_equal(*pair) for pair in [*pairs, *numbers])
 
 

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from gltf_ext.attributes.extension import has_compressed
+from gltf_ext.checks.accessors import moved_nodes
 from gltf_ext.checks.findings import Findings, report_of
 from gltf_ext.checks.level_errors import level_problems, measure_levels
 from gltf_ext.checks.primitives import compare, read_original
@@ -20,8 +21,9 @@ from gltf_ext.document.looks import Looks
 from gltf_ext.errors import MeshletError, blaming
 from gltf_ext.options import Options
 from gltf_ext.progress import progress_bar
+from gltf_ext.sources.features import number_features
 from gltf_ext.sources.importers import open_model
-from gltf_ext.sources.large import Larges, open_large
+from gltf_ext.sources.large import open_source
 from gltf_ext.sources.primitives import triangle_primitives
 
 
@@ -57,7 +59,8 @@ def verify(
             None if none was. Not compared: those read in parts, those whose original is
             compressed, those with other triangles.
         max_error, rms_error: attribute -> distance in model or attribute units; of directions the
-            distance of unit vectors. None when no vertex could be compared.
+            distance of unit vectors; of positions in an .obj or .ply to the doubles of the file.
+            None when no vertex could be compared.
         max_error_percent, rms_error_percent: the same in percent of the diagonal of the
             attribute's bounding box over the mesh.
         max_error_degrees: attribute -> largest angle, for directions.
@@ -102,13 +105,10 @@ def verify(
 
 def _compare_files(original: Model, compressed: Model, options: Options) -> dict[str, Any]:
     """Return the report of verify. options: max_memory, work_dir, obj_groups and progress."""
-    large: Larges = {}
     original_name, compressed_name = name_of(original), name_of(compressed)
     with blaming(original_name):
-        if options.memory:
-            original_document, large = open_large(original, options)
-        else:
-            original_document = open_model(original, options.obj_groups)
+        original_document, large = open_source(original, options)
+        number_features(original_document, large)  # as `compress` does
     with blaming(compressed_name):
         compressed_document = open_model(compressed)
     if not has_compressed(compressed_document):
@@ -117,11 +117,12 @@ def _compare_files(original: Model, compressed: Model, options: Options) -> dict
     findings = Findings(lambda mesh, index: looks.of([original_document.primitive(mesh, index)]))
     documents = original_document, compressed_document
     with progress_bar(Path(compressed_name).name, options.progress) as advance:
-        for mesh, index in _places_of_both(original_document, compressed_document, findings):
+        for mesh, index in _primitives_of_both(original_document, compressed_document, findings):
             with blaming(original_name):
                 source = large.get((mesh, index)) or read_original(original_document, mesh, index)
             with blaming(compressed_name):
                 compare(documents, source, original_name, findings, str(options.work_dir), advance)
+    findings.problems += moved_nodes(*documents)
     with blaming(compressed_name):
         levels, not_measured = measure_levels(compressed_document, large=set(large))
     findings.problems += level_problems(levels)
@@ -138,25 +139,25 @@ def _misplaced(original: Document, path: str) -> MeshletError:
     )
 
 
-def _places_of_both(
+def _primitives_of_both(
     original: Document, compressed: Document, findings: Findings
 ) -> list[tuple[int, int]]:
     """Return (mesh, primitive) of all triangle primitives; none, and a finding, if files differ."""
-    places = [row[:2] for row in triangle_primitives(original)]
-    compressed_places = [row[:2] for row in triangle_primitives(compressed)]
-    if places == compressed_places:
-        return places
-    findings.differs(_differing_places(places, compressed_places))
+    numbers = [row[:2] for row in triangle_primitives(original)]
+    compressed_numbers = [row[:2] for row in triangle_primitives(compressed)]
+    if numbers == compressed_numbers:
+        return numbers
+    findings.differs(_differing_primitives(numbers, compressed_numbers))
     return []
 
 
-def _differing_places(
-    places: list[tuple[int, int]], compressed_places: list[tuple[int, int]]
+def _differing_primitives(
+    numbers: list[tuple[int, int]], compressed_numbers: list[tuple[int, int]]
 ) -> str:
-    differing = sorted(set(places) ^ set(compressed_places))
+    differing = sorted(set(numbers) ^ set(compressed_numbers))
     mesh, index = differing[0]
     return (
-        f"{len(places)} triangle primitives in the original, {len(compressed_places)} in the "
+        f"{len(numbers)} triangle primitives in the original, {len(compressed_numbers)} in the "
         "compressed file; "
         f"{len(differing)} are only in one, first mesh {mesh} primitive {index}"
     )

@@ -95,6 +95,16 @@ def steps_text(steps: dict[str, dict[str, Any]]) -> str:
 # --- warnings ---
 
 
+def rounding_warnings(rounding: float, steps: list[float]) -> list[str]:
+    """Warn of doubles that 32-bit floats round by more than a grid does. steps: of grids."""
+    if not steps or rounding <= min(steps) / 2:
+        return []
+    return [
+        f"positions are doubles that 32-bit floats round by up to {rounding:.2g}, more than the "
+        "position grid does; split the model where its parts are far apart"
+    ]
+
+
 def collapse_warnings(collapses: dict[int, Collapse]) -> list[str]:
     """Warn of meshes that lose COLLAPSED_PERCENT of their area. collapses: by mesh."""
     shares = {mesh: 100 * each.share for mesh, each in collapses.items()}
