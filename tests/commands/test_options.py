@@ -83,7 +83,9 @@ def test_shown_defaults_are_the_encoders(tmp_path):
     builder.mesh({"POSITION": positions}, triangles)
     original = builder.write(tmp_path / "in.glb")
     outputs = []
-    shown = {o.name: o.type(o.default) for o in OPTIONS if o.default and o.type in (int, float)}
+    shown = {
+        o.name: o.from_text(o.default) for o in OPTIONS if o.default and o.type in (int, float)
+    }
     assert "lambda_" in shown
     for options in ({}, shown, {**shown, "lambda_": 3.0}):
         gltf_ext.compress(original, tmp_path / "out.glb", effort="high", **options)
