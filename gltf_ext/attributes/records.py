@@ -179,7 +179,7 @@ class RecordFormat:
 
         Takes only the vertices that they use: many primitives may share the attributes.
         """
-        ((names, numbers),) = source.indices
+        ((names, numbers),) = source.numberings
         count = source.vertex_count
         corners = source.corners(names, numbers, 0, source.triangle_count)
         rows = occurring(corners, count)

@@ -47,7 +47,7 @@ def _triangles(url: str, size: int) -> int:
             return _of_gltf(folder.read(name))
         case "ply":
             header = ply.read_header(io.BytesIO(folder.read(name, 0, HEADER)))
-            return min(size, sum(e.rows for e in header.elements if e.name == "face"))
+            return min(size, header.rows_of("face"))
         case "stl":
             return size // stl.TRIANGLE.itemsize
     return size // PER_TEXT_TRIANGLE

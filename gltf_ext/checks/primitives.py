@@ -116,7 +116,7 @@ def _is_same(a: Source, b: Source) -> bool:
     if a.attributes.keys() != b.attributes.keys():
         return False
     pairs = [(rows, b.attributes[name]) for name, rows in a.attributes.items()]
-    numbers = [(mine, other) for (_, mine), (_, other) in zip(a.indices, b.indices)]
+    numbers = [(mine, other) for (_, mine), (_, other) in zip(a.numberings, b.numberings)]
     return all(_are_equal(*pair) for pair in [*pairs, *numbers])
 
 

@@ -36,8 +36,7 @@ from gltf_ext.options import MIN_POSITION_BITS, Options
 from gltf_ext.progress import Advance, progress_bar, shared_progress
 from gltf_ext.scheduler import LocalThreads, Runner, runner
 from gltf_ext.sources.features import number_features
-from gltf_ext.sources.importers import open_model
-from gltf_ext.sources.large import Larges, open_large
+from gltf_ext.sources.large import Larges, open_source
 from gltf_ext.sources.primitives import (
     EXTENSION,
     DropCounts,
@@ -152,10 +151,12 @@ def compress(input: Model, output: File | None, settings: Options) -> Report:
             fast takes about 0.6 of the time for 2 % more bytes, and high 1.7 times for 0.2 % fewer
             (default normal).
         page_bytes: largest size of a page, a blob of neighbouring meshlets that decodes alone; 0
-            for one blob per primitive (with --lod, 32768), else at least 4096; by default 131072 in
-            primitives of more than 131072 triangles, 0 in others (0 to 268435456).
+            for one blob per primitive, else at least 4096; by default 131072 in primitives of more
+            than 131072 triangles, 0 in others; instead of 0, 32768 with levels of detail, and
+            131072 in primitives that --max-memory reads in parts (0 to 268435456).
         lod: also write levels of detail (EXT_meshlet_lod), in pages of --page-bytes or 32768 bytes;
-            from source, needs the package meshoptimizer.
+            primitives that cannot be simplified have none; from source, needs the package
+            meshoptimizer.
         lod_reduction: triangles of level 0 over those of level 1; coarser levels shrink by less
             (1.5 to 16, default 5.0).
         lod_group: meshlets that are simplified together (4 to 128, default 96).
@@ -195,11 +196,7 @@ def compress(input: Model, output: File | None, settings: Options) -> Report:
             "max_memory is for files", "name an output file", options=("max_memory",)
         )
     with runner(settings.scheduler, settings.threads) as chunks, blaming(name):
-        large: Larges = {}
-        if settings.memory:
-            document, large = open_large(input, settings)
-        else:
-            document = open_model(input, settings.obj_groups)
+        document, large = open_source(input, settings)
         feature_warnings = number_features(document, large)
         sources_read = document.files()
         jobs = _jobs(document, large, settings)

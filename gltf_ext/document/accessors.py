@@ -42,6 +42,21 @@ def accessor_format(accessor: gltf.Accessor, name: str) -> Format:
     return dtype, components
 
 
+def element_count(accessor: gltf.Accessor, name: str, count: int | None) -> int:
+    """Return the number of elements of an accessor. Raises MeshletError with `name`.
+
+    count: what it must be, unless that is None.
+    """
+    elements = accessor.get("count", -1)
+    if elements < 0:
+        raise MeshletError(f"{name} has no valid count", DAMAGED)
+    if count is not None and elements != count:
+        raise MeshletError(
+            f"{name} has {elements} elements instead of {count}", "export the model again"
+        )
+    return elements
+
+
 def read_accessor(
     document: Document, index: int, name: str, count: int | None = None
 ) -> np.ndarray:
@@ -52,13 +67,7 @@ def read_accessor(
     """
     accessor = item(document.accessors, index, f"the accessor of {name},")
     format_ = accessor_format(accessor, name)
-    elements = accessor.get("count", -1)
-    if elements < 0:
-        raise MeshletError(f"{name} has no valid count", DAMAGED)
-    if count is not None and elements != count:
-        raise MeshletError(
-            f"{name} has {elements} elements instead of {count}", "export the model again"
-        )
+    elements = element_count(accessor, name, count)
     if "bufferView" in accessor:
         values = _strided(document, accessor, elements, format_, name)
     elif count is not None or elements <= MAX_ZEROS:

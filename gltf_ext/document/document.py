@@ -138,8 +138,8 @@ class Document:
     ) -> int:
         """Append a buffer view with bytes of its own; returns its index."""
         index = len(self.bufferViews)
-        place: gltf.BufferView = {"buffer": 0, "byteOffset": 0, "byteLength": len(data)}
-        self.bufferViews.append({**place, **(properties or {})})
+        view: gltf.BufferView = {"buffer": 0, "byteOffset": 0, "byteLength": len(data)}
+        self.bufferViews.append({**view, **(properties or {})})
         self.new_bytes[index] = NewBytes(memoryview(data), fallback)
         return index
 

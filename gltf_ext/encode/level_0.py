@@ -11,7 +11,7 @@ from gltf_ext import _codec
 from gltf_ext.attributes.records import Mesh, RecordFormat, Triangles
 from gltf_ext.encode.chunks import are_among
 from gltf_ext.encode.totals import Totals
-from gltf_ext.options import DEFAULT_PAGE_BYTES, Options
+from gltf_ext.options import Options
 from gltf_ext.progress import Advance
 from gltf_ext.work_files import give_back_memory
 
@@ -23,22 +23,20 @@ class Encoder:
     Attributes:
         record_format: of their records.
         generation: keyword arguments of _codec.encode.
-        page_bytes: of pages, 0 for one blob.
+        page_limit: bytes of the largest page, 0 for one blob.
     """
 
     record_format: RecordFormat
     generation: dict[str, Any]
-    page_bytes: int
+    page_limit: int
 
     @classmethod
     def of(
-        cls, record_format: RecordFormat, options: Options, triangles: int, is_whole: bool
+        cls, record_format: RecordFormat, options: Options, triangles: int, is_in_memory: bool
     ) -> Encoder:
-        """Return an encoder of a primitive of so many triangles, in one chunk or in several."""
-        page_bytes = options.page_bytes_of(triangles)
-        if not is_whole:
-            page_bytes = page_bytes or DEFAULT_PAGE_BYTES
-        return cls(record_format, options.generation, page_bytes)
+        """Return an encoder of a primitive of so many triangles. is_in_memory: of its source."""
+        limit = options.page_limit_without_levels(triangles, is_in_memory)
+        return cls(record_format, options.generation, limit)
 
     def view_of(
         self, mesh: Mesh, threads: int, progress: Advance | None
@@ -48,7 +46,7 @@ class Encoder:
             *mesh,
             progress=progress,
             threads=threads,
-            page_bytes=self.page_bytes,
+            page_bytes=self.page_limit,
             **self.generation,
         )
 

@@ -135,10 +135,10 @@ def build_chunk(threads: int, encoder: Encoder, options: Options, chunk: Chunk) 
     values = record_format.values_of(vertices.records)
     surface = make_surface(record_format, vertices, values)
     surface.is_locked = is_shared
-    group_size, page_bytes = options.lod_group, options.lod_page_bytes
+    group_size, page_limit = options.lod_group, options.page_limit_with_levels
     while True:
         pilot = Pilot(
-            record_format.plan.streams, values, surface.position_ids, surface.points, page_bytes
+            record_format.plan.streams, values, surface.position_ids, surface.points, page_limit
         )
         builder = _builder(record_format, options, threads, chunk, surface, group_size, pilot)
         if not builder.groups:
@@ -156,12 +156,12 @@ def build_chunk(threads: int, encoder: Encoder, options: Options, chunk: Chunk) 
             record_format.plan.streams,
             values,
             vertices.position_ids,
-            page_bytes,
+            page_limit,
             threads,
         )
         give_back_memory()
         largest = max(map(len, result.coarse.blobs + result.fine.blobs))
-        if largest <= page_bytes or group_size <= SMALLEST_GROUP:
+        if largest <= page_limit or group_size <= SMALLEST_GROUP:
             sizes = np.diff(hierarchy.ranges.triangle_begin)
             counts = np.bincount(hierarchy.group_level[hierarchy.cluster_group], sizes)
             result.triangles = counts.astype(int).tolist()

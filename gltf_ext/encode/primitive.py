@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import shutil
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
@@ -24,7 +23,7 @@ from gltf_ext.sources.memory import UNEVEN, chunk_size, fitting
 from gltf_ext.sources.primitives import DropCounts
 from gltf_ext.sources.row_arrays import Rows
 from gltf_ext.sources.source import Source, blocks
-from gltf_ext.work_files import Spool, WorkFile
+from gltf_ext.work_files import Spool, WorkFile, check_space
 
 # Shares of the progress: triangles read, and sorted into chunks; the rest is for encoding.
 READ_END, SORT_END = 0.1, 0.2
@@ -64,17 +63,18 @@ def encode(
     """Encode a primitive in chunks, which are the runner's tasks. Raises MeshletError, OSError."""
     chunks: Chunks
     progress: Advance = _silent
+    encoder = Encoder.of(record_format, options, source.triangle_count, source.is_in_memory)
     if source.is_in_memory:
         chunks = OneChunk(record_format.triangles_of(source), advance)
     else:
         progress = advance or _silent
         _check_space(source, record_format, options)
         chunks = sort_corners(source, record_format, options, progress)
+        source.give_back_copy()
 
     def encode_progress(fraction: float) -> None:
         progress(SORT_END + (1 - SORT_END) * fraction)
 
-    encoder = Encoder.of(record_format, options, source.triangle_count, source.is_in_memory)
     levels = None
     if options.lod:
         from gltf_ext.encode.levels import LevelsWriter  # slow to load, as meshoptimizer is
@@ -101,18 +101,10 @@ def _silent(fraction: float) -> None:
 
 def _check_space(source: Source, record_format: RecordFormat, options: Options) -> None:
     """Raise MeshletError when the work files do not fit their disk."""
-    folder = str(options.work_dir)
     of_levels = math.ceil(LEVELS_SHARE * record_format.coarse.itemsize) if options.lod else 0
     corner_bytes = max(record_format.fine.itemsize, of_levels)
     needed_bytes = (3 * corner_bytes + OUTPUT_BYTES) * source.triangle_count
-    free_bytes = shutil.disk_usage(folder).free
-    if free_bytes < needed_bytes:
-        raise MeshletError(
-            f"work files need {needed_bytes:,} bytes, {free_bytes:,} are free",
-            "free some space or use another work_dir",
-            path=folder,
-            options=("work_dir",),
-        )
+    check_space(str(options.work_dir), needed_bytes)
 
 
 # --- triangles, sorted into chunks ---
@@ -164,7 +156,7 @@ def gather_corners(
     """
     passes = [
         (names, numbers, low, high)
-        for names, numbers in source.indices
+        for names, numbers in source.numberings
         for low, high in (
             blocks(source.attributes[names[0]].count, source.room // record_format.fine.itemsize)
             if numbers
@@ -195,8 +187,8 @@ class _Table:
     ) -> None:
         """Read vertices.
 
-        names, numbers: one of source.indices; low, high: of the vertices; is_all: whether these are
-        all of the primitive.
+        names, numbers: one of source.numberings; low, high: of the vertices; is_all: whether
+        these are all of the primitive.
         """
         self._source, self._record_format, self._names, self._numbers = (
             source,

@@ -28,14 +28,14 @@ class Pilot:
     Attributes:
         streams: the stream table; values: uint32[V, elements] of each stream.
         position_ids, points: uint32[V], float32[V, 3]: of the surface.
-        page_bytes: the size that a page should not exceed.
+        page_limit: bytes that a page should not exceed.
     """
 
     streams: list[Stream]
     values: list[np.ndarray]
     position_ids: np.ndarray
     points: np.ndarray
-    page_bytes: int
+    page_limit: int
 
     def page_fraction(
         self,
@@ -54,7 +54,7 @@ class Pilot:
         """
         vertices = len(occurring(triangles, len(self.points)))
         bits = sum(stream.elements * stream.bits for stream in self.streams)
-        if vertices * bits / 8 + CONNECTIVITY * len(triangles) < self.page_bytes:
+        if vertices * bits / 8 + CONNECTIVITY * len(triangles) < self.page_limit:
             return 0.0
         layer = np.zeros(len(triangles), np.int64)
         if _repeats_edge(triangles, len(self.points)):  # as _find_clashes of gltf_ext.lod.writing
@@ -79,7 +79,7 @@ class Pilot:
                 np.array([0, len(cluster_begin) - 1], np.uint32),
             ),
         )
-        return len(view) / self.page_bytes
+        return len(view) / self.page_limit
 
 
 def _repeats_edge(triangles: np.ndarray, vertices: int) -> bool:

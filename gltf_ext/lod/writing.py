@@ -285,7 +285,7 @@ class Pages:
 def _pack(
     hierarchy: Hierarchy,
     groups: np.ndarray,
-    page_bytes: int,
+    page_limit: int,
     streams: list[Stream],
     threads: int,
     triangles: np.ndarray,
@@ -293,14 +293,14 @@ def _pack(
     positions: np.ndarray,
     values: list[np.ndarray],
 ) -> Pages:
-    """Pack groups, in this order, into pages of at most `page_bytes` bytes.
+    """Pack groups, in this order, into pages of at most `page_limit` bytes.
 
     A group that is larger than a page has a page of its own.
 
     Args:
         hierarchy: all clusters and groups.
         groups: int64: the groups to pack.
-        page_bytes: largest page.
+        page_limit: bytes of the largest page.
         streams: the stream table.
         threads: number of threads, 0 for all processors.
         triangles: uint32[T, 3]: the triangles of all clusters.
@@ -326,7 +326,7 @@ def _pack(
             clusters.cluster_begin.astype(np.uint32),
             group_begin.astype(np.uint32),
         ),
-        page_bytes=page_bytes,
+        page_bytes=page_limit,
     )
     blobs = [view[start : start + size] for start, size in _codec.split(view)]
     headers = [_codec.Header(blob) for blob in blobs]
@@ -439,7 +439,7 @@ def encode_pages(
     streams: list[Stream],
     values: list[np.ndarray],
     position_ids: np.ndarray,
-    page_bytes: int,
+    page_limit: int,
     threads: int,
 ) -> tuple[Pages, Pages]:
     """Encode all groups in pages.
@@ -454,7 +454,7 @@ def encode_pages(
         streams: the stream table.
         values: uint32[V, elements] of each stream.
         position_ids: uint32[V], equal for equal positions before quantisation.
-        page_bytes: largest page.
+        page_limit: bytes of the largest page.
         threads: number of threads, 0 for all processors.
 
     Returns:
@@ -468,15 +468,15 @@ def encode_pages(
         data = triangles, coarse_ids, surface.points[vertices], coarse_values
     for level in levels[levels > 0]:
         groups = _by_error(np.flatnonzero(hierarchy.group_level == level), hierarchy.group_error)
-        if coarse.blobs and len(coarse.blobs[-1]) < MIN_PAGE_FRACTION * page_bytes:
+        if coarse.blobs and len(coarse.blobs[-1]) < MIN_PAGE_FRACTION * page_limit:
             groups = np.concatenate([coarse.pop(), groups])
-        coarse.add(_pack(hierarchy, groups, page_bytes, streams, threads, *data))
+        coarse.add(_pack(hierarchy, groups, page_limit, streams, threads, *data))
     # The groups of level 0 stay along the curve: the errors of their replacements differ little,
     # and neighbours in one page share vertices.
     finest = np.flatnonzero(hierarchy.group_level == 0)
     if len(finest):
         data = hierarchy.ranges.triangles, position_ids, surface.points, values
-        fine = _pack(hierarchy, finest, page_bytes, streams, threads, *data)
+        fine = _pack(hierarchy, finest, page_limit, streams, threads, *data)
     return coarse, fine
 
 

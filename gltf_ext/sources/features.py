@@ -123,8 +123,8 @@ def _refer(name: str, entry: dict[str, Any], attribute: str) -> None:
 
 
 def _add_to(source: Source, attribute: str, ids: FeatureIds) -> None:
-    ((names, numbers),) = source.indices
+    ((names, numbers),) = source.numberings
     source.attributes[attribute] = ids
-    source.indices = [((*names, attribute), numbers)]
+    source.numberings = [((*names, attribute), numbers)]
     ends = [ids.rows(0, 1), ids.rows(ids.count - 1, ids.count)]
     source.bounds[attribute] = np.concatenate(ends)

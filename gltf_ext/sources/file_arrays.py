@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from gltf_ext.document import gltf
-from gltf_ext.document.accessors import Format, accessor_format
+from gltf_ext.document.accessors import Format, accessor_format, element_count
 from gltf_ext.document.container import CHUNK_HEADER, GLB_HEADER
 from gltf_ext.document.document import DAMAGED, Document, item
 from gltf_ext.document.draco import DRACO
@@ -123,13 +123,9 @@ class _AccessorFiles:
         document = self._document
         accessor = item(document.accessors, index, f"the accessor of {name},")
         format_ = accessor_format(accessor, name)
-        elements = accessor.get("count", 0)
+        elements = element_count(accessor, name, count)
         if "sparse" in accessor or "bufferView" not in accessor or not elements:
             raise _too_large(f"{name} is sparse or empty")
-        if count is not None and elements != count:
-            raise MeshletError(
-                f"{name} has {elements} elements instead of {count}", "export the model again"
-            )
         index = accessor["bufferView"]
         length, view = len(document.bytes_of_view(index)), document.bufferViews[index]
         size, offset = format_[0].itemsize * format_[1], gltf.byte_offset(accessor)

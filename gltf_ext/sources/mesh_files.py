@@ -18,15 +18,16 @@ from gltf_ext.document.images import as_png_or_jpeg, mime_type
 from gltf_ext.errors import MeshletError
 from gltf_ext.portable import path_beside
 from gltf_ext.ranges import first_of_each
-from gltf_ext.sources.row_arrays import Rows
+from gltf_ext.sources.limits import check_vertex_count
+from gltf_ext.sources.row_arrays import Numbering, Rows
 
 CLAMP_TO_EDGE = 33071  # of OpenGL, as in glTF
 # Names of the objects that lead to a texture in a glTF material.
-Place = tuple[str, ...]
-BASE_COLOR: Place = ("pbrMetallicRoughness", "baseColorTexture")
-METAL_ROUGH: Place = ("pbrMetallicRoughness", "metallicRoughnessTexture")
-EMISSIVE: Place = ("emissiveTexture",)
-NORMAL: Place = ("normalTexture",)
+TexturePath = tuple[str, ...]
+BASE_COLOR: TexturePath = ("pbrMetallicRoughness", "baseColorTexture")
+METAL_ROUGH: TexturePath = ("pbrMetallicRoughness", "metallicRoughnessTexture")
+EMISSIVE: TexturePath = ("emissiveTexture",)
+NORMAL: TexturePath = ("normalTexture",)
 TRANSFORM, STRENGTH = "KHR_texture_transform", "KHR_materials_emissive_strength"
 
 
@@ -54,12 +55,12 @@ class Material:
 
     Attributes:
         properties: a glTF material without textures.
-        textures: by their places in a glTF material.
+        textures: by their paths in a glTF material.
         plain: what primitives without texture coordinates have instead.
     """
 
     properties: dict[str, Any]
-    textures: Mapping[Place, Texture] = field(default_factory=dict)
+    textures: Mapping[TexturePath, Texture] = field(default_factory=dict)
     plain: Material | None = None
 
     def fitting(self, attributes: Mapping[str, Any]) -> Material | None:
@@ -97,57 +98,57 @@ class IndexedMesh:
     parent: Parent | None = None
 
 
-# Attributes that have the same numbers at corners, and these: int32[3 T, 1]. None for one attribute
-# whose rows are the values at the corners.
-Group = tuple[tuple[str, ...], Rows | None]
-
-
 @dataclass
 class MeshPrimitive:
     """Triangles of one material with the same attributes, as a file has them.
 
     Attributes:
         attributes: name -> rows, of types as in IndexedPrimitive.
-        groups: each attribute is in one.
+        numberings: each attribute is in one, with numbers of int32. One without numbers has one
+            attribute, whose rows are the values at the corners.
         shares_rows: whether other primitives use the same rows. Those that this one does not use
             are then no vertices of it.
     """
 
     attributes: dict[str, Rows]
-    groups: list[Group]
+    numberings: list[Numbering]
     material: Material | None = None
     shares_rows: bool = False
 
     @property
     def triangle_count(self) -> int:
         """The number of triangles."""
-        names, numbers = self.groups[0]
+        names, numbers = self.numberings[0]
         return (numbers or self.attributes[names[0]]).count // 3
 
     def indexed(self) -> IndexedPrimitive:
         """Return it with a vertex for each different combination of rows at a corner."""
         values = {name: rows.rows(0, rows.count) for name, rows in self.attributes.items()}
-        if len(self.groups) == 1 and not self.shares_rows:
-            ((_, numbers),) = self.groups
+        if len(self.numberings) == 1 and not self.shares_rows:
+            ((_, numbers),) = self.numberings
             triangles = (
-                np.arange(3 * self.triangle_count, dtype=np.int32).reshape(-1, 3)
+                np.arange(3 * self.triangle_count, dtype=np.uint32).reshape(-1, 3)
                 if numbers is None
                 else _read(numbers)
             )
             return self._with(triangles.view(np.uint32), values)
+        if any(numbers is None for _, numbers in self.numberings):
+            check_vertex_count(3 * self.triangle_count, "corners")
         corners = [
             _of_equal_rows(values[names[0]]) if numbers is None else _read(numbers)
-            for names, numbers in self.groups
+            for names, numbers in self.numberings
         ]
-        triangles, numbers_of_groups = split_vertices(corners)
+        triangles, vertex_numbers = split_vertices(corners)
         rows_of = {
-            name: rows for (names, _), rows in zip(self.groups, numbers_of_groups) for name in names
+            name: rows
+            for (names, _), rows in zip(self.numberings, vertex_numbers)
+            for name in names
         }
         return self._with(triangles, {name: values[name][rows_of[name]] for name in values})
 
     def sample(self) -> IndexedPrimitive:
-        """Return one vertex with the same attributes, in the order of their groups."""
-        names = [name for names, _ in self.groups for name in names]
+        """Return one vertex with the same attributes, in the order of their numberings."""
+        names = [name for names, _ in self.numberings for name in names]
         first = {name: self.attributes[name].rows(0, 1) for name in names}
         return self._with(np.zeros((1, 3), np.uint32), first)
 
@@ -185,7 +186,7 @@ class MeshFile:
             mesh.primitives = [p for p in mesh.primitives if p.triangle_count]
         self.meshes = [mesh for mesh in self.meshes if mesh.primitives]
 
-    def places(self) -> Iterator[tuple[int, int, MeshPrimitive]]:
+    def numbered_primitives(self) -> Iterator[tuple[int, int, MeshPrimitive]]:
         """Yield (mesh, primitive, object) of each primitive."""
         for m, mesh in enumerate(self.meshes):
             for p, primitive in enumerate(mesh.primitives):

@@ -22,8 +22,8 @@ from gltf_ext.sources.mesh_files import (
     STRENGTH,
     Material,
     MeshFile,
-    Place,
     Texture,
+    TexturePath,
     beside,
     is_there,
     named_file,
@@ -253,8 +253,8 @@ class _Reader:
 
     def material(self) -> Material:
         """Return the glTF material. Notes a warning for each part of its pictures that is lost."""
-        textures: dict[Place, Texture] = {}
-        for place, read in (
+        textures: dict[TexturePath, Texture] = {}
+        for path, read in (
             (BASE_COLOR, self._base_texture),
             (METAL_ROUGH, self._metal_rough_texture),
             (EMISSIVE, self._emissive_texture),
@@ -262,7 +262,7 @@ class _Reader:
         ):
             try:
                 if texture := read():
-                    textures[place] = texture
+                    textures[path] = texture
             except MeshletError as error:
                 warn(self._contents, f"{self._name}: a texture is left out: {error.message}")
         if not textures:
@@ -296,7 +296,7 @@ class _Reader:
             return 1.0
         return alpha
 
-    def _properties(self, textures: Collection[Place]) -> dict[str, Any]:
+    def _properties(self, textures: Collection[TexturePath]) -> dict[str, Any]:
         """Return the material without its textures; a colour of 0 does not hide a texture."""
         shininess = (self._numbers_of(b"ns") or [1.0])[0]
         roughness = self._number(b"pr", (2 / (max(shininess, 0.0) + 2)) ** 0.25)

@@ -11,8 +11,8 @@ import numpy as np
 from gltf_ext.errors import MeshletError
 from gltf_ext.progress import Advance
 from gltf_ext.sources.attribute_names import is_of_target, semantic
-from gltf_ext.sources.row_arrays import Rows
-from gltf_ext.sources.source import ArrayRows, Numbering, Source, blocks
+from gltf_ext.sources.row_arrays import Numbering, Rows
+from gltf_ext.sources.source import ArrayRows, Source, blocks
 
 REPAIR, REFUSE = "repair", "refuse"
 # Of a source that stays in files, whose memory is bounded: rows and triangles to repair.
@@ -51,7 +51,7 @@ def read_finite_bounds(
     if non_finite == REFUSE:
         raise _refusal(names[0], source, "repair the model first")
     for name in sorted(names, key=lambda name: (name != "POSITION", name)):
-        numbering = next(row for row in source.indices if name in row[0])
+        numbering = next(row for row in source.numberings if name in row[0])
         rows = _bad_rows(source, name, numbering)
         if name == "POSITION":
             source.replaced[name] += _leave_out(source, numbering, rows)
@@ -116,7 +116,7 @@ def _leave_out(source: Source, numbering: Numbering, rows: np.ndarray) -> int:
         is_bad = _find(corners, rows)[1].any(axis=1)
         triangles = np.concatenate([triangles, first + np.flatnonzero(is_bad)])
         _require_few(source, len(triangles), "POSITION")
-    source.indices = [_without(source, row, triangles) for row in source.indices]
+    source.numberings = [_without(source, row, triangles) for row in source.numberings]
     return len(triangles)
 
 
@@ -214,7 +214,7 @@ def _replacements(source: Source, name: str, numbering: Numbering, rows: np.ndar
 def _normals(source: Source, numbering: Numbering, rows: np.ndarray) -> np.ndarray:
     """Return the normals of the triangles around vertices, weighted by area: [len(rows), 3]."""
     sums = np.zeros((len(rows), 3))
-    of_positions = next(row for row in source.indices if "POSITION" in row[0])
+    of_positions = next(row for row in source.numberings if "POSITION" in row[0])
     for first, corners in _corners(source, numbering):
         places, is_bad = _find(corners, rows)
         touched = np.flatnonzero(is_bad.any(axis=1))

@@ -18,7 +18,7 @@ from gltf_ext.progress import Advance
 from gltf_ext.scheduler import in_order
 from gltf_ext.sources.attribute_names import is_of_target, local_name, pair_names, semantic
 from gltf_ext.sources.primitives import DropCounts, Primitive, place
-from gltf_ext.sources.row_arrays import Rows
+from gltf_ext.sources.row_arrays import Numbering, Rows
 
 # Rows that are read at a time. With 1 << 17, a million triangles in --max-memory 110M peaked at 98
 # to 110 MB, with 1 << 16 at 80 to 87.
@@ -53,10 +53,6 @@ class ArrayRows:
         return self.values[first:last]
 
 
-# (names of the attributes that have the same numbers at corners, these numbers; None for 0, 1 ...)
-Numbering = tuple[tuple[str, ...], Rows | None]
-
-
 @dataclass
 class Source:
     """A list of triangles.
@@ -64,9 +60,10 @@ class Source:
     Attributes:
         mesh, primitive: its place in the document.
         attributes: name -> elements; of morph targets as "targets[i].NAME".
-        indices: the attributes that have the same numbers at corners, and these numbers.
+        numberings: each attribute is in one.
         room: bytes of memory that vertices may take at a time; 0 for a source that is in memory.
         threads: number of blocks that are read at a time, from files.
+        is_copy: whether the rows are in work files of this source and others of the same document.
         bounds: name -> [2, components]: smallest and largest values at corners, without degenerate
             triangles; once read.
         replaced: kind of value that was not finite (repair.py) -> how many there were.
@@ -75,9 +72,10 @@ class Source:
     mesh: int
     primitive: int
     attributes: dict[str, Rows]
-    indices: list[Numbering]
+    numberings: list[Numbering]
     room: int = 0
     threads: int = 1
+    is_copy: bool = False
     bounds: dict[str, np.ndarray] = field(default_factory=dict)
     replaced: Counter[str] = field(default_factory=Counter)
 
@@ -125,13 +123,18 @@ class Source:
     @property
     def triangle_count(self) -> int:
         """The number of triangles."""
-        names, numbers = self.indices[0]
+        names, numbers = self.numberings[0]
         return (numbers or self.attributes[names[0]]).count // 3
 
     @property
     def vertex_count(self) -> int:
         """The number of vertices, of a source whose attributes have the same numbers."""
         return self.attributes["POSITION"].count
+
+    def give_back_copy(self) -> None:
+        """Forget rows in work files, which are gone with the last source that has some in them."""
+        if self.is_copy:
+            self.attributes, self.numberings = {}, []
 
     def read_bounds(self, advance: Advance | None = None) -> None:
         """Set `bounds`, to none if all triangles are degenerate. Reads everything.
@@ -161,9 +164,9 @@ class Source:
             MeshletError: indices are out of range.
             OSError: a file cannot be read.
         """
-        total = sum(self.attributes[names[0]].count for names, _ in self.indices)
+        total = sum(self.attributes[names[0]].count for names, _ in self.numberings)
         finished = 0
-        for names, numbers in self.indices:
+        for names, numbers in self.numberings:
             count = self.attributes[names[0]].count
             for low, high in blocks(count, self.room or max(count, 1)):
                 is_used = self._are_used(names, numbers, low, high)
@@ -230,7 +233,7 @@ class Source:
     def _are_degenerate(self, first: int, last: int) -> np.ndarray:
         """Return bool[last - first]: whether triangles have two corners with equal bytes."""
         is_same = np.ones((3, last - first), bool)
-        for names, numbers in self.indices:
+        for names, numbers in self.numberings:
             is_same &= self._are_same(names, numbers, first, last)
             if not is_same.any():
                 break
@@ -278,7 +281,7 @@ class Source:
     ) -> np.ndarray:
         """[last - first, 3]: rows of the attributes at the corners of triangles.
 
-        names, numbers: one of `indices`. Raises MeshletError, OSError.
+        names, numbers: one of `numberings`. Raises MeshletError, OSError.
         """
         if numbers is None:
             return np.arange(3 * first, 3 * last, dtype=np.uint32).reshape(-1, 3)
@@ -384,7 +387,7 @@ def read_source(
 def read_primitive(document: Document, mesh: int, index: int) -> tuple[Primitive, DropCounts]:
     """Return the same as arrays; triangles are as in the file. Raises MeshletError."""
     source, drop_counts = read_source(document, mesh, index)
-    ((names, numbers),) = source.indices
+    ((names, numbers),) = source.numberings
     corners = source.corners(names, numbers, 0, source.triangle_count)
     arrays = {name: rows.rows(0, rows.count) for name, rows in source.attributes.items()}
     primitive = document.primitive(mesh, index)

@@ -7,7 +7,7 @@ import gltf_ext
 from gltf_ext.errors import MeshletError
 from gltf_ext.options import Options
 from gltf_ext.sources.importers import open_model
-from gltf_ext.sources.large import open_large
+from gltf_ext.sources.large import open_source
 from gltf_ext.sources.source import read_primitive
 
 CORNERS = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvn 0 0 1\nv 2 0 0\n"
@@ -268,7 +268,7 @@ def test_objects_of_a_large_file(tmp_path):
     faces = [f"f {' '.join(str(int(c) + 3) for c in face.split()[1:])}\n" for face in faces]
     path = write(tmp_path, (text + "".join(faces)).encode())
     options = Options.of({"max_memory": "105M", "work_dir": str(tmp_path)})
-    document, large = open_large(path, options)
+    document, large = open_source(path, options)
     assert [node["name"] for node in document.nodes] == ["small", "large"]
     assert list(large) == [(1, 0)] and large[1, 0].vertex_count == n * n
     out = tmp_path / "out.glb"
