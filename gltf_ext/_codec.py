@@ -359,8 +359,7 @@ def _row_of(stream: Stream) -> StreamRow:
 def _options(max_triangles: int, max_vertices: int, effort: str, **fields: Any) -> Struct:
     if not (1 <= max_triangles <= MESHLET_TRIANGLES and 3 <= max_vertices <= MESHLET_VERTICES):
         raise ValueError("a meshlet holds 1 to 64 triangles and 3 to 64 vertices")
-    efforts = {"normal": 0, "fast": 1, "high": 2}
-    number = _number_of(effort, efforts, "effort is 'fast', 'normal' or 'high'")
+    number = _number_of(effort, {"normal": 0, "fast": 1}, "effort is 'fast' or 'normal'")
     sizes = {"max_triangles": max_triangles, "max_vertices": max_vertices}
     return MeshletOptions(effort=number, **sizes, **fields)
 
@@ -383,25 +382,23 @@ def encode(
     max_triangles: int = 64,
     max_vertices: int = 64,
     lambda_: float = 0.0,
-    fill: float = 0.0,
-    weight: str = "paper",
-    share_seams: bool = True,
     threads: int = 0,
     progress: Callable[[float], object] | None = None,
     page_bytes: int = 0,
     meshlets: tuple[UInt32s, UInt32s, UInt32s, UInt32s] | None = None,
     effort: str = "normal",
+    function: Callable[..., object] = functions.encode,
 ) -> tuple[bytes, dict[str, Any]]:
     """Encode one primitive.
 
     triangles: uint32[T, 3], no index twice in a triangle. position_ids: uint32[V], below V, equal
-    where positions are. positions: float32[V, 3]. values: uint32[V, elements] per stream. lambda_,
-    fill: 0 means the default. weight: 'paper' or 'choe'. Fill and weight are there to measure the
-    paper's Table 1, share_seams to measure its gain. progress: called with a fraction from 0 to 1;
-    what it raises cancels. page_bytes: 0 for one blob, else pages, blobs of at most so many bytes.
-    meshlets: those of the caller, as uint32 arrays (triangles, disk begins, meshlet begins, group
-    begins; each of the begins ends with the number of its items). Pages then hold whole groups in
-    their order; without page_bytes, each holds one. effort: 'fast', 'normal' or 'high'.
+    where positions are. positions: float32[V, 3]. values: uint32[V, elements] per stream. lambda_:
+    0 means the default. progress: called with a fraction from 0 to 1; what it raises cancels.
+    page_bytes: 0 for one blob, else pages, blobs of at most so many bytes. meshlets: those of the
+    caller, as uint32 arrays (triangles, disk begins, meshlet begins, group begins; each of the
+    begins ends with the number of its items). Pages then hold whole groups in their order; without
+    page_bytes, each holds one. effort: 'fast' or 'normal'. function: gltf_meshlet_encode, or what
+    stands for it (tools/paper_encoder.py).
 
     Returns (view, statistics): those of describe, and 'generation': {'histogram', 'iterations'}.
     Raises ValueError or TypeError for bad arguments.
@@ -418,20 +415,16 @@ def encode(
     counts = {"triangle_count": len(triangles), "stream_count": len(streams)}
     order = {} if meshlets is None else _order(meshlets, len(triangles))
     mesh = Mesh(**vertices, **lists, **counts, **order)
-    weights = {"paper": 0, "choe": 1}
     options = _options(
         max_triangles,
         max_vertices,
         effort,
         threads=threads,
         lambda_=lambda_,
-        fill=fill,
-        weight_of_choe=_number_of(weight, weights, "weight is 'paper' or 'choe'"),
-        separate_seams=not share_seams,
         page_bytes=page_bytes,
     )
     statistics, result = Statistics(), Result()
-    _run(options, progress, lambda: functions.encode(mesh, options, statistics, result.out))
+    _run(options, progress, lambda: function(mesh, options, statistics, result.out))
     view = result.array(0, np.uint8).tobytes()
     generation = {"histogram": tuple(statistics.histogram), "iterations": statistics.iterations}
     return view, {**_View(view).description(statistics), "generation": generation}

@@ -96,9 +96,7 @@ Mesh = _struct(
     "group_begin_count",
 )
 MeshletOptions = _struct(
-    "uuuiffuuqcp",
-    "effort max_triangles max_vertices threads lambda_ fill weight_of_choe separate_seams "
-    "page_bytes progress user",
+    "uuuifqcp", "effort max_triangles max_vertices threads lambda_ page_bytes progress user"
 )
 Groups = _struct("ppqq", "triangles begin triangle_count begin_count")
 Samples = _struct("pppq", "vertices begin areas count")

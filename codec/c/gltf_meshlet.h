@@ -10,7 +10,8 @@
  * Threads: any function may be called on any thread, and any number of threads share a view, with
  * no lock. Only a scratch is for one thread at a time: another one gets GLTF_MESHLET_BUSY.
  * Functions with an argument `threads` start so many themselves (0: one per processor; negative
- * ones are refused); it changes no result.
+ * ones are refused); it changes no result, but for values of corrupt bytes that only
+ * gltf_meshlet_validate refuses.
  *
  * Structs with a field `size` begin with it: the caller sets it to sizeof the struct. Later
  * versions append fields, for which 0 has the meaning of the version without them. So a size may be
@@ -80,7 +81,7 @@ enum {
   GLTF_MESHLET_CHOOSE_PREDICTOR = 255 /* the encoder chooses */
 };
 
-enum { GLTF_MESHLET_NORMAL = 0, GLTF_MESHLET_FAST = 1, GLTF_MESHLET_HIGH = 2 }; /* efforts */
+enum { GLTF_MESHLET_NORMAL = 0, GLTF_MESHLET_FAST = 1 }; /* efforts */
 
 typedef struct gltf_meshlet_view gltf_meshlet_view;       /* compressed bytes that are open */
 typedef struct gltf_meshlet_scratch gltf_meshlet_scratch; /* what a thread needs to decode parts */
@@ -171,7 +172,8 @@ GLTF_MESHLET_API int gltf_meshlet_get_stream(const gltf_meshlet_view* view, uint
  * the view's counts behind them: a meshlet has the vertices from its begin to the next one and, in
  * common with earlier meshlets, others. room: of either array, in numbers; more than the view's
  * meshlets. Null arrays are skipped. Triangles are read from tables; vertices cost a part of the
- * decoding, once: a program may keep them with its file. */
+ * decoding, once: a program may keep them with its file. Functions that take them refuse those that
+ * lead outside of the view's arrays; other wrong ones give wrong triangles. */
 GLTF_MESHLET_API int gltf_meshlet_get_begins(const gltf_meshlet_view* view, int32_t threads,
                                              uint32_t* triangle_begins, uint32_t* vertex_begins,
                                              size_t room);
@@ -300,14 +302,11 @@ typedef struct gltf_meshlet_mesh {
 
 typedef struct gltf_meshlet_options { /* 0 is the default of each */
   uint32_t size;
-  uint32_t effort;        /* GLTF_MESHLET_NORMAL, _FAST or _HIGH */
+  uint32_t effort;        /* GLTF_MESHLET_NORMAL or _FAST */
   uint32_t max_triangles; /* of a meshlet, 1 to 64 */
   uint32_t max_vertices;  /* of a meshlet, 3 to 64 */
   int32_t threads;
-  float lambda;            /* smaller: flatter meshlets; larger: more compact ones. At most 1000 */
-  float fill;              /* only to measure the paper's Table 1; at most 10 */
-  uint32_t weight_of_choe; /* 1: that of Choe et al.; only to measure the paper's Table 1 */
-  uint32_t separate_seams; /* 1: share nothing across seams; only to measure what sharing gains */
+  float lambda;        /* smaller: flatter meshlets; larger: more compact ones. At most 1000 */
   uint64_t page_bytes; /* 0: one blob, or one for each group of the caller's meshlets; else blobs of
                           at most so many bytes, but of one meshlet (group) at least */
   /* Called on the calling thread with a fraction from 0 to 1. Cancels unless it returns 0. Must

@@ -131,8 +131,9 @@ class EarlierNumbers : public Allocated {
 
   // Before a range: what hostile references may cost is in proportion to its meshlets. Valid ones
   // lead to a vertex's number by a few of them.
-  void begin(const uint32_t* vertex_begins, uint32_t meshlets) {
-    vertex_begins_ = vertex_begins;
+  void begin(const Outputs& out, uint32_t meshlets) {
+    vertex_begins_ = out.vertex_begins;
+    vertex_limit_ = out.vertex_limit;
     steps_ = kStepsOfMeshlet * (uint64_t(meshlets) + 16);
   }
 
@@ -149,8 +150,11 @@ class EarlierNumbers : public Allocated {
       const uint32_t id = edges < d_.reference_length[r]
                               ? d_.loop_vertex[d_.reference_rank[r] + edges]
                               : d_.reference_end[r];
-      if (!(aliases_.mask >> id & 1))
-        return vertex_begins_[place.meshlet] + d_.mask_count(~aliases_.mask & d_.mask_below(id));
+      if (!(aliases_.mask >> id & 1)) {
+        const uint64_t number = uint64_t(vertex_begins_[place.meshlet]) +
+                                d_.mask_count(~aliases_.mask & d_.mask_below(id));
+        return number < vertex_limit_ ? uint32_t(number) : kNone;
+      }
       place = aliases_.of[id];
     }
     return kNone;
@@ -176,7 +180,8 @@ class EarlierNumbers : public Allocated {
 
   SerialDecoder d_{};
   Aliases aliases_;
-  const uint32_t* vertex_begins_ = nullptr;
+  const uint32_t* vertex_begins_ = nullptr;  // of the caller, who may have kept wrong ones
+  uint32_t vertex_limit_ = 0;
   uint64_t steps_ = 0;
   uint32_t connected_ = NO_MESHLET;
 };
@@ -871,7 +876,7 @@ Problem BlobDecoder::decode(uint32_t first, uint32_t count, StreamRange streams,
       !start(first, out.first_vertex, out.vertex_begins))
     return {kNoMemory};
   next_ = NO_MESHLET;
-  if (kBegins && out.vertex_begins && begin_ > 0) earlier_->begin(out.vertex_begins, count);
+  if (kBegins && out.vertex_begins && begin_ > 0) earlier_->begin(out, count);
   load_streams({});
   if (streams.end > stream_count_) streams.end = stream_count_;
   const uint32_t end = first + count, vertices_before = vertices_;

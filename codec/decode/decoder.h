@@ -33,8 +33,10 @@ struct Outputs {
   uint32_t first_vertex = 0;      // is added to vertex numbers; later calls keep it
   // The numbers of the first triangle and of the first new vertex of each meshlet of the blob, and
   // of what follows the last one. With them, numbers and places are those of the whole view
-  // whatever was decoded before, and first_vertex has no meaning.
+  // whatever was decoded before, and first_vertex has no meaning. vertex_limit: of the whole view;
+  // begins that lead to it or beyond are refused.
   const uint32_t *triangle_begins = nullptr, *vertex_begins = nullptr;
+  uint32_t vertex_limit = 0;
   // By vertex number: itself, or an earlier vertex that has its position by a reference. To follow
   // them leads to the first vertex of all that share it.
   uint32_t* shared = nullptr;

@@ -139,6 +139,7 @@ Problem View::decode_range(Decoder& decoder, uint64_t first, uint64_t count, con
   Outputs own = out;
   own.triangle_begins += blob.first_meshlet;
   own.vertex_begins += blob.first_meshlet;
+  own.vertex_limit = uint32_t(vertex_count);
   return located(
       decoder.decode(uint32_t(first - blob.first_meshlet), uint32_t(count), {}, own, counts),
       number);

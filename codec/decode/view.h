@@ -17,7 +17,7 @@ struct Range;
 
 // The blobs of a view. Borrows the bytes. Vertices, triangles and meshlets are numbered on through
 // the blobs. Does not change once it is open: threads share it. `threads` is one per processor if
-// it is 0, and changes no result.
+// it is 0, and changes no result of valid bytes.
 struct View {
   List<ViewBlob> blobs;
   StreamTable

@@ -221,6 +221,19 @@ void test_begins() {
     EXPECT(range(0, all) == GLTF_MESHLET_MALFORMED);
     *begins = good;
   }
+  // Of meshlets before the range, which it only looks up.
+  const std::vector<uint32_t> good = vertices;
+  int refused = 0;
+  for (size_t m = 1; m < all; m++) {
+    for (size_t before = 0; before < m; before++) vertices[before] += 0x40000000u;
+    std::fill(room.triangles.begin(), room.triangles.end(), 0);
+    const int status = range(m, 1);
+    EXPECT(status == GLTF_MESHLET_OK || status == GLTF_MESHLET_MALFORMED);
+    refused += status == GLTF_MESHLET_MALFORMED;
+    for (uint32_t v : room.triangles) EXPECT(status || v < room.counts.vertices);
+    vertices = good;
+  }
+  EXPECT(refused > 0);
   WORKS(range(0, all));
   WORKS(gltf_meshlet_close(view));
 }
@@ -360,12 +373,11 @@ void test_encoding() {
   ENCODE_REFUSES(m.options.threads = -1);
   ENCODE_REFUSES(m.stream.reserved = 1);
   ENCODE_REFUSES(m.ids[3] = 0);  // another position
-  ENCODE_REFUSES(m.options.effort = 3);
+  ENCODE_REFUSES(m.options.effort = 2);
   ENCODE_REFUSES(m.options.max_triangles = 65);
   ENCODE_REFUSES(m.options.max_vertices = 2);
   ENCODE_REFUSES(m.options.lambda = NAN);
   ENCODE_REFUSES(m.options.lambda = -1);
-  ENCODE_REFUSES(m.options.fill = INFINITY);
   ENCODE_REFUSES((m.give_meshlets(), m.order[1] = 0));
   ENCODE_REFUSES((m.give_meshlets(), m.order[1] = 7));
   ENCODE_REFUSES((m.give_meshlets(), m.mesh.disk_begin = nullptr));
@@ -467,6 +479,7 @@ void test_join_vertices() {
   refused_with(&V::elements, static_cast<const uint32_t*>(nullptr));
   refused_with(&V::first_vertices, static_cast<const uint64_t*>(nullptr));
   refused_with(&V::vertex_count, uint64_t(0));
+  EXPECT(std::string(gltf_meshlet_error()) == "there are no vertices");
   refused_with(&V::vertex_count, uint64_t(UINT32_MAX));
   gltf_meshlet_topology topology{};
   topology.size = sizeof topology;

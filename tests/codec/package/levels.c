@@ -85,7 +85,7 @@ static void encode(gltf_meshlet_mesh* mesh) {
   mesh->streams = streams;
   mesh->values = values;
   mesh->stream_count = 2;
-  for (uint32_t effort = 0; effort < 3; effort++) {
+  for (uint32_t effort = 0; effort < 2; effort++) {
     gltf_meshlet_options options = {0};
     gltf_meshlet_result *result, *packed;
     const void* view;
