@@ -28,6 +28,7 @@ from gltf_ext._library import (
     Floats,
     Handle,
     Mesh,
+    MeshletArrays,
     MeshletOptions,
     Result,
     Statistics,
@@ -196,9 +197,11 @@ class Decoder(_View):
         self.buffers = np.empty((MESHLET_TRIANGLES, 3), np.uint8), streams
         self._numbers = (c_uint32 * 3)()  # of a meshlet, of its triangles, of its vertices
         meshlet = ctypes.addressof(self._numbers)
-        arrays = meshlet + 4, address(self.buffers[0]), address(integers)
+        self._arrays_of_one = MeshletArrays(
+            sizes=meshlet + 4, triangles=self.buffers[0], integers=integers
+        )
         handles = self._as_parameter_.value, self._scratch._as_parameter_.value
-        arguments = *handles, meshlet, 1, *arrays
+        arguments = *handles, meshlet, 1, ctypes.addressof(self._arrays_of_one)
         # Converts the arguments once, for a function without types and check: to do it in each call
         # would take a tenth of the time.
         function = library["gltf_meshlet_decode_meshlets"]
@@ -385,7 +388,7 @@ def encode(
     threads: int = 0,
     progress: Callable[[float], object] | None = None,
     page_bytes: int = 0,
-    meshlets: tuple[UInt32s, UInt32s, UInt32s, UInt32s] | None = None,
+    meshlets: tuple[UInt32s, UInt32s | None, UInt32s, UInt32s | None] | None = None,
     effort: str = "normal",
     function: Callable[..., object] = functions.encode,
 ) -> tuple[bytes, dict[str, Any]]:
@@ -396,9 +399,10 @@ def encode(
     0 means the default. progress: called with a fraction from 0 to 1; what it raises cancels.
     page_bytes: 0 for one blob, else pages, blobs of at most so many bytes. meshlets: those of the
     caller, as uint32 arrays (triangles, disk begins, meshlet begins, group begins; each of the
-    begins ends with the number of its items). Pages then hold whole groups in their order; without
-    page_bytes, each holds one. effort: 'fast' or 'normal'. function: gltf_meshlet_encode, or what
-    stands for it (tools/paper_encoder.py).
+    begins ends with the number of its items). Without disk begins, meshlets are any triangles, by
+    begins of those, and are split as need be; without group begins, they are one group. Pages then
+    hold whole groups in their order; without page_bytes, each holds one. effort: 'fast' or
+    'normal'. function: gltf_meshlet_encode, or what stands for it (tools/paper_encoder.py).
 
     Returns (view, statistics): those of describe, and 'generation': {'histogram', 'iterations'}.
     Raises ValueError or TypeError for bad arguments.
@@ -430,13 +434,15 @@ def encode(
     return view, {**_View(view).description(statistics), "generation": generation}
 
 
-def _order(meshlets: tuple[UInt32s, ...], triangle_count: int) -> dict[str, Any]:
+def _order(meshlets: tuple[UInt32s | None, ...], triangle_count: int) -> dict[str, Any]:
     """Return the fields of a mesh for the caller's meshlets. Raises ValueError."""
     names = ("order", "disk_begin", "meshlet_begin", "group_begin")
-    arrays = {name: array_of(part, np.uint32, -1) for name, part in zip(names, meshlets)}
+    given = {name: part for name, part in zip(names, meshlets) if part is not None}
+    arrays = {name: array_of(part, np.uint32, -1) for name, part in given.items()}
     if len(arrays["order"]) != triangle_count:
         raise ValueError("the meshlets do not hold each triangle once")
-    return {**arrays, **{f"{name}_count": len(arrays[name]) for name in names[1:]}}
+    counts = {f"{name}_count": len(arrays[name]) for name in names[1:] if name in arrays}
+    return {**arrays, **counts}
 
 
 def _run(

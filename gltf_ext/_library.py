@@ -26,7 +26,7 @@ _TYPES: dict[str, Any] = dict(zip("buqifzpc45os", (*_NUMBERS, c_void_p, PROGRESS
 FUNCTIONS = """
 close p, get_array pupp, open pzp, get_counts pp, get_blob pup, get_stream puup, validate pi,
 open_scratch p, get_begins pippz, get_statistics pp, decode pip, decode_range ppqqpp,
-decode_meshlets pppzppp, encode pppp,
+decode_meshlets pppzp, encode pppp,
 weld pzzpp, scan_lines pzppzp, triangulate pzpzp, generate pppp, sort_points pzp,
 open_surface puqpfip, measure ppppzpip, get_distances pzppqfipp, get_unpacked_bytes pzp,
 unpack pzipz, pack pzip, join_vertices ppp, get_topology pqqp
@@ -79,9 +79,13 @@ Statistics = _struct(
     "iterations histogram connectivity references streams symbols disks owned private foreign",
 )
 Arrays = _struct(
-    "uqqpppppp",
+    "uqqpppppppppuu",
     "first_vertex triangle_room vertex_room triangles integers values triangle_begins "
-    "vertex_begins shared",
+    "vertex_begins shared attributes bounds triangles_16 attribute_count reserved",
+)
+MeshletArrays = _struct(
+    "uuuppppp",
+    "attribute_count triangle_bytes reserved sizes triangles integers attributes bounds",
 )
 Vertices = _struct(
     "upppppqqqq",
@@ -90,10 +94,10 @@ Vertices = _struct(
 )
 Topology = _struct("uqqq", "reserved vertices boundary_edges islands")
 Mesh = _struct(
-    "upqqppppppppqqq",
+    "upqqppppppppqqqppz",
     "stream_count triangles triangle_count vertex_count position_ids positions streams values "
     "order disk_begin meshlet_begin group_begin disk_begin_count meshlet_begin_count "
-    "group_begin_count",
+    "group_begin_count triangles_16 attributes position_stride",
 )
 MeshletOptions = _struct(
     "uuuifqcp", "effort max_triangles max_vertices threads lambda_ page_bytes progress user"

@@ -27,8 +27,11 @@ SOURCES = (
     "decode/view.cpp",
     "transport/page_unpacker.cpp",
     "transport/unpack.cpp",
+    "levels/tables.cpp",
+    "levels/cut.cpp",
     "c/objects.cpp",
     "c/decode.cpp",
+    "c/levels.cpp",
 )
 INCLUDE = re.compile(r'^#include "([^"]+)"')
 # An unnamed namespace around the codec's: the object file defines no symbol of it, which could

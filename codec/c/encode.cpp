@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "c/objects.h"
+#include "c/plain_mesh.h"
 #include "common/array.h"
 #include "common/curve.h"
 #include "common/polygons.h"
@@ -10,6 +11,7 @@
 #include "common/weld.h"
 #include "encode/pages.h"
 #include "lod/group_meshlets.h"
+#include "lod/split_meshlets.h"
 #include "lod/replacement_errors.h"
 #include "segment/check_meshlets.h"
 #include "transport/transport.h"
@@ -51,11 +53,6 @@ struct Result : Object {
     arrays.push_back({kept, kept->data(), kept->size() * sizeof(typename Vector::value_type)});
   }
 };
-
-// Throws unless a caller's argument is fit.
-void require(bool fit, const char* problem) {
-  if (!fit) throw std::invalid_argument(problem);
-}
 
 template <class T>
 T taken(const T* from) {
@@ -178,6 +175,27 @@ gltf_meshlet_options known(const gltf_meshlet_options* options) {
   return options ? taken(options) : gltf_meshlet_options{};
 }
 
+// Sets the caller's meshlets and returns the begins of their groups.
+std::vector<uint32_t> given_meshlets(const gltf_meshlet_mesh& m, const MeshView& mesh,
+                                     const EncodeOptions& options, Meshlets& given) {
+  std::vector<uint32_t> groups = vector_of(m.group_begin, m.group_begin_count);
+  std::vector<uint32_t> begin = vector_of(m.meshlet_begin, m.meshlet_begin_count);
+  if (!m.group_begin && !begin.empty()) groups = {0, uint32_t(begin.size() - 1)};
+  if (m.disk_begin) {
+    given.triangles = vector_of(m.order, m.triangle_count);
+    given.disk_begin = vector_of(m.disk_begin, m.disk_begin_count);
+    given.meshlet_begin = std::move(begin);
+    return groups;
+  }
+  require(m.disk_begin_count == 0, kNull);
+  GroupMeshlets split = split_meshlets(mesh, vector_of(m.order, m.triangle_count), begin, options);
+  require(are_begins(groups, split.group_begin.size() - 1),
+          "the groups' begins do not increase from 0 to the last meshlet");
+  for (uint32_t& group : groups) group = split.group_begin[group];
+  static_cast<MeshletList&>(given) = std::move(split);
+  return groups;
+}
+
 std::vector<uint8_t> encode_view(const gltf_meshlet_mesh& m, const EncodeOptions& all,
                                  size_t page_bytes, EncoderStats& stats) {
   const MeshView mesh = mesh_of(m, m.triangles, m.triangle_count);
@@ -188,11 +206,8 @@ std::vector<uint8_t> encode_view(const gltf_meshlet_mesh& m, const EncodeOptions
   std::vector<Bytes> blobs;
   if (m.order) {
     Meshlets given;
-    given.triangles = vector_of(m.order, m.triangle_count);
-    given.disk_begin = vector_of(m.disk_begin, m.disk_begin_count);
-    given.meshlet_begin = vector_of(m.meshlet_begin, m.meshlet_begin_count);
-    blobs = encode_given(mesh, given, vector_of(m.group_begin, m.group_begin_count), streams,
-                         values, all, page_bytes, stats);
+    const std::vector<uint32_t> groups = given_meshlets(m, mesh, all, given);
+    blobs = encode_given(mesh, given, groups, streams, values, all, page_bytes, stats);
   } else {
     blobs = encode_pages(mesh, streams, values, all, page_bytes, stats);
   }
@@ -207,7 +222,7 @@ int encode_to_result(const gltf_meshlet_mesh* mesh, const EncodeOptions& options
   require(result, kNull);
   require(!statistics || has_size(statistics), kWrongSize);
   EncoderStats stats;
-  Bytes view = encode_view(taken(mesh), options, page_bytes, stats);
+  Bytes view = encode_view(PlainMesh(taken(mesh)).m, options, page_bytes, stats);
   gltf_meshlet_statistics found{};
   found.iterations = stats.iterations;
   std::copy(stats.histogram, stats.histogram + 4, found.histogram);

@@ -87,6 +87,7 @@ typedef struct gltf_meshlet_view gltf_meshlet_view;       /* compressed bytes th
 typedef struct gltf_meshlet_scratch gltf_meshlet_scratch; /* what a thread needs to decode parts */
 typedef struct gltf_meshlet_result gltf_meshlet_result;   /* arrays whose size a function finds */
 typedef struct gltf_meshlet_surface gltf_meshlet_surface; /* level 0, to measure other levels */
+typedef struct gltf_meshlet_levels gltf_meshlet_levels;   /* tables of levels that are open */
 
 /* ---- The library, all objects ---- */
 
@@ -186,6 +187,35 @@ GLTF_MESHLET_API int gltf_meshlet_get_statistics(const gltf_meshlet_view* view,
  * that other functions may accept. */
 GLTF_MESHLET_API int gltf_meshlet_validate(const gltf_meshlet_view* view, int32_t threads);
 
+/* gltf_meshlet_attribute.format, of each component. */
+enum {
+  GLTF_MESHLET_F32 = 0, /* the value: that of gltf_meshlet_arrays.values as a float */
+  GLTF_MESHLET_F16 = 1, /* the nearest half, ties to even */
+  GLTF_MESHLET_SNORM8 = 2,
+  GLTF_MESHLET_UNORM8 = 3,  /* normalised: the nearest integer of the value, which is cut off at */
+  GLTF_MESHLET_SNORM16 = 4, /* -1 or 0 and 1, times 127, 255, 32767 or 65535 */
+  GLTF_MESHLET_UNORM16 = 5,
+  GLTF_MESHLET_U8 = 6,  /* the integer of the stream, whose bits must fit: for joints, and to */
+  GLTF_MESHLET_U16 = 7, /* dequantise positions, normals and others on the GPU */
+  GLTF_MESHLET_U32 = 8
+};
+
+/* A stream in the caller's layout: vertex v at data + stride * v, one component after the other,
+ * three of OCT values, else as many as the stream has elements. Other bytes are left as they are.
+ */
+typedef struct gltf_meshlet_attribute {
+  uint32_t stream, format;
+  void* data;
+  size_t stride; /* in bytes; 0: the components follow on */
+} gltf_meshlet_attribute;
+
+/* A sphere around a meshlet, and a cone around its normals, which point to where triangles run
+ * anticlockwise. Seen from `eye` it shows only backs, if dot(centre - eye, axis) >= cutoff *
+ * length(centre - eye) + radius; cutoff 1: never. In units of stream 0, which has 3 elements. */
+typedef struct gltf_meshlet_bounds {
+  float centre[3], radius, axis[3], cutoff;
+} gltf_meshlet_bounds;
+
 /* Arrays of the caller, to decode to. `integers` and `values` may be null; if not, they have an
  * array for each stream of the view, which may be null, too. */
 typedef struct gltf_meshlet_arrays {
@@ -201,6 +231,11 @@ typedef struct gltf_meshlet_arrays {
                                                       to arrays of the view; or null */
   uint32_t* shared; /* null, or for gltf_meshlet_join_vertices: per vertex, itself or an earlier one
                        that has its position by a reference. Only gltf_meshlet_decode writes it */
+  const gltf_meshlet_attribute* attributes; /* or null; at most 64 */
+  gltf_meshlet_bounds* bounds;              /* null, or for each meshlet: of the view, with begins
+                                               or gltf_meshlet_decode, else of the range */
+  uint16_t* triangles_16; /* in place of `triangles`, for at most 2^16 vertices; or null */
+  uint32_t attribute_count, reserved;
 } gltf_meshlet_arrays;
 
 /* Decodes everything; needs room for the view's triangles and vertices. Threads share out the
@@ -225,16 +260,24 @@ GLTF_MESHLET_API int gltf_meshlet_decode_range(const gltf_meshlet_view* view,
                                                uint64_t count, const gltf_meshlet_arrays* arrays,
                                                uint32_t* sizes);
 
-/* Decodes `count` meshlets alone, in any order. Null arrays are skipped. scratch: as above.
- * sizes: 2 for each meshlet, its number of triangles and of vertices.
- * triangles: room for 64 x 3 for each meshlet; local vertex numbers, below 64.
- * integers: room for 64 x (sum of all streams' elements) for each meshlet: 64 x elements of stream
- * 0, of which its vertices x elements are written; then those of stream 1, and so on. */
+/* Arrays for single meshlets, the i-th of a call at i times its room. Null ones are skipped. */
+typedef struct gltf_meshlet_meshlet_arrays {
+  uint32_t size, attribute_count;
+  uint32_t triangle_bytes; /* 3, or 0; or 4, the last of which becomes 0 */
+  uint32_t reserved;
+  uint32_t* sizes;    /* 2 for each meshlet: its numbers of triangles and of vertices */
+  uint8_t* triangles; /* room for 64; local vertex numbers, below 64 */
+  uint32_t* integers; /* room for 64 x (sum of all streams' elements): 64 x elements of stream 0, of
+                         which its vertices x elements are written; then those of stream 1, .. */
+  const gltf_meshlet_attribute* attributes; /* vertex v at data + stride * (64 * i + v) */
+  gltf_meshlet_bounds* bounds;
+} gltf_meshlet_meshlet_arrays;
+
+/* Decodes `count` meshlets alone, in any order. scratch: as above. */
 GLTF_MESHLET_API int gltf_meshlet_decode_meshlets(const gltf_meshlet_view* view,
                                                   gltf_meshlet_scratch* scratch,
                                                   const uint32_t* meshlets, size_t count,
-                                                  uint32_t* sizes, uint8_t* triangles,
-                                                  uint32_t* integers);
+                                                  const gltf_meshlet_meshlet_arrays* arrays);
 
 #ifndef GLTF_MESHLET_DECODER_ONLY
 /* What gltf_meshlet_decode wrote, to find the source's vertices. */
@@ -281,6 +324,123 @@ GLTF_MESHLET_API int gltf_meshlet_get_unpacked_bytes(const void* packed, size_t 
 GLTF_MESHLET_API int gltf_meshlet_unpack(const void* packed, size_t size, int32_t threads,
                                          void* view, size_t room);
 
+typedef struct gltf_meshlet_packed_page {
+  uint64_t offset;       /* of the stored bytes, in the packed view */
+  uint32_t stored_bytes; /* equal to page_bytes: it is not packed */
+  uint32_t page_bytes;
+} gltf_meshlet_packed_page;
+
+/* Reads the page table, which is at the beginning of a packed view: head_bytes of its view_bytes,
+ * at least 4 and 8 for each page. Writes the pages, unless they are null, and how many there are.
+ * room: of `pages`. */
+GLTF_MESHLET_API int gltf_meshlet_get_packed_pages(const void* head, size_t head_bytes,
+                                                   uint64_t view_bytes,
+                                                   gltf_meshlet_packed_page* pages, size_t room,
+                                                   size_t* count);
+
+/* Unpacks one page, of which `stored` are the stored bytes, to page_bytes. It is a view of one
+ * blob, which open or validate are still to check. scratch: null takes one for this call. */
+GLTF_MESHLET_API int gltf_meshlet_unpack_page(gltf_meshlet_scratch* scratch, const void* stored,
+                                              size_t stored_bytes, void* page, size_t page_bytes);
+
+/* ---- Levels of detail: EXT_meshlet_lod ----
+ * The program reads bytes by itself: tables, then pages as cuts ask for them. */
+
+/* The tables of one primitive: their buffer view, whole or a prefix, and counts of the extension's
+ * object. */
+typedef struct gltf_meshlet_tables {
+  uint32_t size;
+  uint32_t page_count, coarse_page_count, group_count, run_count;
+  uint32_t root_page_count; /* 0 if the object has none */
+  const void* bytes;        /* all, or the first ones: pages, then the groups of whole pages */
+  const void* runs;         /* null if `bytes` are all; else the first runs, of these groups */
+  uint64_t byte_count, run_bytes;
+} gltf_meshlet_tables;
+
+typedef struct gltf_meshlet_level_counts {
+  uint32_t size;
+  uint32_t pages, coarse_pages, root_pages; /* root pages are the first ones, and always needed */
+  uint32_t groups, known_groups;            /* fewer are known from a prefix */
+  uint64_t most_draws;                      /* of a cut */
+} gltf_meshlet_level_counts;
+
+/* A page: one blob, in the view of the object's `pages`, or in that of level 0. */
+typedef struct gltf_meshlet_level_page {
+  uint32_t size, bytes;
+  uint64_t offset;   /* in its view; of a packed view, in the unpacked one */
+  uint32_t is_fine;  /* 1: of level 0 */
+  uint32_t is_known; /* 0: its groups are not in the prefix, and its meshlets are not known */
+  uint32_t triangles, vertices, meshlets;
+  uint32_t first_group, groups;
+} gltf_meshlet_level_page;
+
+typedef struct gltf_meshlet_group {
+  uint32_t size;
+  float centre[3], radius; /* a sphere around all that the group replaces or that replaces it */
+  float error;             /* of its replacement; infinite for a top group */
+  uint32_t page, first_meshlet, meshlets;
+} gltf_meshlet_group;
+
+/* Copies the tables and checks all that the specification demands of them. */
+GLTF_MESHLET_API int gltf_meshlet_open_levels(const gltf_meshlet_tables* tables,
+                                              gltf_meshlet_levels** levels);
+
+GLTF_MESHLET_API int gltf_meshlet_get_level_counts(const gltf_meshlet_levels* levels,
+                                                   gltf_meshlet_level_counts* counts);
+GLTF_MESHLET_API int gltf_meshlet_get_level_page(const gltf_meshlet_levels* levels, uint32_t page,
+                                                 gltf_meshlet_level_page* out);
+GLTF_MESHLET_API int gltf_meshlet_get_group(const gltf_meshlet_levels* levels, uint32_t group,
+                                            gltf_meshlet_group* out);
+
+/* Fails unless the view is that page by its counts, and has the streams of `other`, which is null
+ * or any view of the primitive. Call it before the page counts as resident. */
+GLTF_MESHLET_API int gltf_meshlet_check_page(const gltf_meshlet_levels* levels, uint32_t page,
+                                             const gltf_meshlet_view* view,
+                                             const gltf_meshlet_view* other);
+
+/* Meshlets [first_meshlet, first_meshlet + meshlets) of a page, of one group. */
+typedef struct gltf_meshlet_draw {
+  uint32_t page, first_meshlet, meshlets, group;
+} gltf_meshlet_draw;
+
+/* A cut for one instance: the camera, and arrays of the caller. */
+typedef struct gltf_meshlet_cut {
+  uint32_t size;
+  uint32_t is_orthographic; /* 1: eye and least_distance have no meaning */
+  double eye[3];
+  double pixels_per_unit;  /* of a unit at distance one: height / (2 tan(vertical angle / 2)); if it
+                              is orthographic, at any distance. 1: `threshold` is in units */
+  double threshold;        /* pixels: groups of larger errors are not replaced */
+  double least_distance;   /* to the sphere of a group; 0: a millionth of that to its centre */
+  const double* matrix;    /* null, or 16 numbers, column by column: from POSITION to the eye's
+                              coordinates */
+  const uint8_t* resident; /* per page: 0 if it is not in memory; null: all are */
+  uint8_t* active;         /* per known group: becomes 1 or 0 */
+  float* urgency;          /* null, or per page: the largest error in pixels of its needed groups is
+                              put there if it is larger than what is there; infinite for root pages.
+                              Set to 0 before the first instance of a frame */
+  gltf_meshlet_draw* draws; /* null, or what to draw */
+  uint64_t draw_room;       /* at least most_draws */
+  /* Results. */
+  uint64_t draw_count;
+  double error;           /* of the cut, in pixels; more than the threshold while pages lack */
+  uint32_t groups_needed; /* more than known_groups: a longer prefix may give a finer cut */
+  uint32_t reserved;
+} gltf_meshlet_cut;
+
+/* Makes a cut by the rule of the specification: level 0 with whole groups replaced, without cracks,
+ * for any pages that are resident. Draws nothing unless all root pages are. Takes no memory. */
+GLTF_MESHLET_API int gltf_meshlet_make_cut(const gltf_meshlet_levels* levels,
+                                           gltf_meshlet_cut* cut);
+
+/* Writes the numbers of all pages with an urgency above 0 to `order`, the most urgent first, and
+ * how many these are; and how many of the first ones have at most `budget` bytes together: load or
+ * keep those. bytes: of each page, in whatever form they count. For several primitives their arrays
+ * follow on one another. Takes no memory. */
+GLTF_MESHLET_API int gltf_meshlet_rank_pages(const float* urgency, const uint32_t* bytes,
+                                             size_t count, uint64_t budget, uint32_t* order,
+                                             size_t* needed, size_t* affordable);
+
 #ifndef GLTF_MESHLET_DECODER_ONLY
 /* ---- The encoder. The same input and options give the same bytes on any machine. ---- */
 
@@ -288,16 +448,26 @@ typedef struct gltf_meshlet_mesh {
   uint32_t size, stream_count;
   const uint32_t* triangles; /* three different vertex numbers each */
   uint64_t triangle_count, vertex_count;
-  const uint32_t* position_ids; /* per vertex, below vertex_count, equal where positions are */
-  const float* positions;       /* three finite floats per vertex */
+  const uint32_t* position_ids; /* per vertex, below vertex_count, equal where positions are; null:
+                                   where the integers of stream 0 are */
+  const float* positions;       /* three finite floats per vertex; null: the values of stream 0,
+                                   which is a GRID of three elements */
   const gltf_meshlet_stream* streams; /* stream 0 is the position */
   const uint32_t* const* values;      /* per stream: vertices x elements integers below 2^bits */
   /* Meshlets of the caller; null, and counts of 0, to have them made. Order: all triangles. Disk d
    * is order[disk_begin[d]] .. order[disk_begin[d + 1]]; likewise meshlets of disks and groups of
    * meshlets. Begins start with 0 and end with the number of what they divide; the counts are
-   * those of the begins, one more than of disks, meshlets, groups. */
+   * those of the begins, one more than of disks, meshlets, groups.
+   * Without disk_begin, meshlet m is order[meshlet_begin[m]] .. order[meshlet_begin[m + 1]]: any
+   * triangles, which are cut into disks, and into several meshlets if they are too many for one.
+   * Without group_begin, all are one group. */
   const uint32_t *order, *disk_begin, *meshlet_begin, *group_begin;
   uint64_t disk_begin_count, meshlet_begin_count, group_begin_count;
+  const uint16_t* triangles_16; /* in place of `triangles`, or null */
+  /* In place of `values`, or null: per stream, its integers in the caller's layout, in one of the
+   * formats _U8, _U16, _U32. They are only read. */
+  const gltf_meshlet_attribute* attributes;
+  size_t position_stride; /* in bytes; 0: 12 */
 } gltf_meshlet_mesh;
 
 typedef struct gltf_meshlet_options { /* 0 is the default of each */

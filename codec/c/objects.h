@@ -21,7 +21,8 @@ class Object : public Allocated {
     kView = 0x6D760001,
     kScratch = 0x6D760002,
     kResult = 0x6D760003,
-    kSurface = 0x6D760004
+    kSurface = 0x6D760004,
+    kLevels = 0x6D760005
   };
 
   explicit Object(Kind kind) : kind_(kind) {}
@@ -29,7 +30,7 @@ class Object : public Allocated {
   Object(const Object&) = delete;
 
   bool is(Kind kind) const { return kind_ == kind; }
-  bool is_open() const { return kind_ >= Kind::kView && kind_ <= Kind::kSurface; }
+  bool is_open() const { return kind_ >= Kind::kView && kind_ <= Kind::kLevels; }
 
  private:
   Kind kind_;

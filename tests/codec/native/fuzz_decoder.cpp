@@ -183,9 +183,18 @@ void decode_meshlets(const View& view) {
   std::vector<uint32_t> integers(64 * elements);
   uint8_t triangles[3 * 64];
   uint32_t sizes[2];
+  float positions[4 * 64];
+  gltf_meshlet_bounds bounds;
+  const gltf_meshlet_attribute position = {0, GLTF_MESHLET_F32, positions, 0};
+  auto arrays = sized<gltf_meshlet_meshlet_arrays>();
+  arrays.sizes = sizes;
+  arrays.triangles = triangles;
+  arrays.integers = integers.data();
+  arrays.attributes = &position;
+  arrays.attribute_count = 1;
+  if (view.streams[0].elements == 3) arrays.bounds = &bounds;
   for (uint32_t m = uint32_t(view.counts.meshlets); m-- > 0;)
-    if (valid(gltf_meshlet_decode_meshlets(view.view, scratch.scratch, &m, 1, sizes, triangles,
-                                           integers.data())))
+    if (valid(gltf_meshlet_decode_meshlets(view.view, scratch.scratch, &m, 1, &arrays)))
       for (uint32_t i = 0; i < 3 * sizes[0]; i++)
         expect(triangles[i] < sizes[1], "a meshlet names a vertex that does not exist");
 }

@@ -101,7 +101,12 @@ static void decode_each(FILE* out, gltf_meshlet_view* view, const model* m) {
   for (uint32_t i = 0; i < m->counts.meshlets; i++) {
     uint8_t local[3 * GLTF_MESHLET_TRIANGLES];
     uint32_t sizes[2];
-    const int status = gltf_meshlet_decode_meshlets(view, NULL, &i, 1, sizes, local, integers);
+    gltf_meshlet_meshlet_arrays arrays = {0};
+    arrays.size = sizeof arrays;
+    arrays.sizes = sizes;
+    arrays.triangles = local;
+    arrays.integers = integers;
+    const int status = gltf_meshlet_decode_meshlets(view, NULL, &i, 1, &arrays);
     if (!succeeded(out, "meshlet", status)) continue;
     put(out, "sizes", sizes, sizeof sizes);
     put(out, "local", local, 3 * (size_t)sizes[0]);
