@@ -1,4 +1,4 @@
-"""The native codec of EXT_meshlet_edgebreaker: codec/c/gltf_meshlet.h with numpy arrays.
+"""The native codec of EXT_meshlet_edgebreaker: codec/c with numpy arrays.
 
 Functions that take a blob raise ValueError, with one sentence, if it is malformed. Calls release
 the interpreter's lock. `threads`: 0 means one per processor.
@@ -22,7 +22,6 @@ from gltf_ext._library import BLOB_MAX_STREAMS as BLOB_MAX_STREAMS
 from gltf_ext._library import (
     PROGRESS,
     Arrays,
-    Blob,
     Cancelled,
     Counts,
     Floats,
@@ -30,6 +29,7 @@ from gltf_ext._library import (
     Mesh,
     MeshletArrays,
     MeshletOptions,
+    Page,
     Result,
     Statistics,
     StreamRow,
@@ -114,9 +114,9 @@ class _View(Handle):
         return streams
 
     def blobs(self) -> list[Struct]:
-        blobs = [Blob() for _ in range(self._counts.blobs)]
+        blobs = [Page() for _ in range(self._counts.pages)]
         for b, blob in enumerate(blobs):
-            functions.get_blob(self, b, blob)
+            functions.get_page(self, b, blob)
         return blobs
 
     def decode(self, threads: int, as_values: bool) -> tuple[UInt32s, list[NDArray[Any]]]:
@@ -153,7 +153,7 @@ class _View(Handle):
         """Return the result of `describe` for these Statistics."""
         bits = {"connectivity": s.connectivity, "references": s.references}
         return {
-            "blobs": self._counts.blobs,
+            "blobs": self._counts.pages,
             "triangles": self.triangle_count,
             "vertices": self.vertex_count,
             "meshlets": self.meshlet_count,
@@ -169,7 +169,7 @@ class Header(_View):
 
     def __init__(self, blob: Bytes) -> None:
         super().__init__(blob)
-        if self._counts.blobs > 1:
+        if self._counts.pages > 1:
             raise ValueError("the header's byte length is not the blob's")
         begins = np.empty(self.meshlet_count + 1, np.uint32)
         functions.get_begins(self, 1, begins.ctypes, None, len(begins))
@@ -390,7 +390,7 @@ def encode(
     page_bytes: int = 0,
     meshlets: tuple[UInt32s, UInt32s | None, UInt32s, UInt32s | None] | None = None,
     effort: str = "normal",
-    function: Callable[..., object] = functions.encode,
+    function: Callable[..., object] = functions.encode_described,
 ) -> tuple[bytes, dict[str, Any]]:
     """Encode one primitive.
 
@@ -402,7 +402,7 @@ def encode(
     begins ends with the number of its items). Without disk begins, meshlets are any triangles, by
     begins of those, and are split as need be; without group begins, they are one group. Pages then
     hold whole groups in their order; without page_bytes, each holds one. effort: 'fast' or
-    'normal'. function: gltf_meshlet_encode, or what stands for it (tools/paper_encoder.py).
+    'normal'. function: gltf_meshlet_encode_described, or another (tools/paper_encoder.py).
 
     Returns (view, statistics): those of describe, and 'generation': {'histogram', 'iterations'}.
     Raises ValueError or TypeError for bad arguments.

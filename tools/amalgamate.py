@@ -23,7 +23,6 @@ SOURCES = (
     "decode/memory.cpp",
     "decode/bulk_decoder.cpp",
     "decode/decoder.cpp",
-    "decode/bit_statistics.cpp",
     "decode/view.cpp",
     "transport/page_unpacker.cpp",
     "transport/unpack.cpp",

@@ -153,17 +153,6 @@ int decode_alone(const View& view, Decoder& decoder, uint64_t first, uint64_t co
 
 }  // namespace
 
-void copy_statistics(const BitStatistics& from, gltf_meshlet_statistics& to) {
-  to.connectivity_bits = from.connectivity;
-  to.reference_bits = from.references;
-  std::copy(from.streams, from.streams + BLOB_MAX_STREAMS, to.stream_bits);
-  std::copy(from.symbols, from.symbols + 5, to.symbols);
-  to.disks = from.disks;
-  to.owned_references = from.owned_references;
-  to.private_references = from.private_references;
-  to.foreign_references = from.foreign_references;
-}
-
 }  // namespace gltf_meshlet_codec
 
 using namespace gltf_meshlet_codec;
@@ -202,10 +191,10 @@ int gltf_meshlet_get_counts(const gltf_meshlet_view* view, gltf_meshlet_counts* 
   });
 }
 
-int gltf_meshlet_get_blob(const gltf_meshlet_view* view, uint32_t blob, gltf_meshlet_blob* out) {
+int gltf_meshlet_get_page(const gltf_meshlet_view* view, uint32_t page, gltf_meshlet_page* out) {
   return with<const OpenView>(view, [&](const OpenView& open) {
-    if (blob >= open.view.blobs.size()) return no_such("there is no such blob");
-    const ViewBlob& b = open.view.blobs[blob];
+    if (page >= open.view.blobs.size()) return no_such("there is no such page");
+    const ViewBlob& b = open.view.blobs[page];
     return give(
         {0, b.data_offset, uint64_t(b.data - open.view.blobs[0].data), b.size, b.triangle_count,
          b.vertex_count, b.meshlet_count, b.first_triangle, b.first_vertex, b.first_meshlet},
@@ -213,13 +202,13 @@ int gltf_meshlet_get_blob(const gltf_meshlet_view* view, uint32_t blob, gltf_mes
   });
 }
 
-int gltf_meshlet_get_stream(const gltf_meshlet_view* view, uint32_t blob, uint32_t stream,
+int gltf_meshlet_get_stream(const gltf_meshlet_view* view, uint32_t page, uint32_t stream,
                             gltf_meshlet_stream* out) {
   return with<const OpenView>(view, [&](const OpenView& open) {
     if (!out) return bad_argument(kNull);
-    if (blob >= open.view.blobs.size() || stream >= open.view.streams.size())
+    if (page >= open.view.blobs.size() || stream >= open.view.streams.size())
       return no_such("there is no such stream");
-    const Stream s = read_stream(open.view.blobs[blob].data, stream);
+    const Stream s = read_stream(open.view.blobs[page].data, stream);
     *out = {s.kind,          s.elements,    s.bits, s.predictor, s.chain_base,
             s.interior_base, s.anchor_base, 0,      s.step,      {}};
     std::copy(s.offset, s.offset + STREAM_MAX_ELEMENTS, out->offset);
@@ -233,20 +222,6 @@ int gltf_meshlet_get_begins(const gltf_meshlet_view* view, int32_t threads,
     if (threads < 0) return bad_argument(kThreads);
     if (room <= open.view.meshlet_count) return bad_argument(kRoom);
     return status_of(open.view.list_begins(thread_count(threads), triangle_begins, vertex_begins));
-  });
-}
-
-int gltf_meshlet_get_statistics(const gltf_meshlet_view* view, gltf_meshlet_statistics* out) {
-  return with<const OpenView>(view, [&](const OpenView& open) {
-    BitStatistics bits, one;
-    for (size_t b = 0; b < open.view.blobs.size(); b++) {
-      if (const Problem p = count_bits(open.view.blobs[b].data, open.view.blobs[b].size, one))
-        return fail(open.view.located(p, b));
-      bits.add(one);
-    }
-    gltf_meshlet_statistics found{};
-    copy_statistics(bits, found);
-    return give(found, out);
   });
 }
 
@@ -288,7 +263,7 @@ int gltf_meshlet_decode_range(const gltf_meshlet_view* view, gltf_meshlet_scratc
     const size_t number = open.view.blob_of_meshlet(first);
     const ViewBlob& blob = open.view.blobs[number];
     if (count > blob.meshlet_count - (first - blob.first_meshlet))
-      return no_such("the blob has fewer meshlets");
+      return no_such("the page has fewer meshlets");
     Decoder* const decoder = s.decoder_at(open, number);
     if (!decoder) return fail({kNoMemory});
     DecodedCounts decoded;

@@ -4,6 +4,7 @@
 
 #include "c/objects.h"
 #include "c/plain_mesh.h"
+#include "c/statistics.h"
 #include "common/array.h"
 #include "common/curve.h"
 #include "common/polygons.h"
@@ -153,12 +154,12 @@ VertexValues values_of(const gltf_meshlet_mesh& m, const std::vector<Stream>& st
 
 EncodeOptions options_of(const gltf_meshlet_options& o) {
   EncodeOptions out;
-  require(o.effort <= GLTF_MESHLET_FAST, "the effort is unknown");
+  require(o.effort <= GLTF_MESHLET_EFFORT_FAST, "the effort is unknown");
   require(o.max_triangles <= MESHLET_TRIANGLES && o.max_vertices <= MESHLET_VERTICES &&
               (o.max_vertices >= 3 || o.max_vertices == 0),
           "a meshlet holds 1 to 64 triangles and 3 to 64 vertices");
   require(o.lambda >= 0 && o.lambda <= 1000, "lambda is above 1000 or below 0");
-  out.effort = o.effort == GLTF_MESHLET_FAST ? Effort::kFast : Effort::kNormal;
+  out.effort = o.effort == GLTF_MESHLET_EFFORT_FAST ? Effort::kFast : Effort::kNormal;
   if (o.max_triangles) out.max_triangles = int(o.max_triangles);
   if (o.max_vertices) out.max_vertices = int(o.max_vertices);
   if (o.lambda > 0) out.lambda = o.lambda;
@@ -282,7 +283,14 @@ int gltf_meshlet_get_array(const gltf_meshlet_result* result, uint32_t array, co
 }
 
 int gltf_meshlet_encode(const gltf_meshlet_mesh* mesh, const gltf_meshlet_options* options,
-                        gltf_meshlet_statistics* statistics, gltf_meshlet_result** result) {
+                        gltf_meshlet_result** result) {
+  return gltf_meshlet_encode_described(mesh, options, nullptr, result);
+}
+
+int gltf_meshlet_encode_described(const gltf_meshlet_mesh* mesh,
+                                  const gltf_meshlet_options* options,
+                                  gltf_meshlet_statistics* statistics,
+                                  gltf_meshlet_result** result) {
   if (result) *result = nullptr;
   return guarded([&] {
     const gltf_meshlet_options all = known(options);

@@ -7,11 +7,11 @@
  * Errors: no function throws or aborts, without memory either. Each returns a status; unless it is
  * GLTF_MESHLET_OK, gltf_meshlet_error() is one sentence, and results are unspecified.
  *
- * Threads: any function may be called on any thread, and any number of threads share a view, with
- * no lock. Only a scratch is for one thread at a time: another one gets GLTF_MESHLET_BUSY.
- * Functions with an argument `threads` start so many themselves (0: one per processor; negative
- * ones are refused); it changes no result, but for values of corrupt bytes that only
- * gltf_meshlet_validate refuses.
+ * Threads: any function may be called on any thread, and any number of threads share a view, or
+ * levels, with no lock. Only a scratch is for one thread at a time: another one gets
+ * GLTF_MESHLET_BUSY. Functions with an argument `threads` start so many themselves (0: one per
+ * processor; negative ones are refused); it changes no result, but for values of corrupt bytes that
+ * only gltf_meshlet_validate refuses.
  *
  * Structs with a field `size` begin with it: the caller sets it to sizeof the struct. Later
  * versions append fields, for which 0 has the meaning of the version without them. So a size may be
@@ -45,7 +45,7 @@ enum {
   GLTF_MESHLET_OK = 0,
   GLTF_MESHLET_MALFORMED = 1, /* the bytes break a rule of the format */
   GLTF_MESHLET_ARGUMENT = 2,  /* a mistake of the caller */
-  GLTF_MESHLET_NUMBER = 3,    /* there is no meshlet, blob, stream or array of this number */
+  GLTF_MESHLET_NUMBER = 3,    /* there is no meshlet, page, stream or array of this number */
   GLTF_MESHLET_BUSY = 4,      /* another thread decodes with this scratch */
   GLTF_MESHLET_LIMIT = 5,     /* beyond a limit of the format */
   GLTF_MESHLET_MEMORY = 6,
@@ -81,12 +81,11 @@ enum {
   GLTF_MESHLET_CHOOSE_PREDICTOR = 255 /* the encoder chooses */
 };
 
-enum { GLTF_MESHLET_NORMAL = 0, GLTF_MESHLET_FAST = 1 }; /* efforts */
+enum { GLTF_MESHLET_EFFORT_NORMAL = 0, GLTF_MESHLET_EFFORT_FAST = 1 };
 
 typedef struct gltf_meshlet_view gltf_meshlet_view;       /* compressed bytes that are open */
 typedef struct gltf_meshlet_scratch gltf_meshlet_scratch; /* what a thread needs to decode parts */
 typedef struct gltf_meshlet_result gltf_meshlet_result;   /* arrays whose size a function finds */
-typedef struct gltf_meshlet_surface gltf_meshlet_surface; /* level 0, to measure other levels */
 typedef struct gltf_meshlet_levels gltf_meshlet_levels;   /* tables of levels that are open */
 
 /* ---- The library, all objects ---- */
@@ -118,39 +117,30 @@ GLTF_MESHLET_API int gltf_meshlet_close(void* object);
 GLTF_MESHLET_API int gltf_meshlet_get_array(const gltf_meshlet_result* result, uint32_t array,
                                             const void** items, size_t* bytes);
 
-/* ---- Views: what a glTF buffer view holds, one blob or several (pages) ----
- * Triangles, vertices and meshlets are numbered on through the blobs. */
+/* ---- Views: what a glTF buffer view holds, one page or several ----
+ * A page, a blob of the specification, decodes alone. Triangles, vertices and meshlets are numbered
+ * on through the pages. */
 
 typedef struct gltf_meshlet_counts {
-  uint32_t size, blobs, streams;
+  uint32_t size, pages, streams;
   uint32_t
       suspicious; /* 1: headers claim far more than such bytes hold. Validate, then allocate. */
   uint64_t triangles, vertices, meshlets; /* triangles * 3 and vertices are below 2^32 */
 } gltf_meshlet_counts;
 
-typedef struct gltf_meshlet_blob {
+typedef struct gltf_meshlet_page {
   uint32_t size, data_offset;                           /* the latter: bytes of header and tables */
   uint64_t offset, bytes;                               /* in the view */
-  uint64_t triangles, vertices, meshlets;               /* of this blob */
+  uint64_t triangles, vertices, meshlets;               /* of this page */
   uint64_t first_triangle, first_vertex, first_meshlet; /* in the view */
-} gltf_meshlet_blob;
+} gltf_meshlet_page;
 
-/* A row of the stream table, as in the blob. The encoder chooses the three bases. */
+/* A row of the stream table, as in the page. The encoder chooses the three bases. */
 typedef struct gltf_meshlet_stream {
   uint8_t kind, elements, bits; /* elements: integers per vertex, 1 to 4, each of 1 to 32 bits */
   uint8_t predictor, chain_base, interior_base, anchor_base, reserved;
   float step, offset[4];
 } gltf_meshlet_stream;
-
-/* Where the bits of a view go: they sum to 8 * its bytes. */
-typedef struct gltf_meshlet_statistics {
-  uint32_t size;
-  int32_t iterations;    /* rounds of region growing; the encoder's, like the histogram */
-  uint32_t histogram[4]; /* regions of < 32, < 64, < 72 and more triangles, before they are cut */
-  uint64_t connectivity_bits, reference_bits, stream_bits[GLTF_MESHLET_STREAMS];
-  uint64_t symbols[5], disks; /* numbers of C, L, E, R, S, and of disks */
-  uint64_t owned_references, private_references, foreign_references;
-} gltf_meshlet_statistics;
 
 /* Opens bytes and borrows them. Checks headers and tables, so that counts are true of the tables;
  * takes memory in proportion to the bytes. A view does not change once it is open. */
@@ -162,11 +152,11 @@ GLTF_MESHLET_API int gltf_meshlet_open_scratch(gltf_meshlet_scratch** scratch);
 
 GLTF_MESHLET_API int gltf_meshlet_get_counts(const gltf_meshlet_view* view,
                                              gltf_meshlet_counts* counts);
-GLTF_MESHLET_API int gltf_meshlet_get_blob(const gltf_meshlet_view* view, uint32_t blob,
-                                           gltf_meshlet_blob* out);
+GLTF_MESHLET_API int gltf_meshlet_get_page(const gltf_meshlet_view* view, uint32_t page,
+                                           gltf_meshlet_page* out);
 
-/* Blobs of a view differ only in their streams' predictors and bases. */
-GLTF_MESHLET_API int gltf_meshlet_get_stream(const gltf_meshlet_view* view, uint32_t blob,
+/* Pages of a view differ only in their streams' predictors and bases. */
+GLTF_MESHLET_API int gltf_meshlet_get_stream(const gltf_meshlet_view* view, uint32_t page,
                                              uint32_t stream, gltf_meshlet_stream* out);
 
 /* Writes the numbers of the first triangle and of the first vertex of each meshlet of the view, and
@@ -178,10 +168,6 @@ GLTF_MESHLET_API int gltf_meshlet_get_stream(const gltf_meshlet_view* view, uint
 GLTF_MESHLET_API int gltf_meshlet_get_begins(const gltf_meshlet_view* view, int32_t threads,
                                              uint32_t* triangle_begins, uint32_t* vertex_begins,
                                              size_t room);
-
-/* Decodes every meshlet, to count bits. */
-GLTF_MESHLET_API int gltf_meshlet_get_statistics(const gltf_meshlet_view* view,
-                                                 gltf_meshlet_statistics* out);
 
 /* Fails unless the bytes are valid in every way. Decodes every meshlet alone, and so finds errors
  * that other functions may accept. */
@@ -239,11 +225,11 @@ typedef struct gltf_meshlet_arrays {
 } gltf_meshlet_arrays;
 
 /* Decodes everything; needs room for the view's triangles and vertices. Threads share out the
- * blobs, and parts of large ones. */
+ * pages, and parts of large ones. */
 GLTF_MESHLET_API int gltf_meshlet_decode(const gltf_meshlet_view* view, int32_t threads,
                                          const gltf_meshlet_arrays* arrays);
 
-/* Decodes meshlets [first, first + count), at least one, of one blob. The result depends on nothing
+/* Decodes meshlets [first, first + count), at least one, of one page. The result depends on nothing
  * that was decoded before. sizes, or null: receives the numbers of triangles and of vertices that
  * were written. scratch: null takes one for this call, at 10 to 30 us.
  *
@@ -253,7 +239,7 @@ GLTF_MESHLET_API int gltf_meshlet_decode(const gltf_meshlet_view* view, int32_t 
  *
  * Without, the arrays hold the range alone: vertices are numbered in the order of their first
  * meshlets, from arrays->first_vertex, with copies of those that meshlets before `first` have, too.
- * Needs room for 64 triangles and 64 vertices for each meshlet, or for the blob's if it is all of
+ * Needs room for 64 triangles and 64 vertices for each meshlet, or for the page's if it is all of
  * it. */
 GLTF_MESHLET_API int gltf_meshlet_decode_range(const gltf_meshlet_view* view,
                                                gltf_meshlet_scratch* scratch, uint64_t first,
@@ -287,13 +273,13 @@ typedef struct gltf_meshlet_vertices {
   const uint32_t* const* integers; /* per stream: vertices x elements; stream 0 is the position */
   const uint32_t* elements;        /* per stream, 1 to 4 */
   const uint32_t* shared;          /* null, or of gltf_meshlet_arrays */
-  const uint64_t* first_vertices;  /* of the blobs, in ascending order */
-  uint64_t triangle_count, vertex_count, blob_count;
+  const uint64_t* first_vertices;  /* of the pages, in ascending order */
+  uint64_t triangle_count, vertex_count, page_count;
   uint64_t source_vertices; /* of the extension's object: vertex_count if it has none; 0 if
                                not known, as of a cut through levels of detail */
 } gltf_meshlet_vertices;
 
-/* A view holds vertices on borders of its blobs, and a few others, more than once. Writes
+/* A view holds vertices on borders of its pages, and a few others, more than once. Writes
  * numbers[vertex]: equal for those that were one vertex of the source, from 0 in order of first
  * occurrence; and how many there are. Corners of one triangle stay different. docs/c.md says how
  * sure it is. */
@@ -339,7 +325,7 @@ GLTF_MESHLET_API int gltf_meshlet_get_packed_pages(const void* head, size_t head
                                                    size_t* count);
 
 /* Unpacks one page, of which `stored` are the stored bytes, to page_bytes. It is a view of one
- * blob, which open or validate are still to check. scratch: null takes one for this call. */
+ * page, which open or validate are still to check. scratch: null takes one for this call. */
 GLTF_MESHLET_API int gltf_meshlet_unpack_page(gltf_meshlet_scratch* scratch, const void* stored,
                                               size_t stored_bytes, void* page, size_t page_bytes);
 
@@ -364,7 +350,7 @@ typedef struct gltf_meshlet_level_counts {
   uint64_t most_draws;                      /* of a cut */
 } gltf_meshlet_level_counts;
 
-/* A page: one blob, in the view of the object's `pages`, or in that of level 0. */
+/* A page, in the view of the object's `pages`, or in that of level 0. */
 typedef struct gltf_meshlet_level_page {
   uint32_t size, bytes;
   uint64_t offset;   /* in its view; of a packed view, in the unpacked one */
@@ -472,7 +458,7 @@ typedef struct gltf_meshlet_mesh {
 
 typedef struct gltf_meshlet_options { /* 0 is the default of each */
   uint32_t size;
-  uint32_t effort;        /* GLTF_MESHLET_NORMAL or _FAST */
+  uint32_t effort;        /* GLTF_MESHLET_EFFORT_NORMAL or _FAST */
   uint32_t max_triangles; /* of a meshlet, 1 to 64 */
   uint32_t max_vertices;  /* of a meshlet, 3 to 64 */
   int32_t threads;
@@ -485,98 +471,14 @@ typedef struct gltf_meshlet_options { /* 0 is the default of each */
   void* user;
 } gltf_meshlet_options;
 
-/* Encodes a primitive. Array 0 of the result: the view's bytes. options, statistics: may be
- * null. */
+/* Encodes a primitive. Array 0 of the result: the view's bytes. options: may be null. */
 GLTF_MESHLET_API int gltf_meshlet_encode(const gltf_meshlet_mesh* mesh,
                                          const gltf_meshlet_options* options,
-                                         gltf_meshlet_statistics* statistics,
                                          gltf_meshlet_result** result);
 
 /* Packs a valid view. Array 0 of the result: the packed bytes. */
 GLTF_MESHLET_API int gltf_meshlet_pack(const void* view, size_t size, int32_t threads,
                                        gltf_meshlet_result** result);
-
-/* Gives identical rows of `stride` bytes one number, from 0 in order of first occurrence. Writes
- * `count` numbers, and how many rows differ. count < 2^32 - 1. */
-GLTF_MESHLET_API int gltf_meshlet_weld(const void* rows, size_t count, size_t stride,
-                                       uint32_t* numbers, uint32_t* different);
-
-enum { GLTF_MESHLET_ANY = 0, GLTF_MESHLET_NUMBERS = 1, GLTF_MESHLET_CORNERS = 2 }; /* words */
-
-/* Reads the lines of a text (OBJ, PLY, STL) whose first word, in any case, is one of `count`
- * keywords, which are in lower case; an empty one stands for all lines. words: what follows each.
- * GLTF_MESHLET_NUMBERS: numbers. GLTF_MESHLET_CORNERS: each word is 1 to 3 integers between slashes
- * and gives 3, 0 for a missing one. GLTF_MESHLET_ANY: words that are not read, without continued
- * lines. Three arrays of the result for each keyword: the numbers, of double, or of int32_t if they
- * are corners; uint32_t, how many each line has; uint32_t, the lines' offsets in the text. */
-GLTF_MESHLET_API int gltf_meshlet_scan_lines(const char* text, size_t size,
-                                             const char* const* keywords, const uint32_t* words,
-                                             size_t count, gltf_meshlet_result** result);
-
-/* Cuts `count` polygons into triangles. points: 3 floats of each corner, one polygon after the
- * other; sizes: corners of each polygon, `corners` in all, less than 2^32. Convex polygons become
- * fans, others lose their ears. Array 0 of the result: uint32_t, three corners, numbered over all
- * polygons, of each triangle; size - 2 triangles for each polygon with at least three corners, one
- * polygon after the other. */
-GLTF_MESHLET_API int gltf_meshlet_triangulate(const float* points, size_t corners,
-                                              const uint32_t* sizes, size_t count,
-                                              gltf_meshlet_result** result);
-
-/* ---- Levels of detail ---- */
-
-/* Triangles of all groups: those of group g are begin[g] .. begin[g + 1], at least one. */
-typedef struct gltf_meshlet_groups {
-  uint32_t size;
-  const uint32_t* triangles; /* three vertex numbers each */
-  const uint32_t* begin;
-  uint64_t triangle_count, begin_count; /* the latter: one more than groups */
-} gltf_meshlet_groups;
-
-/* Makes meshlets that never cross groups. Uses the mesh's position_ids, positions
- * and vertex_count, and the options effort, max_triangles, threads, lambda. Arrays of the
- * result, uint32_t: order, disk_begin, meshlet_begin, group_begin, as in gltf_meshlet_mesh. */
-GLTF_MESHLET_API int gltf_meshlet_generate(const gltf_meshlet_mesh* mesh,
-                                           const gltf_meshlet_groups* groups,
-                                           const gltf_meshlet_options* options,
-                                           gltf_meshlet_result** result);
-
-/* Writes the numbers of points (three finite floats each) along a Hilbert curve. */
-GLTF_MESHLET_API int gltf_meshlet_sort_points(const float* points, size_t count, uint32_t* order);
-
-/* Opens level 0 and borrows the shapes: positions of all vertices, three finite floats each, at
- * rest and with each morph target. vertex_share: the share of its area that its vertices stand for.
- */
-GLTF_MESHLET_API int gltf_meshlet_open_surface(const float* const* shapes, uint32_t shape_count,
-                                               uint64_t vertex_count,
-                                               const gltf_meshlet_groups* level_0,
-                                               float vertex_share, int32_t threads,
-                                               gltf_meshlet_surface** surface);
-
-/* Vertices of level 0 that are gone, for each of the chosen groups. */
-typedef struct gltf_meshlet_samples {
-  uint32_t size;
-  const uint32_t *vertices, *begin; /* begin: one more than chosen groups */
-  const float* areas;               /* of level 0, that each vertex stands for */
-  uint64_t count;
-} gltf_meshlet_samples;
-
-/* Measures chosen groups of whole levels that others replace. Arrays of the result: float, for each
- * chosen replacement, the distance within which 99.9 % of either surface lies of the other, level
- * 0; then of the vertices to carry on: uint32_t their numbers, the triangle of its group's `after`
- * that is nearest to each, and begins; float areas. */
-GLTF_MESHLET_API int gltf_meshlet_measure(const gltf_meshlet_surface* surface,
-                                          const gltf_meshlet_groups* before,
-                                          const gltf_meshlet_groups* after, const uint32_t* chosen,
-                                          size_t chosen_count, const gltf_meshlet_samples* carried,
-                                          int32_t threads, gltf_meshlet_result** result);
-
-/* Writes the distance of each point to the nearest triangle, or to any that is no farther than
- * `enough`, and, unless `nearest` is null, that triangle's number. */
-GLTF_MESHLET_API int gltf_meshlet_get_distances(const float* points, size_t point_count,
-                                                const gltf_meshlet_groups* triangles,
-                                                const float* positions, uint64_t vertex_count,
-                                                float enough, int32_t threads, float* distances,
-                                                uint32_t* nearest);
 #endif
 
 #ifdef __cplusplus

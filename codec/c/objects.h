@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "c/gltf_meshlet.h"
-#include "decode/bit_statistics.h"
+#include "format/blob.h"
 #include "decode/memory.h"
 
 namespace gltf_meshlet_codec {
@@ -124,8 +124,6 @@ int give(const T& from, T* to) {
   to->size = size;
   return kOk;
 }
-
-void copy_statistics(const BitStatistics& from, gltf_meshlet_statistics& to);
 
 constexpr const char* kNull = "a pointer is null";
 constexpr const char* kThreads = "the number of threads is below 0";

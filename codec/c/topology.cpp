@@ -47,7 +47,7 @@ int gltf_meshlet_join_vertices(const gltf_meshlet_vertices* decoded, uint32_t* n
     const uint32_t source = uint32_t(std::min(d.source_vertices, d.vertex_count));
     *different = join_vertices(
         {d.triangles, size_t(d.triangle_count), size_t(d.vertex_count), d.integers, d.elements,
-         d.stream_count, d.shared, d.first_vertices, size_t(d.blob_count)},
+         d.stream_count, d.shared, d.first_vertices, size_t(d.page_count)},
         source, numbers);
     return kOk;
   });

@@ -1,5 +1,7 @@
 #include "lod/split_meshlets.h"
 
+#include <algorithm>
+#include <array>
 #include <stdexcept>
 
 #include "segment/check_meshlets.h"
@@ -9,33 +11,65 @@
 namespace gltf_meshlet_codec {
 namespace {
 
-// The triangles of chosen meshlets, one meshlet after the other.
-struct Chosen {
-  std::vector<uint32_t> triangles, corners, begin{0};
+// Half-edges are those of the whole mesh: an edge that two triangles of a meshlet share, and others
+// of the mesh, does not join them in the page either.
+class Splitter {
+ public:
+  Splitter(const MeshView& mesh, const HalfEdges& half_edges, const GenerationOptions& options)
+      : mesh_(mesh), options_(options), cutter_(mesh.triangles, half_edges) {}
 
-  void add(const MeshView& mesh, const uint32_t* first, const uint32_t* last) {
-    for (; first != last; first++) {
-      const uint32_t* corner = mesh.triangles + 3 * size_t(*first);
-      triangles.push_back(*first);
-      corners.insert(corners.end(), corner, corner + 3);
+  // Appends the triangles as one meshlet, or in halves.
+  void add(std::vector<uint32_t> triangles, MeshletList& list) {
+    if (triangles.size() <= size_t(options_.max_triangles)) {
+      cutter_.cut(triangles.data(), triangles.size(), disks_);
+      if (disks_.vertex_count <= size_t(options_.max_vertices)) return list.append_meshlet(disks_);
     }
-    begin.push_back(uint32_t(triangles.size()));
+    const auto middle = triangles.begin() + std::ptrdiff_t(triangles.size() / 2);
+    sort_from_end(triangles);
+    add({triangles.begin(), middle}, list);
+    add({middle, triangles.end()}, list);
   }
 
-  GroupMeshlets generate(const MeshView& mesh, const GenerationOptions& options) const {
-    const MeshView part = {corners.data(), triangles.size(), mesh.position_ids, mesh.positions,
-                           mesh.vertex_count};
-    GroupMeshlets made = generate_in_groups(part, begin, options);
-    for (uint32_t& t : made.triangles) t = triangles[t];
-    return made;
+ private:
+  // In double: squares of any floats are finite.
+  using Point = std::array<double, 3>;
+
+  Point centre(uint32_t triangle) const {
+    Point sum{};
+    for (int k = 0; k < 3; k++) {
+      const float* p = mesh_.positions + 3 * size_t(mesh_.triangles[3 * size_t(triangle) + k]);
+      for (size_t c = 0; c < 3; c++) sum[c] += double(p[c]) / 3;
+    }
+    return sum;
   }
+
+  double distance(uint32_t triangle, const Point& from) const {
+    const Point p = centre(triangle);
+    double sum = 0;
+    for (size_t c = 0; c < 3; c++) sum += (p[c] - from[c]) * (p[c] - from[c]);
+    return sum;
+  }
+
+  // By their distance from the one that is farthest from all.
+  void sort_from_end(std::vector<uint32_t>& triangles) const {
+    Point mean{};
+    for (const uint32_t t : triangles)
+      for (size_t c = 0; c < 3; c++) mean[c] += centre(t)[c] / double(triangles.size());
+    uint32_t end = triangles[0];
+    for (const uint32_t t : triangles)
+      if (distance(t, mean) > distance(end, mean)) end = t;
+    const Point from = centre(end);
+    std::sort(triangles.begin(), triangles.end(), [&](uint32_t a, uint32_t b) {
+      const double da = distance(a, from), db = distance(b, from);
+      return da != db ? da < db : a < b;
+    });
+  }
+
+  const MeshView& mesh_;
+  const GenerationOptions& options_;
+  DiskCutter cutter_;
+  Disks disks_;
 };
-
-// Appends the meshlets of one group of another list.
-void append_group(const GroupMeshlets& from, uint32_t group, MeshletList& to) {
-  for (uint32_t m = from.group_begin[group]; m < from.group_begin[group + 1]; m++)
-    to.append_joined(from, {m});
-}
 
 }  // namespace
 
@@ -46,29 +80,10 @@ GroupMeshlets split_meshlets(const MeshView& mesh, const std::vector<uint32_t>& 
   if (!are_begins(meshlet_begin, order.size()))
     throw std::invalid_argument("the meshlets' begins are not valid");
   const HalfEdges half_edges = match_half_edges(mesh, options.threads);
-  DiskCutter cutter(mesh.triangles, half_edges);
-  GroupMeshlets whole;  // meshlets that stay one; the others are groups without any
-  Chosen large;
-  for (size_t m = 0; m + 1 < meshlet_begin.size(); m++) {
-    const uint32_t* const first = order.data() + meshlet_begin[m];
-    const uint32_t* const last = order.data() + meshlet_begin[m + 1];
-    Disks disks;
-    if (last - first <= options.max_triangles) cutter.cut(first, size_t(last - first), disks);
-    if (!disks.begin.empty() && disks.vertex_count <= size_t(options.max_vertices))
-      whole.append_meshlet(disks);
-    else
-      large.add(mesh, first, last);
-    whole.group_begin.push_back(whole.count());
-  }
-  if (large.triangles.empty()) return whole;
-  const GroupMeshlets parts = large.generate(mesh, options);
+  Splitter splitter(mesh, half_edges, options);
   GroupMeshlets all;
-  uint32_t part = 0;
-  for (uint32_t m = 0; m + 1 < whole.group_begin.size(); m++) {
-    if (whole.group_begin[m] < whole.group_begin[m + 1])
-      append_group(whole, m, all);
-    else
-      append_group(parts, part++, all);
+  for (size_t m = 0; m + 1 < meshlet_begin.size(); m++) {
+    splitter.add({order.begin() + meshlet_begin[m], order.begin() + meshlet_begin[m + 1]}, all);
     all.group_begin.push_back(all.count());
   }
   return all;

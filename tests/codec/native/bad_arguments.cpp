@@ -12,7 +12,7 @@
 #include <thread>
 #include <vector>
 
-#include "gltf_meshlet.h"
+#include "gltf_meshlet_internal.h"
 
 namespace {
 
@@ -121,13 +121,13 @@ void test_views() {
   const uint32_t many = ~0u;
   test_sizes<gltf_meshlet_counts>(gltf_meshlet_get_counts, view);
   test_sizes<gltf_meshlet_statistics>(gltf_meshlet_get_statistics, view);
-  test_sizes<gltf_meshlet_blob>([](const gltf_meshlet_view* v,
-                                   gltf_meshlet_blob* b) { return gltf_meshlet_get_blob(v, 0, b); },
+  test_sizes<gltf_meshlet_page>([](const gltf_meshlet_view* v,
+                                   gltf_meshlet_page* b) { return gltf_meshlet_get_page(v, 0, b); },
                                 view);
-  gltf_meshlet_blob blob = sized<gltf_meshlet_blob>();
+  gltf_meshlet_page blob = sized<gltf_meshlet_page>();
   gltf_meshlet_stream stream;
   uint32_t one[1];
-  EXPECT(gltf_meshlet_get_blob(view, many, &blob) == GLTF_MESHLET_NUMBER);
+  EXPECT(gltf_meshlet_get_page(view, many, &blob) == GLTF_MESHLET_NUMBER);
   EXPECT(gltf_meshlet_get_stream(view, many, 0, &stream) == GLTF_MESHLET_NUMBER);
   EXPECT(gltf_meshlet_get_stream(view, 0, many, &stream) == GLTF_MESHLET_NUMBER);
   REFUSED(gltf_meshlet_get_stream(view, 0, 0, nullptr));
@@ -361,7 +361,7 @@ struct Mesh {
 
   int encode() {
     gltf_meshlet_result* result = nullptr;
-    const int status = gltf_meshlet_encode(&mesh, &options, nullptr, &result);
+    const int status = gltf_meshlet_encode(&mesh, &options, &result);
     EXPECT((result != nullptr) == (status == GLTF_MESHLET_OK));
     WORKS(gltf_meshlet_close(result));
     return status;
@@ -409,7 +409,7 @@ void test_layouts() {
     gltf_meshlet_result* result = nullptr;
     const void* items;
     size_t size;
-    WORKS(gltf_meshlet_encode(&m.mesh, &m.options, nullptr, &result));
+    WORKS(gltf_meshlet_encode(&m.mesh, &m.options, &result));
     WORKS(gltf_meshlet_get_array(result, 0, &items, &size));
     const std::string bytes(static_cast<const char*>(items), size);
     WORKS(gltf_meshlet_close(result));
@@ -496,10 +496,10 @@ void test_encoding() {
   ENCODE_REFUSES((m.give_meshlets(), m.begin[1] = 2));
   Mesh m;
   gltf_meshlet_result* result;
-  REFUSED(gltf_meshlet_encode(&m.mesh, nullptr, nullptr, nullptr));
-  REFUSED(gltf_meshlet_encode(nullptr, nullptr, nullptr, &result));
+  REFUSED(gltf_meshlet_encode(&m.mesh, nullptr, nullptr));
+  REFUSED(gltf_meshlet_encode(nullptr, nullptr, &result));
   gltf_meshlet_statistics statistics{};
-  REFUSED(gltf_meshlet_encode(&m.mesh, nullptr, &statistics, &result));
+  REFUSED(gltf_meshlet_encode_described(&m.mesh, nullptr, &statistics, &result));
   m.options.progress = [](void* count, float) { return ++*static_cast<int*>(count); };
   int calls = 0;
   m.options.user = &calls;
@@ -516,7 +516,7 @@ void test_encoding() {
 void test_results() {
   Mesh m;
   gltf_meshlet_result* result;
-  WORKS(gltf_meshlet_encode(&m.mesh, nullptr, nullptr, &result));
+  WORKS(gltf_meshlet_encode(&m.mesh, nullptr, &result));
   const void* items;
   size_t bytes;
   REFUSED(gltf_meshlet_get_array(result, 0, nullptr, &bytes));
@@ -592,7 +592,7 @@ void test_join_vertices() {
   v.first_vertices = first;
   v.triangle_count = 2;
   v.vertex_count = 6;
-  v.blob_count = 2;
+  v.page_count = 2;
   for (uint64_t source : {0, 1, 4, 6}) {
     v.source_vertices = source;
     WORKS(gltf_meshlet_join_vertices(&v, numbers, &different));

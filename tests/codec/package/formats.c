@@ -153,10 +153,10 @@ static void decode_attribute(const model* m, uint32_t stream, uint32_t format) {
     if (way == 3) {
       arrays.triangle_begins = m->begins[0];
       arrays.vertex_begins = m->begins[1];
-      for (uint32_t b = 0; b < m->counts.blobs; b++) {
-        gltf_meshlet_blob blob = {0};
+      for (uint32_t b = 0; b < m->counts.pages; b++) {
+        gltf_meshlet_page blob = {0};
         blob.size = sizeof blob;
-        check(gltf_meshlet_get_blob(m->view, b, &blob));
+        check(gltf_meshlet_get_page(m->view, b, &blob));
         for (uint64_t i = 0; i < blob.meshlets; i++)
           require(gltf_meshlet_decode_range(m->view, NULL, blob.first_meshlet + i, 1, &arrays,
                                             NULL) == status_of_narrow,

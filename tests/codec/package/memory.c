@@ -37,13 +37,11 @@ static int use(const gltf_meshlet_view* view, gltf_meshlet_scratch* scratch) {
   gltf_meshlet_counts counts = {0};
   gltf_meshlet_arrays arrays = {0};
   gltf_meshlet_meshlet_arrays meshlets = {0};
-  gltf_meshlet_statistics statistics = {0};
   void* all[GLTF_MESHLET_STREAMS];
   uint32_t last;
   int status;
   for (int s = 0; s < GLTF_MESHLET_STREAMS; s++) all[s] = values[s];
   counts.size = sizeof counts;
-  statistics.size = sizeof statistics;
   if ((status = gltf_meshlet_get_counts(view, &counts))) return status;
   arrays.size = sizeof arrays;
   arrays.triangle_room = (1 << 20) / 3;
@@ -51,7 +49,6 @@ static int use(const gltf_meshlet_view* view, gltf_meshlet_scratch* scratch) {
   arrays.triangles = triangles;
   arrays.values = all;
   if ((status = gltf_meshlet_validate(view, 1))) return status;
-  if ((status = gltf_meshlet_get_statistics(view, &statistics))) return status;
   if ((status = gltf_meshlet_decode(view, 1, &arrays))) return status;
   if ((status = gltf_meshlet_get_begins(view, 1, begins[0], begins[1], 1 << 16))) return status;
   last = (uint32_t)counts.meshlets - 1;
