@@ -171,9 +171,8 @@ def compress(input: Model, output: File | None, settings: Options) -> Report:
         max_triangles: most triangles in a meshlet (16 to 64, default 64).
         lambda_: above 0 and up to 1000; small values give planar meshlets, large ones compact
             meshlets (default 1.4).
-        effort: "fast" or "normal" or "high": how long to look for a smaller file; against normal,
-            fast takes about 0.6 of the time for 2 % more bytes, and high 1.7 times for 0.2 % fewer
-            (default normal).
+        effort: "fast" or "normal": how long to look for a smaller file; against normal, fast takes
+            about 0.6 of the time for 2 % more bytes (default normal).
         page_bytes: largest size of a page, a blob of neighbouring meshlets that decodes alone; 0
             for one blob per primitive, else at least 4096; by default 131072 in primitives of more
             than 131072 triangles, 0 in others; instead of 0, 32768 with levels of detail, and
