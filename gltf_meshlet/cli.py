@@ -32,6 +32,8 @@ REMEDIES = {
     errno.ENOENT: "check the path",
     errno.ENOTDIR: "check the path",
     errno.EBADF: "open it, or send it to a file",
+    errno.EMFILE: "raise the limit: ulimit -n 1024",
+    errno.ENFILE: "close other programs",
     errno.ENAMETOOLONG: "choose a shorter name",
 }
 

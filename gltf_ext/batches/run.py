@@ -95,7 +95,7 @@ def batch(
     listener = progress if callable(progress) else None
     if listener is None:
         Options.of({"progress": progress})
-    options = Options.plain(options)
+    options = Options.json_values(options)
     _check_arguments(scheduler, workers, time_limit)
     start = time.perf_counter()
     if isinstance(source, str | os.PathLike):

@@ -63,7 +63,7 @@ def _instances(document: Document) -> Iterator[tuple[tuple[int, int], np.ndarray
             continue
         mesh = item(document.meshes, node["mesh"], "mesh")
         for index, primitive in enumerate(mesh["primitives"]):
-            if gltf.mode(primitive) in gltf.TRIANGLE_MODES:
+            if gltf.has_triangles(primitive):
                 yield (node["mesh"], index), matrix
 
 
