@@ -398,3 +398,16 @@ def test_a_job_leaves_its_folder_empty(source, tmp_path):
     scratch.mkdir()
     job = Job(f"{source}/b.glb", "b.glb", str(tmp_path / "out"), "b.glb", {}, task.VERSION)
     assert task.run(job, scratch)["status"] == "done" and not [*scratch.iterdir()]
+
+
+def test_a_job_that_runs_twice_in_a_batch_is_done(source, tmp_path, compress_all, monkeypatch):
+    """The worker is lost between the record and the result."""
+
+    def twice(*arguments):
+        run(*arguments)
+        return run(*arguments)
+
+    run = task.run
+    monkeypatch.setattr(task, "run", twice)
+    assert compress_all(source, tmp_path / "out")["totals"]["done"] == 3
+    assert compress_all(source, tmp_path / "out")["totals"]["unchanged"] == 3
