@@ -30,7 +30,7 @@ FILES, TRIANGLES = 64, 60_000  # of each: four million triangles together, for u
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """--workers, --files and --before"""
-    parser.add_argument("--workers", type=int, nargs="*", default=[1, 2], metavar="N")
+    parser.add_argument("--workers", type=int, nargs="+", default=[1, 2], metavar="N")
     parser.add_argument("--files", type=int, default=10_000, metavar="N", help="small models")
     parser.add_argument("--before", nargs=2, metavar=("COMMIT", "PYTHON"))
 
