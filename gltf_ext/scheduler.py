@@ -274,6 +274,13 @@ class Workers:
                 resources={MEMORY: min(memory, largest)} if largest else None,
             )
 
+    def restart(self, address: str) -> None:
+        """Let a worker's nanny start it again, if it has one. Its tasks are lost."""
+        if self._latest.get(address, {}).get("nanny"):
+            options = {"timeout": CONNECT, "raise_for_error": False}
+            with contextlib.suppress(Exception):  # it may be gone already
+                within(CONNECT, partial(self._client.restart_workers, [address], **options))
+
     def wait(self, tasks: Iterable[Future], seconds: float = 5) -> list[Future]:
         """Return those that have ended, after at most so many seconds. Raises MeshletError."""
         from concurrent.futures import CancelledError
