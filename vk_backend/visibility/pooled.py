@@ -15,7 +15,7 @@ from gltf_ext.ranges import numbers_of
 
 from ..decode.bounds import fill_bounds
 from ..decode.decoder import Decoder, Stage
-from ..decode.slots import slots_in
+from ..decode.slots import SlotLayout, slots_in
 from ..decode.structures import RASTER_PUSH
 from ..gpu.constants import CONSTANTS
 from ..gpu.device import Device
@@ -112,7 +112,7 @@ class FreshClusters:
 
 
 class PooledDrawing(Drawing):
-    """Path `visibility` with a cache or levels. rasterizer: options of Rasterizer.
+    """Path `visibility` with a cache or levels.
 
     levels: the source of clusters of a scene with levels. Without, a frame has several passes if
     the meshlets in view do not fit the slots.
@@ -121,7 +121,7 @@ class PooledDrawing(Drawing):
     name, capability = "visibility", "atomics64"
     targets: ClassVar[Any] = Planes
 
-    def __init__(self, device: Device, scene: Scene, options: Options = DEFAULT, **rasterizer: Any):
+    def __init__(self, device: Device, scene: Scene, options: Options = DEFAULT):
         device.require(self.capability, self.name)
         require_team(device, scene, self.name, device.limits.compute_shared_bytes)
         slots = SLOTS
@@ -135,14 +135,13 @@ class PooledDrawing(Drawing):
         self.slots, self.passes = source.slots(slots), source.passes(source.slots(slots))
         # One more, for clusters without a slot.
         constants = raster_constants(scene, options.culling)
-        self._decoder = self.own(Decoder(device, scene, self.slots + 1, constants))
+        layout = SlotLayout.of(scene)
+        self._decoder = self.own(Decoder(device, layout, self.slots + 1, constants))
         self._decoder.buffers["summaries"].write(np.zeros(self.slots + 1, np.uint32))
         self._tables = self.own(self._make_tables()).buffers
         self.jobs = self.own(self._make_jobs())
         self._fresh = FreshClusters(self.jobs, self.slots)
-        self._rasterizer = self.own(
-            Rasterizer(self.view, source.most, self._decoder.constants, **rasterizer)
-        )
+        self._rasterizer = self.own(Rasterizer(self.view, source.most, self._decoder.constants))
         constants = {"CULLING": int(options.culling), "OCCLUSION": int(self._occlusion)}
         self._job_steps = {
             name: ComputePipeline.of(device, "touch.comp", {**constants, "STEP": step})
