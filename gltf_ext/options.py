@@ -53,7 +53,7 @@ class Option:
 
     flag: str
     help: str
-    type: type = int
+    type: type
     limits: tuple[float, float] | None = None
     maximum: float = LARGEST_NUMBER
     choices: tuple[str, ...] = ()
@@ -107,7 +107,7 @@ class Option:
                 f"{self.name} is {value!r}", f"use {self.accepted}", options=(self.name,)
             )
 
-    def plain(self, value: Any) -> Any:
+    def json_value(self, value: Any) -> Any:
         """Return a value that the option accepts as one of JSON, not a path or of NumPy."""
         if value is None or self.type is bool:
             return value
@@ -133,6 +133,8 @@ class Option:
 def _declare(value: Any, flag: str, help: str, **settings: Any) -> Any:
     """Return a field with its Option. `value`: the default, of the option's type or None."""
     if value is None:
+        if "type" not in settings:
+            raise TypeError(f"{flag} has no default, so name its type: _declare(..., type=float)")
         settings["optional"] = True
     else:
         settings.setdefault("type", type(value))
@@ -156,6 +158,7 @@ class Options:
         None,
         "-vp",
         "bits of a position along the longest side",
+        type=int,
         limits=(MIN_POSITION_BITS, 24),
         default=str(DEFAULT_POSITION_BITS),
     )
@@ -200,16 +203,19 @@ class Options:
         None,
         "--page-bytes",
         "largest size of a page, a blob of neighbouring meshlets that decodes alone; 0 for one "
-        f"blob per primitive (with --lod, {DEFAULT_LOD_PAGE_BYTES}), else at least "
-        f"{MIN_PAGE_BYTES}; by default {DEFAULT_PAGE_BYTES} in primitives of more than "
-        f"{MOST_TRIANGLES_UNPAGED} triangles, 0 in others",
+        f"blob per primitive, else at least {MIN_PAGE_BYTES}; by default {DEFAULT_PAGE_BYTES} in "
+        f"primitives of more than {MOST_TRIANGLES_UNPAGED} triangles, 0 in others; instead of 0, "
+        f"{DEFAULT_LOD_PAGE_BYTES} with levels of detail, and {DEFAULT_PAGE_BYTES} in primitives "
+        "that --max-memory reads in parts",
+        type=int,
         limits=(0, MAX_PAGE_BYTES),
     )
     lod: bool = _declare(
         False,
         "--lod",
         "also write levels of detail (EXT_meshlet_lod), in pages of --page-bytes or "
-        f"{DEFAULT_LOD_PAGE_BYTES} bytes; from source, needs the package meshoptimizer",
+        f"{DEFAULT_LOD_PAGE_BYTES} bytes; primitives that cannot be simplified have none; from "
+        "source, needs the package meshoptimizer",
     )
     lod_reduction: float = _declare(
         5.0,
@@ -241,6 +247,13 @@ class Options:
         False,
         "--obj-groups",
         "groups (g) of an .obj become nodes, too, below those of its objects (o)",
+    )
+    non_finite: Literal["repair", "refuse"] = _declare(
+        "repair",
+        "--non-finite",
+        "of values that are NaN or infinite: repair leaves out triangles at such positions, "
+        "computes normals again and sets texture coordinates to 0, with a warning each; refuse "
+        "ends with an error",
     )
     threads: int = _declare(
         0,
@@ -292,7 +305,7 @@ class Options:
         for option in OPTIONS:
             value = getattr(self, option.name)
             option.check(value)
-            object.__setattr__(self, option.name, option.plain(value))
+            object.__setattr__(self, option.name, option.json_value(value))
         for name in ("fallback", "transport"):
             if self.memory and getattr(self, name):
                 raise MeshletError(
@@ -329,7 +342,7 @@ class Options:
         return cls(**values)
 
     @classmethod
-    def plain(cls, values: dict[str, Any]) -> dict[str, Any]:
+    def json_values(cls, values: dict[str, Any]) -> dict[str, Any]:
         """Keyword arguments as values of JSON, without defaults. Raises MeshletError as `of`."""
         options = cls.of(values)
         return {
@@ -351,16 +364,26 @@ class Options:
                 options=("max_memory",),
             ) from None
 
+    # --- the size of pages, in bytes ---
+
     @property
-    def lod_page_bytes(self) -> int:
-        """Largest page of a model with levels of detail, in bytes."""
+    def page_limit_with_levels(self) -> int:
+        """Largest page of a primitive with levels of detail: they cannot be one blob.
+
+        One that is built in several chunks keeps these pages if it cannot be simplified.
+        """
         return self.page_bytes or DEFAULT_LOD_PAGE_BYTES
 
-    def page_bytes_of(self, triangles: int) -> int:
-        """Return the page size of a primitive without levels; 0 for one blob."""
-        if self.page_bytes is not None:
-            return self.page_bytes
-        return DEFAULT_PAGE_BYTES if triangles > MOST_TRIANGLES_UNPAGED else 0
+    def page_limit_without_levels(self, triangles: int, is_in_memory: bool) -> int:
+        """Return the largest page of a primitive without levels; 0 for one blob.
+
+        So are, with `lod`, primitives in one chunk that cannot be simplified. One that is not in
+        memory may have several chunks, which cannot be one blob.
+        """
+        limit = self.page_bytes
+        if limit is None:
+            limit = DEFAULT_PAGE_BYTES if triangles > MOST_TRIANGLES_UNPAGED else 0
+        return limit if is_in_memory else limit or DEFAULT_PAGE_BYTES
 
     @property
     def generation(self) -> dict[str, Any]:

@@ -31,6 +31,8 @@ REMEDIES = {
     errno.EISDIR: "name a file",
     errno.ENOENT: "check the path",
     errno.ENOTDIR: "check the path",
+    errno.EMFILE: "raise the limit: ulimit -n 1024",
+    errno.ENFILE: "close other programs",
     errno.ENAMETOOLONG: "choose a shorter name",
 }
 

@@ -47,7 +47,7 @@ def _triangles(url: str, size: int) -> int:
             return _of_gltf(folder.read(name))
         case "ply":
             header = ply.read_header(io.BytesIO(folder.read(name, 0, HEADER)))
-            return min(size, sum(e.rows for e in header.elements if e.name == "face"))
+            return min(size, header.rows_of("face"))
         case "stl":
             return size // stl.TRIANGLE.itemsize
     return size // PER_TEXT_TRIANGLE
@@ -58,5 +58,5 @@ def _of_gltf(text: bytes) -> int:
     root = json.loads(text)
     counts = [int(accessor["count"]) for accessor in root["accessors"]]
     primitives = [p for mesh in root["meshes"] for p in mesh["primitives"]]
-    corner_accessors = {p.get("indices", p["attributes"]["POSITION"]) for p in primitives}
-    return sum(counts[i] // 3 for i in corner_accessors)
+    corner_accessors = {p.get("indices", p["attributes"].get("POSITION")) for p in primitives}
+    return sum(counts[i] // 3 for i in corner_accessors - {None})

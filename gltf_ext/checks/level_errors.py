@@ -21,7 +21,7 @@ WITHIN = 99.9  # percent of the samples that a stated error must hold
 DISTANCE_ROUNDING = 2.0**-18
 # Of stated errors, which are float32.
 STATED_ROUNDING = 1.0 + 1e-4
-SHADING = 95  # percent: where texture coordinates jump, the nearest place may lie across a seam
+SHADING = 95  # percent: where texture coordinates jump, the nearest point may lie across a seam
 
 Report = dict[str, Any]
 

@@ -18,6 +18,7 @@ from gltf_ext.document.document import Document
 from gltf_ext.errors import blaming
 from gltf_ext.progress import Advance
 from gltf_ext.sources.primitives import is_compressed
+from gltf_ext.sources.repair import read_finite_bounds
 from gltf_ext.sources.row_arrays import Rows
 from gltf_ext.sources.source import Source, blocks
 
@@ -60,7 +61,7 @@ def compare(
         return
     if not source.bounds:  # a primitive that is not compressed may have any values
         with blaming(original):
-            source.read_bounds()
+            read_finite_bounds(source)
     first = {name: streams.start for name, streams, _ in compressed.named_streams}
     record_format = RecordFormat.with_streams(source, compressed.streams, first)
     comparison = Comparison(source, record_format, compressed, folder)
@@ -115,7 +116,7 @@ def _is_same(a: Source, b: Source) -> bool:
     if a.attributes.keys() != b.attributes.keys():
         return False
     pairs = [(rows, b.attributes[name]) for name, rows in a.attributes.items()]
-    numbers = [(mine, other) for (_, mine), (_, other) in zip(a.indices, b.indices)]
+    numbers = [(mine, other) for (_, mine), (_, other) in zip(a.numberings, b.numberings)]
     return all(_are_equal(*pair) for pair in [*pairs, *numbers])
 
 

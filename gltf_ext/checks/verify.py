@@ -19,8 +19,9 @@ from gltf_ext.document.gltf2 import Model, name_of
 from gltf_ext.errors import MeshletError, blaming
 from gltf_ext.options import Options
 from gltf_ext.progress import progress_bar
+from gltf_ext.sources.features import number_features
 from gltf_ext.sources.importers import open_model
-from gltf_ext.sources.large import Larges, open_large
+from gltf_ext.sources.large import open_source
 from gltf_ext.sources.primitives import is_compressed, triangle_primitives
 
 
@@ -91,20 +92,17 @@ def verify(
 
 def _compare_files(original: Model, compressed: Model, options: Options) -> dict[str, Any]:
     """Return the report of verify. options: max_memory, work_dir, obj_groups and progress."""
-    large: Larges = {}
     original_name, compressed_name = name_of(original), name_of(compressed)
     with blaming(original_name):
-        if options.memory:
-            original_document, large = open_large(original, options)
-        else:
-            original_document = open_model(original, options.obj_groups)
+        original_document, large = open_source(original, options)
+        number_features(original_document, large)  # as `compress` does
     with blaming(compressed_name):
         compressed_document = open_model(compressed)
     if not has_compressed(compressed_document):
         raise _misplaced(original_document, compressed_name)
     findings = Findings()
     with progress_bar(Path(compressed_name).name, options.progress) as advance:
-        for mesh, index in _places_of_both(original_document, compressed_document, findings):
+        for mesh, index in _primitives_of_both(original_document, compressed_document, findings):
             with blaming(original_name):
                 source = large.get((mesh, index)) or read_original(original_document, mesh, index)
             is_plain = not is_compressed(original_document.primitive(mesh, index))
@@ -129,25 +127,25 @@ def _misplaced(original: Document, path: str) -> MeshletError:
     )
 
 
-def _places_of_both(
+def _primitives_of_both(
     original: Document, compressed: Document, findings: Findings
 ) -> list[tuple[int, int]]:
     """Return (mesh, primitive) of all triangle primitives; none, and a finding, if files differ."""
-    places = [row[:2] for row in triangle_primitives(original)]
-    compressed_places = [row[:2] for row in triangle_primitives(compressed)]
-    if places == compressed_places:
-        return places
-    findings.differs(_differing_places(places, compressed_places))
+    numbers = [row[:2] for row in triangle_primitives(original)]
+    compressed_numbers = [row[:2] for row in triangle_primitives(compressed)]
+    if numbers == compressed_numbers:
+        return numbers
+    findings.differs(_differing_primitives(numbers, compressed_numbers))
     return []
 
 
-def _differing_places(
-    places: list[tuple[int, int]], compressed_places: list[tuple[int, int]]
+def _differing_primitives(
+    numbers: list[tuple[int, int]], compressed_numbers: list[tuple[int, int]]
 ) -> str:
-    differing = sorted(set(places) ^ set(compressed_places))
+    differing = sorted(set(numbers) ^ set(compressed_numbers))
     mesh, index = differing[0]
     return (
-        f"{len(places)} triangle primitives in the original, {len(compressed_places)} in the "
+        f"{len(numbers)} triangle primitives in the original, {len(compressed_numbers)} in the "
         "compressed file; "
         f"{len(differing)} are only in one, first mesh {mesh} primitive {index}"
     )

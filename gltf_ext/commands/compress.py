@@ -18,15 +18,16 @@ from gltf_ext.attributes.extension import read_compressed, source_of
 from gltf_ext.attributes.records import RecordFormat
 from gltf_ext.attributes.streams import Bits, Grid, dequantise, position_grid
 from gltf_ext.commands.inspect import inspect_document
+from gltf_ext.commands.order import drop_numbered
 from gltf_ext.commands.result import Result, output_path
 from gltf_ext.commands.transcode import pack_compressed
 from gltf_ext.document import gltf
-from gltf_ext.document.buffer_layout import unknown_index_holders
 from gltf_ext.document.container import fallback_of
 from gltf_ext.document.document import Document
 from gltf_ext.document.draco import DRACO
 from gltf_ext.document.gltf2 import File, Model, name_of
 from gltf_ext.document.images import embed_images
+from gltf_ext.document.references import ambiguous_references
 from gltf_ext.encode.primitive import Compression, encode
 from gltf_ext.errors import MeshletError, blaming
 from gltf_ext.lod.document import add_levels, arrange, forget_levels
@@ -34,8 +35,8 @@ from gltf_ext.lod.tables import EXTENSION as LEVELS
 from gltf_ext.options import MIN_POSITION_BITS, Options
 from gltf_ext.progress import Advance, progress_bar, shared_progress
 from gltf_ext.scheduler import LocalThreads, Runner, runner
-from gltf_ext.sources.importers import open_model
-from gltf_ext.sources.large import Larges, open_large
+from gltf_ext.sources.features import number_features
+from gltf_ext.sources.large import Larges, open_source
 from gltf_ext.sources.primitives import (
     EXTENSION,
     DropCounts,
@@ -45,18 +46,12 @@ from gltf_ext.sources.primitives import (
     store_primitive,
     triangle_primitives,
 )
+from gltf_ext.sources.repair import read_finite_bounds, repair_warnings
 from gltf_ext.sources.source import Box, Source
 
 PIXELS = 1000  # of a primitive's longest side, to judge whether its levels pay
-DEGENERATE = "every triangle is degenerate"
+DEGENERATE, NOT_FINITE = "every triangle is degenerate", "no triangle has finite positions"
 LOSSY_BEFORE = (EXTENSION, DRACO, "KHR_mesh_quantization")
-# Extensions of a primitive that rely on the order of its triangles or vertices, which changes.
-ORDER_DEPENDENT = (
-    "FB_ngon_encoding",
-    "CESIUM_primitive_outline",
-    "EXT_mesh_manifold",
-    "EXT_mesh_polygon",
-)
 
 Report = dict[str, Any]
 P = ParamSpec("P")  # the options of compress, as keyword arguments
@@ -81,6 +76,12 @@ class Job:
     grid: Grid | None = None
     reason_kept: str = ""
     result: Compression = field(default_factory=Compression)
+
+    @property
+    def counts(self) -> set[int]:
+        """Of its vertices, triangles and corners, as in the document."""
+        triangles = self.source.triangle_count + self.source.replaced["POSITION"]
+        return {self.source.vertex_count, triangles, 3 * triangles}
 
     @property
     def location(self) -> dict[str, int]:
@@ -150,10 +151,12 @@ def compress(input: Model, output: File | None, settings: Options) -> Report:
             fast takes about 0.6 of the time for 2 % more bytes, and high 1.7 times for 0.2 % fewer
             (default normal).
         page_bytes: largest size of a page, a blob of neighbouring meshlets that decodes alone; 0
-            for one blob per primitive (with --lod, 32768), else at least 4096; by default 131072 in
-            primitives of more than 131072 triangles, 0 in others (0 to 268435456).
+            for one blob per primitive, else at least 4096; by default 131072 in primitives of more
+            than 131072 triangles, 0 in others; instead of 0, 32768 with levels of detail, and
+            131072 in primitives that --max-memory reads in parts (0 to 268435456).
         lod: also write levels of detail (EXT_meshlet_lod), in pages of --page-bytes or 32768 bytes;
-            from source, needs the package meshoptimizer.
+            primitives that cannot be simplified have none; from source, needs the package
+            meshoptimizer.
         lod_reduction: triangles of level 0 over those of level 1; coarser levels shrink by less
             (1.5 to 16, default 5.0).
         lod_group: meshlets that are simplified together (4 to 128, default 96).
@@ -162,6 +165,9 @@ def compress(input: Model, output: File | None, settings: Options) -> Report:
         transport: pack the result for download, about a third smaller (EXT_meshlet_transport, a
             draft); readers unpack it when they open it.
         obj_groups: groups (g) of an .obj become nodes, too, below those of its objects (o).
+        non_finite: "repair" or "refuse": of values that are NaN or infinite: repair leaves out
+            triangles at such positions, computes normals again and sets texture coordinates to 0,
+            with a warning each; refuse ends with an error (default repair).
         threads: number of threads, 0 for one per processor; the bytes are the same for any (0 to
             1024, default 0).
         max_memory: work through models larger than memory in chunks; the process stays below so
@@ -190,17 +196,15 @@ def compress(input: Model, output: File | None, settings: Options) -> Report:
             "max_memory is for files", "name an output file", options=("max_memory",)
         )
     with runner(settings.scheduler, settings.threads) as chunks, blaming(name):
-        large: Larges = {}
-        if settings.memory:
-            document, large = open_large(input, settings)
-        else:
-            document = open_model(input, settings.obj_groups)
-        sources_read = document.files()
+        document, large = open_source(input, settings)
+        feature_warnings = number_features(document, large)
+        input_files = document.files()
         jobs = _jobs(document, large, settings)
         encoded = _encode_all(jobs, settings, chunks, Path(name).name)
         for job in encoded:
             _replace(document, job, settings.fallback)
         changes = _finish_document(document, jobs, encoded, settings)
+        changes["warnings"] += feature_warnings
         if settings.lod:
             changes["lod"] = _add_all_levels(document, encoded)
             changes["warnings"] += _useless_levels(encoded)
@@ -208,7 +212,7 @@ def compress(input: Model, output: File | None, settings: Options) -> Report:
             pack_compressed(document, settings.threads)
         result = Result.of(document, path)
         contents = inspect_document(document, _statistics_by_view(encoded))
-    report = {**result.write(input, sources_read), "fallback_bytes": result.fallback_bytes}
+    report = {**result.write(input, input_files), "fallback_bytes": result.fallback_bytes}
     if report["output_bytes"] >= report["input_bytes"]:
         changes["warnings"].append("the file grew; the original is smaller")
     if path:
@@ -243,7 +247,7 @@ def _encode_all(jobs: list[Job], options: Options, chunks: Runner, title: str) -
     chunks: runs the chunks of primitives that are larger than memory.
     """
     if not jobs:
-        raise MeshletError("holds no triangles", "there is nothing to compress")
+        raise MeshletError("holds no triangles with a POSITION", "there is nothing to compress")
     with progress_bar(title, options.progress) as advance:
         _encode_at_once(jobs, options, chunks, advance)
     encoded = [job for job in jobs if not job.reason_kept]
@@ -290,20 +294,33 @@ def _finish_document(
 ) -> dict[str, Any]:
     """Bring images and lists of extensions in order; returns the report on the changes."""
     warnings = [*document.import_warnings, *_lossy_before(document), *_coarse_grids(jobs)]
+    sources = {id(job.source): job.source for job in encoded}.values()  # jobs may share one
+    warnings += repair_warnings(sources)
     document.forget_extension(EXTENSION)
     forget_levels(document)
     document.use_extension(EXTENSION, required=not options.fallback)
     warnings += embed_images(document)
     warnings += _settle_extensions(document, encoded)
+    of_jobs = [{**job.location, "reason": job.reason_kept} for job in jobs if job.reason_kept]
     drop_counts = DropCounts()
     for job in jobs:
         drop_counts.add(job.drop_counts)
+    drop_counts.non_finite_triangles = sum(source.replaced["POSITION"] for source in sources)
     return {
         "generation": _generation(encoded),
         "dropped": vars(drop_counts),
-        "kept": [{**job.location, "reason": job.reason_kept} for job in jobs if job.reason_kept],
+        "kept": [*_without_positions(document), *of_jobs],
         "warnings": warnings,
     }
+
+
+def _without_positions(document: Document) -> list[dict[str, Any]]:
+    """Return the place of each triangle primitive that has no positions, and that as the reason."""
+    return [
+        {"mesh": mesh, "primitive": index, "reason": "it has no POSITION"}
+        for mesh, index, primitive in all_primitives(document)
+        if gltf.mode(primitive) in gltf.TRIANGLE_MODES and not gltf.has_triangles(primitive)
+    ]
 
 
 def _lossy_before(document: Document) -> list[str]:
@@ -330,7 +347,7 @@ def _jobs(document: Document, large: Larges, options: Options) -> list[Job]:
         if identity not in sources and (mesh, index) in large:
             sources[identity] = large[mesh, index], DropCounts()
         elif identity not in sources:
-            sources[identity] = _source(document, mesh, index)
+            sources[identity] = _source(document, mesh, index, options.non_finite)
         uses.append((mesh if options.grid == "mesh" else None, primitive, identity))
     boxes = _boxes([(key, sources[identity][0]) for key, _, identity in uses])
     grids = {key: _grid(box, options) for key, box in boxes.items()}
@@ -349,10 +366,12 @@ def _identity(primitive: gltf.Primitive) -> Identity:
     return (gltf.mode(primitive), primitive.get("indices"), *compression, *names)
 
 
-def _source(document: Document, mesh: int, index: int) -> tuple[Source, DropCounts]:
+def _source(
+    document: Document, mesh: int, index: int, non_finite: str
+) -> tuple[Source, DropCounts]:
     source, drop_counts = source_of(document, mesh, index)
     if len(source.attributes) <= _codec.BLOB_MAX_STREAMS:  # else it stays uncompressed
-        source.read_bounds()
+        read_finite_bounds(source, non_finite)
     return source, drop_counts
 
 
@@ -419,13 +438,13 @@ def _encode_job(
     """Set the job's result, or its reason_kept. threads: for a primitive in memory."""
     source, max_streams = job.source, _codec.BLOB_MAX_STREAMS
     if not source.triangle_count:
-        job.reason_kept = DEGENERATE
+        _keep(job, NOT_FINITE if source.replaced else DEGENERATE)
         return
     streams = len(source.attributes)  # one or more for each
     if streams <= max_streams:
         if not source.bounds:
             job.drop_counts.degenerate_triangles += source.triangle_count
-            _keep_degenerate(job)
+            _keep(job, DEGENERATE)
             return
         record_format = RecordFormat.of(source, job.grid, _bits(options))
         streams = len(record_format.plan.streams)
@@ -436,14 +455,14 @@ def _encode_job(
     job.result = encode(source, record_format, options, own_runner, progress)
     job.drop_counts.add(job.result.drop_counts)
     if not job.result.statistics:
-        _keep_degenerate(job)
+        _keep(job, DEGENERATE)
 
 
-def _keep_degenerate(job: Job) -> None:
+def _keep(job: Job, reason: str) -> None:
     """Leave a primitive as it is. Raises MeshletError for one that is larger than memory."""
-    job.reason_kept = DEGENERATE
+    job.reason_kept = reason
     if not job.source.is_in_memory:  # the document may not have it
-        raise MeshletError(f"{job.source.where}: {DEGENERATE}", "repair the model first")
+        raise MeshletError(f"{job.source.where}: {reason}", "repair the model first")
 
 
 def _replace(document: Document, job: Job, fallback: bool) -> None:
@@ -504,19 +523,19 @@ def _useless_levels(encoded: list[Job]) -> list[str]:
     """
     from gltf_ext.lod.cuts import cut_at_error, held_bytes  # commands without levels start faster
 
-    plain_bytes = level_bytes = 0
+    bytes_without_levels = bytes_with_levels = 0
     for job in encoded:
         if not job.result.levels:
             continue
         tables = job.result.levels.tables
         size = float(np.ptp(_decoded_box(job.result), axis=0).max())
-        plain_bytes += len(job.result.view)
-        level_bytes += held_bytes(tables, cut_at_error(tables, size / PIXELS))
-    if level_bytes < plain_bytes or not plain_bytes:
+        bytes_without_levels += len(job.result.view)
+        bytes_with_levels += held_bytes(tables, cut_at_error(tables, size / PIXELS))
+    if bytes_with_levels < bytes_without_levels or not bytes_without_levels:
         return []
     return [
         f"levels of detail do not pay: for one pixel of error in {PIXELS} a viewer loads "
-        f"{level_bytes:,} bytes, and {plain_bytes:,} without levels"
+        f"{bytes_with_levels:,} bytes, and {bytes_without_levels:,} without levels"
     ]
 
 
@@ -525,23 +544,17 @@ def _useless_levels(encoded: list[Job]) -> list[str]:
 
 def _settle_extensions(document: Document, encoded: list[Job]) -> list[str]:
     """Correct extensionsUsed and extensionsRequired; return warnings."""
-    users = [user for job in encoded for user in job.users]
-    for user in users:
-        gltf.pop_extension(user, DRACO)
-    warnings = []
-    for name in ORDER_DEPENDENT:
-        carriers = [user for user in users if gltf.pop_extension(user, name) is not None]
-        if carriers or name in document.extensionsUsed:
-            warnings.append(
-                f"{name} describes the order of triangles, which changes; it is dropped"
-            )
-            document.forget_extension(name)
+    for job in encoded:
+        for user in job.users:
+            gltf.pop_extension(user, DRACO)
+    compressed = {id(user): job.counts for job in encoded for user in job.users}
+    warnings = drop_numbered(document, compressed)
     if not any(gltf.has_extension(p, DRACO) for _, _, p in all_primitives(document)):
         document.forget_extension(DRACO)
-    unknown = unknown_index_holders(document)
+    unknown = sorted(ambiguous_references(document))
     if unknown:
         warnings.append(
-            f"{', '.join(unknown)} may refer to the original accessors, so their data is kept; "
+            f"{', '.join(unknown)} may refer to original accessors, so the data of these is kept; "
             "remove the extension for a smaller file"
         )
     return warnings

@@ -10,7 +10,7 @@ import pytest
 
 import gltf_ext
 from gltf_ext import _codec
-from gltf_ext.options import OPTIONS, REMOVED_OPTIONS, Options
+from gltf_ext.options import OPTIONS, REMOVED_OPTIONS, Options, _declare
 from gltf_meshlet import cli
 from tests.helpers.environment import ROOT
 from tests.helpers.gltf_builder import Builder, grid_mesh
@@ -89,6 +89,11 @@ def test_shown_defaults_are_the_encoders(tmp_path):
         gltf_ext.compress(original, tmp_path / "out.glb", effort="high", **options)
         outputs.append((tmp_path / "out.glb").read_bytes())
     assert outputs[0] == outputs[1] != outputs[2]
+
+
+def test_an_option_without_default_names_its_type():
+    with pytest.raises(TypeError, match="--new has no default, so name its type"):
+        _declare(None, "--new", "a new option")
 
 
 @pytest.mark.parametrize("option", [o for o in OPTIONS if o.limits], ids=lambda o: o.name)

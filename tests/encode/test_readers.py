@@ -89,7 +89,8 @@ import importlib, os, sys
 from gltf_ext.document import document
 from gltf_meshlet import __main__
 document.MOST_READ = 0
-command = importlib.import_module(f"gltf_ext.commands.{sys.argv[1]}")
+modules = {"compress": "sources.large", "decompress": "commands.decompress"}
+command = importlib.import_module(f"gltf_ext.{modules[sys.argv[1]]}")
 opened = command.open_model
 def cutting(path, *options):
     result = opened(path, *options)
