@@ -164,6 +164,6 @@ class Decoder(Owner):
         has any, has an error code.
         """
         for number, stage in enumerate(self._stages):
-            if number > 0:
+            if number > 0:  # a pass reads what the one before it has written
                 self._device.compute_barrier(commands)
             jobs.dispatch(commands, stage, pushed)

@@ -136,6 +136,7 @@ class Levels(Owner):
 
         def record(commands: Any) -> None:
             self.pool.record(commands, self._update)
+            # Culling reads the bounds of the new pages.
             self._device.compute_barrier(commands)
 
         return [Step("upload", record)]
@@ -154,6 +155,7 @@ class Levels(Owner):
         raw = vk.ffi.from_buffer(bytearray(state.tobytes()[begin:end]))
         vk.vkCmdUpdateBuffer(commands, jobs.buffer.handle, begin, end - begin, raw)
         vk.vkCmdFillBuffer(commands, self._requests.handle, 0, self._requests.size, 0)
+        # cut.comp takes its arguments from here, and adds to both.
         self._device.full_barrier(commands)
         pushed = push_record(
             CUT_PUSH,
@@ -167,10 +169,12 @@ class Levels(Owner):
         )
         for _ in range(ROUNDS):
             jobs.dispatch(commands, self._cut, pushed)
+            # The list is complete, for touch.comp and for rounds.comp.
             self._device.compute_barrier(commands)
             if touch:
                 touch(commands)
             self._rounds.dispatch(commands, 1, pushed)
+            # It has written the arguments of the next indirect dispatch.
             self._device.full_barrier(commands)
 
     def after(self, jobs: JobList) -> list[Step]:

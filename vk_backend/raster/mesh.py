@@ -153,6 +153,7 @@ class MeshDrawing(Drawing):
         if is_first:
             counters = self._own["counters"]
             vk.vkCmdFillBuffer(commands, counters.handle, 0, counters.size, 0)
+            # Task shaders add to the counters.
             self.device.full_barrier(commands)
         data = push_record(
             TASK_PUSH,
@@ -205,10 +206,12 @@ class MeshDrawing(Drawing):
 
     def _make_pyramid(self, commands: Any, targets: DepthTargets) -> None:
         targets.copy_depths(commands)
+        # pyramid.comp reads the depths.
         self.device.full_barrier(commands)
         data = push_record(RASTER_PUSH, frame=self.view.frame, pixels=targets.pixels.address)
         columns, rows = pyramid_tiles(targets.width, targets.height)
         self._pyramid.dispatch(commands, columns, data, rows)
+        # Task shaders read the pyramid.
         self.device.full_barrier(commands)
 
     # --- after a frame ---

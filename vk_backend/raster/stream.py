@@ -99,7 +99,9 @@ class StreamDrawing(Drawing):
         """Batches do not depend on the camera: the commands can be recorded once."""
 
         def record(commands: Any) -> None:
-            if not self.overlap:  # else a semaphore says that earlier drawing is done
+            # The mesh shader has read the slots that are written next; with two queues a semaphore
+            # says so.
+            if not self.overlap:
                 self.device.barrier(commands, MESH_STAGE, 0, COMPUTE_STAGE, 0)
             pushed = push_record(RASTER_PUSH, frame=self.view.frame, **self.decoder.addresses)
             self.decoder.decode(commands, batch, pushed)

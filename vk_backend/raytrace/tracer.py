@@ -184,4 +184,5 @@ class RayTracer(Tracer):
         """Records the decoding of `count` meshlets from number `first` on into the first slots."""
         decoder = self._team if count < SERIAL_FILL else self._serial
         decoder.decode(commands, Numbered(first, count), self.pushed(FILL_PUSH))
+        # Rays read the slots.
         self.device.full_barrier(commands)

@@ -33,7 +33,7 @@ SLOTS = 1 << 15
 
 
 class BatchedDrawing(Drawing):
-    """Path `visibility` without a cache."""
+    """Path `visibility` without a cache: the meshlets of instances are decoded one by one."""
 
     name, capability = "visibility", "atomics64"
     targets: ClassVar[Any] = Planes
@@ -71,6 +71,7 @@ class BatchedDrawing(Drawing):
 
         def decode(commands: Any) -> None:
             self.decoder.decode(commands, batch, pushed)
+            # `small` reads the slots, and the pixels that `clear` has emptied.
             self.device.compute_barrier(commands)
 
         return [

@@ -34,12 +34,29 @@ from .batched import SLOTS
 from .rasterizer import PIECE_WORKGROUPS, Planes, Rasterizer
 
 FRESH = structure("Fresh")
+JOB_BYTES = JOB.itemsize + 12  # with its state and its part of the others' tables
 UNDECODED = CONSTANTS["UNDECODED"]
 UNUSED = 0xFFFFFFFF  # no stamp, no frame
 # Most notes of what was visible: with a quarter of them taken, as many clusters that are hidden are
 # drawn without need.
 HINTS = 1 << 20
 STEPS = {name: CONSTANTS[f"STEP_{name.upper()}"] for name in ("touch", "place", "test", "next")}
+
+
+# From so many instances of a meshlet on, if they are too many for the slots: keeping it costs 28
+# bytes for each, decoding it for each takes most of a frame.
+SHARED = 4
+MOST_TABLES = 1 << 30  # bytes
+
+
+def is_shared(scene: Scene) -> bool:
+    """Whether frames should keep decoded meshlets although no cache was asked for.
+
+    That is so if batches would decode each of them for many instances, and slots hold them all.
+    """
+    total, meshlets = int(scene.instance_meshlets.sum()), sum(p.meshlets for p in scene.primitives)
+    fits = meshlets <= SLOTS < total <= MOST_TABLES // JOB_BYTES
+    return fits and total >= SHARED * meshlets
 
 
 def slot_bytes(scene: Scene) -> int:
@@ -91,6 +108,7 @@ class AllMeshlets(Owner):
     def choose(
         self, commands: Any, frame: int, jobs: JobList, touch: Callable[[Any], None]
     ) -> None:
+        # `clear` has reset the counters.
         self._device.compute_barrier(commands)
         touch(commands)
 
@@ -112,7 +130,7 @@ class FreshClusters:
 
 
 class PooledDrawing(Drawing):
-    """Path `visibility` with a cache or levels.
+    """Path `visibility` with a cache or levels, or if `is_shared`.
 
     levels: the source of clusters of a scene with levels. Without, a frame has several passes if
     the meshlets in view do not fit the slots.
@@ -214,6 +232,7 @@ class PooledDrawing(Drawing):
 
         def begin(commands: Any) -> None:
             self._job_steps["next"].dispatch(commands, 1, own)
+            # It has reset the counters.
             self.device.compute_barrier(commands)
             decode.record(commands)
 
@@ -224,22 +243,27 @@ class PooledDrawing(Drawing):
     def _choose(self, commands: Any, pushed: np.ndarray) -> None:
         def touch(commands: Any) -> None:
             self._record_jobs(commands, "touch", pushed)
+            # The states of jobs and the number of slots are known.
             self.device.compute_barrier(commands)
 
         self._source.choose(commands, self.view.frame, self.jobs, touch)
 
     def _decode(self, commands: Any, pushed: np.ndarray) -> None:
         self._record_jobs(commands, "place", pushed)
+        # It has written the arguments of the decoder's indirect dispatches.
         self.device.full_barrier(commands)
         self._decoder.decode(commands, self._fresh, pushed)
+        # `small` reads the slots.
         self.device.compute_barrier(commands)
 
     def _hide(self, commands: Any, targets: Planes, pushed: np.ndarray) -> None:
         """Has those wait that the first phase has not drawn and does not hide."""
         columns, rows = pyramid_tiles(targets.width, targets.height)
         self._pyramid.dispatch(commands, columns, pushed, rows)
+        # The test reads the pyramid.
         self.device.compute_barrier(commands)
         self._record_jobs(commands, "test", pushed)
+        # The states of jobs say which ones wait.
         self.device.compute_barrier(commands)
 
     def _record_jobs(self, commands: Any, step: str, pushed: np.ndarray) -> None:

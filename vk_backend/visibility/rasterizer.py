@@ -117,6 +117,7 @@ class Rasterizer(Owner):
     def small(self, commands: Any, source: Batch | JobList, pushed: np.ndarray) -> None:
         """Draws small triangles, and cuts the others into pieces."""
         source.dispatch(commands, self._stages["small"], pushed)
+        # The list of pieces is complete.
         self._device.compute_barrier(commands)
 
     def pieces(self, commands: Any, source: Batch | JobList, pushed: np.ndarray) -> None:
@@ -126,6 +127,7 @@ class Rasterizer(Owner):
             source.dispatch(commands, stage, pushed)
         else:
             stage.pipeline.dispatch(commands, PIECE_WORKGROUPS, source.pushed(pushed))
+        # The depths are final, for `resolve` and for the pyramid.
         self._device.compute_barrier(commands)
 
     def resolve(self, commands: Any, targets: Planes, pushed: np.ndarray) -> None:
@@ -133,9 +135,11 @@ class Rasterizer(Owner):
         side = CONSTANTS["RESOLVE_SIDE"]
         columns, rows = -(-targets.width // side), -(-targets.height // side)
         self._stages["resolve"].pipeline.dispatch(commands, columns, pushed, rows)
+        # The next batch overwrites the slots, and atomics compare with the pixels.
         self._device.compute_barrier(commands)
 
     def resolve_rest(self, commands: Any, jobs: JobList, pushed: np.ndarray) -> None:
         """The same after a later pass of a frame, if that has drawn anything."""
         jobs.dispatch(commands, self._stages["resolve"], pushed)
+        # As in `resolve`.
         self._device.compute_barrier(commands)
