@@ -110,7 +110,11 @@ def _default(option: str) -> str:
 def _effort(result: dict) -> str:
     """What the effort was, if not the default."""
     effort = result.get("effort", DEFAULTS["effort"])
-    return "" if effort == DEFAULTS["effort"] else f", and the effort, which was {effort} and has been removed since"
+    return (
+        ""
+        if effort == DEFAULTS["effort"]
+        else f", and the effort, which was {effort} and has been removed since"
+    )
 
 
 def report(result: dict) -> str:
