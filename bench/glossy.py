@@ -21,7 +21,7 @@ from gltf_scene.materials import read_material
 from gltf_scene.scene import PlacedPrimitive, read_scene
 from tools.rasterizer import Camera, Surface, visible_surface
 
-SIZE, SAMPLES = 320, 3  # pixels along a side of a picture, samples of a pixel and axis
+SIZE, SAMPLES = 256, 2  # pixels along a side of a picture, samples of a pixel and axis
 SQUARES = 32  # of the checkerboard along a tile
 PLAIN = np.array([0.55, 0.53, 0.50])  # base colour without texture, linear
 # Share of the light that is reflected: more at grazing angles, as of varnish.

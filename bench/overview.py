@@ -316,6 +316,7 @@ SECTIONS = (
     Section("Reading other formats", "reading", ("scale.md",)),
     Section("Many models", "batch", ("scale.md",)),
     Section("Quality", "quality", ("quality.md",)),
+    Section("Bits that are chosen", "defaults", ("defaults.md",)),
     Section("Decoding on the GPU", "vulkan_decode", ("vulkan.md",), vulkan_decode.summary),
     Section("Drawing on the GPU", "vulkan_raster", ("vulkan.md",), vulkan_raster.summary),
     Section("Levels of detail on the GPU", "vulkan_lod", ("vulkan.md",)),

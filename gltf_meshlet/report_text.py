@@ -262,8 +262,8 @@ def _verdict(report: Report) -> str:
         return "NOT THE SAME"
     topology = report["topology"]
     if topology and topology["original"] != topology["compressed"]:
-        how = "CONNECTED DIFFERENTLY" if report["is_torn"] else "JOINED BY THE GRID"
-        return f"the same triangles, {how}"
+        by_grid = "" if report["is_torn"] else " by the grid"
+        return f"the same triangles, CONNECTED DIFFERENTLY{by_grid}"
     return "the same triangles, " + (
         "within the bits" if report["ok"] else "BEYOND WHAT IS PROMISED"
     )

@@ -83,6 +83,7 @@ class Job:
         collapse: its triangles that the grid collapses; is_torn: whether a grid that was chosen
             changes its topology.
         result: what it became.
+        counts: of its vertices, triangles and corners, as in the document.
     """
 
     chosen: Chosen
@@ -94,16 +95,15 @@ class Job:
     is_torn: bool = False
     result: Compression = field(default_factory=Compression)
 
+    def __post_init__(self) -> None:
+        """Count before the source gives its rows back."""
+        triangles = self.source.triangle_count + self.source.replaced["POSITION"]
+        self.counts = {self.source.vertex_count, triangles, 3 * triangles}
+
     @property
     def source(self) -> Source:
         """The primitive."""
         return self.chosen.source
-
-    @property
-    def counts(self) -> set[int]:
-        """Of its vertices, triangles and corners, as in the document."""
-        triangles = self.source.triangle_count + self.source.replaced["POSITION"]
-        return {self.source.vertex_count, triangles, 3 * triangles}
 
     @property
     def location(self) -> dict[str, int]:
@@ -328,6 +328,8 @@ def _mend_torn(jobs: list[Job], options: Options, chunks: Runner) -> None:
         by_grid.setdefault(job.grid, []).append(job)
     for coarse, torn in by_grid.items():
         if coarse is None or not any(job.is_torn for job in torn):
+            continue
+        if not all(job.source.is_in_memory for job in torn):  # some are gone
             continue
         box = _boxes([(None, job.source) for job in torn])[None]
         torn.sort(key=lambda job: not job.is_torn)

@@ -128,12 +128,11 @@ def range_warnings(chosen: Chosen, plan: Plan) -> list[str]:
     for name in plan.attributes:
         if is_of_target(name) or name not in chosen.source.bounds:
             continue
-        stream = plan.streams_of(name)[0]
-        limit = visible_error(name, stream, chosen.look, chosen.source.formats[name][0])
+        stream, bounds = plan.streams_of(name)[0], chosen.source.bounds[name]
+        limit = visible_error(name, stream, chosen.look, bounds.dtype)
         if limit is not None and stream.step / 2 > ROUNDING * limit.error:
-            low, high = chosen.source.bounds[name]
             warnings.append(
-                f"{name} of {chosen.source.where} reaches from {low.min():g} to {high.max():g}, "
+                f"{name} of {chosen.source.where} reaches from {bounds[0].min():g} to {bounds[1].max():g}, "
                 f"so {stream.bits} bits leave steps of {limit.text(stream.step)}; use auto or more"
             )
     return warnings
