@@ -109,7 +109,7 @@ def placed(path: Path, count: int, output: Path) -> Path:
         place = step * np.array([number % side - side // 2, 0.0, number // side - side // 2])
         document.nodes.append({"mesh": 0, "translation": place.tolist(), "rotation": turn})
     document.json["scene"], document.scenes[:] = 0, [{"nodes": list(range(count))}]
-    write_files(model_files(document, output), sources=())
+    write_files(model_files(document, output), input_files=())
     return output
 
 

@@ -107,7 +107,7 @@ class Option:
                 f"{self.name} is {value!r}", f"use {self.accepted}", options=(self.name,)
             )
 
-    def plain(self, value: Any) -> Any:
+    def json_value(self, value: Any) -> Any:
         """Return a value that the option accepts as one of JSON, not a path or of NumPy."""
         if value is None or self.type is bool:
             return value
@@ -305,7 +305,7 @@ class Options:
         for option in OPTIONS:
             value = getattr(self, option.name)
             option.check(value)
-            object.__setattr__(self, option.name, option.plain(value))
+            object.__setattr__(self, option.name, option.json_value(value))
         for name in ("fallback", "transport"):
             if self.memory and getattr(self, name):
                 raise MeshletError(
@@ -342,7 +342,7 @@ class Options:
         return cls(**values)
 
     @classmethod
-    def plain(cls, values: dict[str, Any]) -> dict[str, Any]:
+    def json_values(cls, values: dict[str, Any]) -> dict[str, Any]:
         """Keyword arguments as values of JSON, without defaults. Raises MeshletError as `of`."""
         options = cls.of(values)
         return {

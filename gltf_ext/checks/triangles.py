@@ -81,13 +81,13 @@ class Comparison:
                 keys, cells, positions = (column[rows] for column in columns)
                 yield keys, cells, positions, last / triangles.count
             return
-        soup = WorkFile(self._folder)
-        for first, last, corners, fraction in gather_corners(source, record_format, soup):
+        corner_file = WorkFile(self._folder)
+        for first, last, corners, fraction in gather_corners(source, record_format, corner_file):
             if fraction < 1.0:
-                soup.write(corners, 3 * first * record_format.fine.itemsize)
+                corner_file.write(corners, 3 * first * record_format.fine.itemsize)
             else:
                 yield *self._columns(corners), last / source.triangle_count
-        soup.close()
+        corner_file.close()
 
     def _columns(self, records: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the keys of _source_corners, of records [...]."""

@@ -198,7 +198,7 @@ def compress(input: Model, output: File | None, settings: Options) -> Report:
     with runner(settings.scheduler, settings.threads) as chunks, blaming(name):
         document, large = open_source(input, settings)
         feature_warnings = number_features(document, large)
-        sources_read = document.files()
+        input_files = document.files()
         jobs = _jobs(document, large, settings)
         encoded = _encode_all(jobs, settings, chunks, Path(name).name)
         for job in encoded:
@@ -212,7 +212,7 @@ def compress(input: Model, output: File | None, settings: Options) -> Report:
             pack_compressed(document, settings.threads)
         result = Result.of(document, path)
         contents = inspect_document(document, _statistics_by_view(encoded))
-    report = {**result.write(input, sources_read), "fallback_bytes": result.fallback_bytes}
+    report = {**result.write(input, input_files), "fallback_bytes": result.fallback_bytes}
     if report["output_bytes"] >= report["input_bytes"]:
         changes["warnings"].append("the file grew; the original is smaller")
     if path:
@@ -523,19 +523,19 @@ def _useless_levels(encoded: list[Job]) -> list[str]:
     """
     from gltf_ext.lod.cuts import cut_at_error, held_bytes  # commands without levels start faster
 
-    plain_bytes = level_bytes = 0
+    bytes_without_levels = bytes_with_levels = 0
     for job in encoded:
         if not job.result.levels:
             continue
         tables = job.result.levels.tables
         size = float(np.ptp(_decoded_box(job.result), axis=0).max())
-        plain_bytes += len(job.result.view)
-        level_bytes += held_bytes(tables, cut_at_error(tables, size / PIXELS))
-    if level_bytes < plain_bytes or not plain_bytes:
+        bytes_without_levels += len(job.result.view)
+        bytes_with_levels += held_bytes(tables, cut_at_error(tables, size / PIXELS))
+    if bytes_with_levels < bytes_without_levels or not bytes_without_levels:
         return []
     return [
         f"levels of detail do not pay: for one pixel of error in {PIXELS} a viewer loads "
-        f"{level_bytes:,} bytes, and {plain_bytes:,} without levels"
+        f"{bytes_with_levels:,} bytes, and {bytes_without_levels:,} without levels"
     ]
 
 

@@ -6,11 +6,11 @@ import os
 from collections.abc import Callable
 from pathlib import Path
 
-from gltf_ext.document.container import EMPTY, EXPORT_AGAIN, read_document
+from gltf_ext.document.container import EMPTY, read_document
 from gltf_ext.document.document import Document
 from gltf_ext.document.gltf2 import Model, is_path, read_gltf2
 from gltf_ext.document.lfs import START, refuse_pointer
-from gltf_ext.errors import MeshletError
+from gltf_ext.errors import EXPORT_AGAIN, MeshletError
 from gltf_ext.progress import Advance
 from gltf_ext.sources import mtl, obj, ply, stl
 from gltf_ext.sources.limits import check_triangle_count

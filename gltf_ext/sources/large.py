@@ -20,7 +20,7 @@ from gltf_ext.sources.importers import (
     triangles_in_header,
 )
 from gltf_ext.sources.limits import check_triangle_count
-from gltf_ext.sources.memory import BASE_BYTES, fitting, reading
+from gltf_ext.sources.memory import BASE_BYTES, check_memory, reading_limits, triangles_that_fit
 from gltf_ext.sources.mesh_files import MeshFile, MeshPrimitive
 from gltf_ext.sources.repair import read_finite_bounds
 from gltf_ext.sources.row_arrays import FileRows
@@ -45,7 +45,7 @@ def open_source(model: Model, options: Options) -> tuple[Document, Larges]:
     """
     if not options.memory:
         return _open_whole(model, options), {}
-    fitting(options)  # check
+    check_memory(options)
     if not is_path(model):
         raise MeshletError(
             "max_memory is for files, not for a GLTF2", "save it first", options=("max_memory",)
@@ -81,7 +81,7 @@ def _copy(path: Path, options: Options) -> MeshFile:
     Checks before what can be known before: the triangles that a header counts, the space on disk.
     """
     folder = str(options.work_dir)
-    _check_memory(triangles_in_header(path), options)
+    _check_result_fits(triangles_in_header(path), options)
     check_space(folder, int(SPACE_OF_FILE * os.path.getsize(path)))
     stamp = stamp_of(path)
     try:
@@ -94,7 +94,7 @@ def _copy(path: Path, options: Options) -> MeshFile:
 
 def _large(contents: MeshFile, options: Options) -> dict[tuple[int, int], MeshPrimitive]:
     """Choose the primitives that stay in files: all but the smallest, which memory holds."""
-    limit, total = fitting(options) // INDEXED_SHARE, 0
+    limit, total = triangles_that_fit(options) // INDEXED_SHARE, 0
     large = {}
     for m, p, primitive in sorted(
         contents.numbered_primitives(), key=lambda row: row[2].triangle_count
@@ -108,7 +108,7 @@ def _large(contents: MeshFile, options: Options) -> dict[tuple[int, int], MeshPr
 def _source(mesh: int, index: int, primitive: MeshPrimitive, options: Options) -> Source:
     attributes = dict(primitive.attributes)
     numberings = list(primitive.numberings)
-    return Source(mesh, index, attributes, numberings, *reading(options), is_copy=True)
+    return Source(mesh, index, attributes, numberings, *reading_limits(options), is_copy=True)
 
 
 def _read_bounds(sources: Larges, path: Path, options: Options) -> Larges:
@@ -116,7 +116,7 @@ def _read_bounds(sources: Larges, path: Path, options: Options) -> Larges:
     counts = [primitive.triangle_count for primitive in sources.values()]
     for primitive, count in zip(sources.values(), counts):
         check_triangle_count(count, primitive.where)
-    _check_memory(sum(counts), options)
+    _check_result_fits(sum(counts), options)
     with progress_bar(f"reading {path.name}", options.progress) as advance:
         moves = shared_progress(advance, [count / sum(counts) for count in counts])
         for primitive, move in zip(sources.values(), moves):
@@ -124,7 +124,7 @@ def _read_bounds(sources: Larges, path: Path, options: Options) -> Larges:
     return sources
 
 
-def _check_memory(triangles: int, options: Options) -> None:
+def _check_result_fits(triangles: int, options: Options) -> None:
     """Raise MeshletError when memory does not hold the result of so many triangles."""
     needed_bytes = BASE_BYTES + RESULT_BYTES * triangles
     if options.memory < needed_bytes:

@@ -56,16 +56,16 @@ class Material:
     Attributes:
         properties: a glTF material without textures.
         textures: by their paths in a glTF material.
-        plain: what primitives without texture coordinates have instead.
+        untextured: what primitives without texture coordinates have instead.
     """
 
     properties: dict[str, Any]
     textures: Mapping[TexturePath, Texture] = field(default_factory=dict)
-    plain: Material | None = None
+    untextured: Material | None = None
 
-    def fitting(self, attributes: Mapping[str, Any]) -> Material | None:
+    def for_attributes(self, attributes: Mapping[str, Any]) -> Material | None:
         """Return the material of a primitive with these attributes, by name."""
-        return self.plain if self.textures and "TEXCOORD_0" not in attributes else self
+        return self.untextured if self.textures and "TEXCOORD_0" not in attributes else self
 
 
 @dataclass
@@ -304,7 +304,7 @@ def to_texcoords(values: np.ndarray) -> np.ndarray:
 def to_document(meshes: Sequence[IndexedMesh]) -> Document:
     """Return a document with a node for each mesh, and for each parent of some."""
     primitives = [primitive for mesh in meshes for primitive in mesh.primitives]
-    of_primitives = [p.material and p.material.fitting(p.attributes) for p in primitives]
+    of_primitives = [p.material and p.material.for_attributes(p.attributes) for p in primitives]
     materials = list(dict.fromkeys(m for m in of_primitives if m))
     document = Document(
         {"asset": {"version": "2.0"}, "scene": 0, **_nodes(meshes), **_materials(materials)}

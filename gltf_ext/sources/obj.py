@@ -11,8 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gltf_ext import _codec
-from gltf_ext.document.container import EXPORT_AGAIN
-from gltf_ext.errors import MeshletError
+from gltf_ext.errors import EXPORT_AGAIN, MeshletError
 from gltf_ext.progress import Advance
 from gltf_ext.ranges import begins
 from gltf_ext.sources import mtl
@@ -341,7 +340,7 @@ class _Reader:
             primitive.material = material = materials.get(faces.state.material)
             mesh.primitives.append(primitive)
             contents.warnings += [f"{mesh.name}: {problem}" for problem in problems]
-            if material and material.fitting(primitive.attributes) is not material:
+            if material and material.for_attributes(primitive.attributes) is not material:
                 untextured += primitive.triangle_count
         if untextured:
             contents.warnings.append(

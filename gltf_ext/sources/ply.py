@@ -12,8 +12,7 @@ from typing import BinaryIO, Literal, NamedTuple
 import numpy as np
 
 from gltf_ext import _codec
-from gltf_ext.document.container import EXPORT_AGAIN
-from gltf_ext.errors import MeshletError
+from gltf_ext.errors import EXPORT_AGAIN, MeshletError
 from gltf_ext.progress import Advance
 from gltf_ext.ranges import numbers_of
 from gltf_ext.sources.colors import Colors
@@ -296,7 +295,7 @@ class _Reader:
             image = read_texture(path.parent, self.header.texture, contents)
             if image:
                 primitive.material = Material({}, {BASE_COLOR: Texture(image)})
-                if primitive.material.fitting(all_rows) is None:
+                if primitive.material.for_attributes(all_rows) is None:
                     contents.warnings.append(
                         "it has no texture coordinates, so its texture is left out"
                     )

@@ -13,7 +13,7 @@ from gltf_ext.document import gltf
 from gltf_ext.document.accessors import Format, bounds, read_accessor
 from gltf_ext.document.document import Document
 from gltf_ext.document.draco import DRACO, decode_draco
-from gltf_ext.errors import MeshletError
+from gltf_ext.errors import EXPORT_AGAIN, MeshletError
 from gltf_ext.progress import Advance
 from gltf_ext.scheduler import in_order
 from gltf_ext.sources.attribute_names import is_of_target, local_name, pair_names, semantic
@@ -24,7 +24,6 @@ from gltf_ext.sources.row_arrays import Numbering, Rows
 # to 110 MB, with 1 << 16 at 80 to 87.
 BLOCK = 1 << 16
 CACHED = 1 << 14  # triangles whose corners are compared at a time, in the processor's cache
-EXPORT_AGAIN = "export the model again"
 WIDTHS = {"POSITION": 3, "NORMAL": 3, "TANGENT": 4}  # components; a target's TANGENT has three
 # Semantics of floats that are rounded. Others, but those of morph targets, keep any bits.
 ROUNDED = ("POSITION", "NORMAL", "TANGENT", "TEXCOORD", "COLOR", "WEIGHTS")

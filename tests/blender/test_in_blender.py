@@ -15,7 +15,7 @@ from tests.helpers import blender as blender_process
 from tests.helpers.environment import MODELS, VECTORS, missing, parameters_or_missing
 from tests.helpers.gltf_builder import NORMALIZED, Builder, everything, glb_bytes, glb_json
 from tests.helpers.models import HARD, REFUSED
-from tools import build_blender, build_wheels
+from tools import blender_python, build_blender, build_wheels
 
 pytestmark = pytest.mark.full
 # Blender's importer fails on these, plain or compressed.
@@ -47,6 +47,16 @@ def extension(tmp_path_factory):
 def blender(extension, tmp_path_factory):
     with blender_process.running(extension, tmp_path_factory.mktemp("blender")) as process:
         yield process
+
+
+def test_blender_lists_the_repository(extension):
+    """Its own tool reads index.json, as it does when a user adds the address."""
+    (tool,) = blender_python.PYTHON.parent.parent.rglob("bl_pkg/cli/blender_ext.py")
+    index = extension.with_name("index.json").as_uri()
+    command = [blender_python.PYTHON, tool, "list", "--remote-url", index, "--local-dir", "."]
+    result = subprocess.run(command, cwd=extension.parent, capture_output=True, text=True)
+    version = build_blender.semantic_version(gltf_ext.__version__)
+    assert result.stdout.strip() == f"gltf_meshlet({version}): glTF Meshlet Compression"
 
 
 @pytest.fixture
