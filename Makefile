@@ -179,7 +179,7 @@ clean:  ## remove everything that make made here
 	@touch $@
 
 .venv/packages: pyproject.toml | .venv/installed
-	@$(PIP) "gltf-meshlet[packages]" || { echo "make: cannot install build, twine and Conan"; exit 1; }
+	@$(PIP) "gltf-meshlet[recipes]" || { echo "make: cannot install build, twine, Conan and rattler-build"; exit 1; }
 	@touch $@
 
 .venv/wheel: pyproject.toml | .venv/installed

@@ -23,6 +23,7 @@ import numpy as np
 import gltf_ext
 from bench import peers
 from bench.common import (
+    BITS,
     megabytes,
     milliseconds,
     percentiles,
@@ -104,7 +105,7 @@ def _squares(places: list, output: Path) -> Path:
     attributes = {"POSITION": corners, "NORMAL": vertex_normals(corners, triangles)}
     raw = output.with_name("raw.glb")
     peers.write_primitives([Primitive(0, 0, triangles, attributes)], raw)
-    gltf_ext.compress(raw, output)
+    gltf_ext.compress(raw, output, **BITS)
     return output
 
 

@@ -139,6 +139,21 @@ def test_conda_recipe_needs_what_the_package_needs():
         assert requirement in recipe and requirement.replace(" ", "") in f"{_project()}python>=3.10"
 
 
+@pytest.mark.parametrize("platform", ["linux-64", "linux-aarch64", "osx-arm64"])
+def test_conda_recipe_renders(platform):
+    """As rattler-build reads it, with names of compilers as conda-forge sets them."""
+    rattler_build = need_package("rattler_build")
+    text = (PACKAGING / "conda" / "recipe.yaml").read_text()
+    compilers = rattler_build.VariantConfig({"c_stdlib": ["sysroot"], "cxx_compiler": ["gxx"]})
+    target = rattler_build.PlatformConfig(target_platform=platform)
+    settings = rattler_build.RenderConfig(platform=target)
+    (rendered,) = rattler_build.Stage0Recipe.from_yaml(text).render(compilers, settings)
+    package = rendered.recipe.package
+    version = release.version_in("packaging/conda/recipe.yaml")
+    assert (package.name, package.version) == ("gltf-meshlet", version)
+    assert "scikit-build-core >=0.10" in rendered.recipe.to_dict()["requirements"]["host"]
+
+
 def test_container_has_what_the_build_needs():
     """Its context is a list, which a new folder of the build must join."""
     listed = (PACKAGING / "container" / "Dockerfile.dockerignore").read_text()
