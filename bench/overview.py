@@ -199,7 +199,7 @@ def _of_path(rows: list[dict], path: str) -> list[dict]:
 
 
 def _raster_standings(result: dict) -> Iterator[Standing]:
-    rows = [row for row in result["rows"] if row["culling"]]
+    rows = result["rows"]
     others = {
         "vertex": "uncompressed, indexed draw",
         "mesh-plain": "uncompressed, mesh shader",

@@ -26,8 +26,6 @@ DEFAULTS = {
     "position_bits": BITS["position_bits"],  # of measurements: compress chooses
     **{option: getattr(Options(), option) for option in ("effort", "max_triangles")},
 }
-# While other options change: growing regions has options that the default effort ignores.
-EFFORT = "high"
 VALUES = {
     "effort": next(option.choices for option in OPTIONS if option.name == "effort"),
     "max_triangles": (16, 24, 32, 40, 48, 56, 64),
@@ -79,7 +77,7 @@ def measure(options: argparse.Namespace) -> dict:
         for model, path in torus_and_named(options.models, GENERATED, folder).items():
             for option, values in VALUES.items():
                 for value in values:
-                    measured = measure_options(path, folder, **{"effort": EFFORT, option: value})
+                    measured = measure_options(path, folder, **{option: value})
                     rows.append({"model": model, "option": option, "value": value, **measured})
                 progress(f"{model}, {option}")
     return {"rows": rows}
@@ -109,6 +107,16 @@ def _default(option: str) -> str:
     return f"The default is {DEFAULTS[option]}."
 
 
+def _effort(result: dict) -> str:
+    """What the effort was, if not the default."""
+    effort = result.get("effort", DEFAULTS["effort"])
+    return (
+        ""
+        if effort == DEFAULTS["effort"]
+        else f", and the effort, which was {effort} and has been removed since"
+    )
+
+
 def report(result: dict) -> str:
     """docs/parameters.md."""
     sections = [
@@ -123,10 +131,10 @@ def report(result: dict) -> str:
 
 {origin_line(result)}
 One option of `compress` changes at a time; the others keep their defaults, except for bits
-({BITS_TEXT}) and the effort, which
-is {EFFORT}, since the default's meshlets do not depend on all options. Bits per triangle include
-everything. "compress" is the whole call on all threads, including files. "decode" is the C++
-call for the whole model on one thread, "one meshlet" the mean for a single meshlet.
+({BITS_TEXT}){_effort(result)}.
+Bits per triangle include everything. "compress" is the whole call on all threads, including files.
+"decode" is the C++ call for the whole model on one thread,
+"one meshlet" the mean for a single meshlet.
 Times are rough: the default rows of a model are one file, measured again for each option.
 [choices.md](choices.md) measures the choices that are fixed in the format.
 

@@ -29,8 +29,6 @@ DEFAULT_LOD_PAGE_BYTES = 32768
 # browser (bench/results/web.json). Pages of 128 KiB cost igea and dragon 0.8 and 0.7 % of their
 # bytes, of 64 KiB 1.1 and 1.2 %, of 256 KiB 0.2 and 0.4 %, but igea then has only two of them.
 MOST_TRIANGLES_UNPAGED, DEFAULT_PAGE_BYTES = 1 << 17, 1 << 17
-# Former options, and those to use instead.
-REMOVED_OPTIONS = {"iterations": "effort", "fill": "max_triangles", "weight": "lambda_"}
 
 
 @dataclass(frozen=True)
@@ -231,11 +229,11 @@ class Options:
         maximum=LARGEST_LAMBDA,
         default="1.4",
     )
-    effort: Literal["fast", "normal", "high"] = _declare(
+    effort: Literal["fast", "normal"] = _declare(
         "normal",
         "--effort",
         "how long to look for a smaller file; against normal, fast takes about 0.6 of the time for "
-        "2 % more bytes, and high 1.7 times for 0.2 % fewer",
+        "2 % more bytes",
     )
     page_bytes: int | None = _declare(
         None,
@@ -338,8 +336,6 @@ class Options:
                 "give one",
                 options=("step", "position_bits"),
             )
-        if str(self.effort) == "max":
-            raise MeshletError("effort max was removed", "use high", options=("effort",))
         for option in OPTIONS:
             value = getattr(self, option.name)
             option.check(value)
@@ -367,11 +363,6 @@ class Options:
     @classmethod
     def of(cls, values: dict[str, Any]) -> Options:
         """Options from keyword arguments. Raises MeshletError for an unknown name too."""
-        for name, replacement in REMOVED_OPTIONS.items():
-            if name in values:
-                raise MeshletError(
-                    f"{name} was removed", f"use {replacement}", options=(name, replacement)
-                )
         unknown = sorted(set(values) - {option.name for option in OPTIONS})
         if unknown:
             raise MeshletError(

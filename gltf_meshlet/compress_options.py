@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Callable
 from typing import Any
 
-from gltf_ext.options import OPTIONS, REMOVED_OPTIONS, Option
+from gltf_ext.options import OPTIONS, Option
 
 
 def add(command: argparse.ArgumentParser, but: tuple[str, ...] = ()) -> None:
@@ -14,14 +14,11 @@ def add(command: argparse.ArgumentParser, but: tuple[str, ...] = ()) -> None:
     for option in OPTIONS:
         if option.flag and option.name not in but:
             _add(command, option)
-    for name in REMOVED_OPTIONS:  # compress refuses them, and names others
-        command.add_argument(f"--{name}", help=argparse.SUPPRESS)
 
 
 def values_of(options: argparse.Namespace) -> dict[str, Any]:
     """The options of compress that the command line names, for Python."""
-    names = [*(option.name for option in OPTIONS if option.flag), *REMOVED_OPTIONS]
-    values = {name: getattr(options, name) for name in names}
+    values = {o.name: getattr(options, o.name) for o in OPTIONS if o.flag}
     return {n: v for n, v in values.items() if v is not None and v is not False}
 
 

@@ -4,10 +4,13 @@ import numpy as np
 import pytest
 
 from gltf_ext.checks.samples import (
+    LEAST_SHADING,
     SurfacePoints,
+    compare_surfaces,
     nearest_points,
     shading_differences,
     spread_by_area,
+    surface_distances,
 )
 from gltf_ext.sources.primitives import Primitive
 from tests.helpers.vulkan_scenes import ball
@@ -46,6 +49,18 @@ def test_turned_normals_and_moved_texcoords_are_found(sphere):
     found = shading_differences(changed(sphere, NORMAL=normals, TEXCOORD_0=moved), sphere, 2000)
     assert 9.5 < found["NORMAL"].max() < 10.5 and found["NORMAL"].min() < 2.0
     np.testing.assert_allclose(found["TEXCOORD_0"], 0.5, atol=0.02)
+
+
+def test_surfaces_are_compared_at_once(sphere):
+    """As by the functions for distances and for shading, which take all samples."""
+    coarse = changed(sphere, POSITION=sphere.attributes["POSITION"] * np.float32(1.1))
+    distances, shading = compare_surfaces(coarse, sphere, 2000)
+    expected = surface_distances(sphere, coarse, 2000)
+    np.testing.assert_allclose(np.sort(distances), np.sort(expected), atol=1e-6)
+    all_samples = shading_differences(coarse, sphere, 2000)
+    assert shading.keys() == all_samples.keys()
+    for name, differences in shading.items():
+        np.testing.assert_allclose(differences, all_samples[name][:LEAST_SHADING], atol=1e-9)
 
 
 def test_nearest_places_lie_at_the_stated_distance(sphere):
