@@ -11,8 +11,9 @@ import json
 import os
 import statistics
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -56,19 +57,35 @@ def files(folder: Path) -> Iterator[tuple[Path, dict]]:
     for i, path in enumerate(models):
         progress(path.name)
         yield path, {}
-        if i % 3 == 0 and path.stat().st_size < 10e6:
+        if i % 2 == 0 and path.stat().st_size < 10e6:
             yield path, {"lod": True}
-        if i % 9 == 1:
+        if i % 4 == 1:
             yield path, {"fallback": True}
-        suffix = SUFFIXES[i % len(SUFFIXES)]
-        other = write_as(path, folder / f"{path.stem}{suffix}")
-        if other is not None:
-            yield other, {}
-            other.unlink()
+        for suffix in SUFFIXES[: 1 + i % 2]:
+            other = folder / f"{path.stem}{suffix}"
+            if in_copy(write_as, path, other):
+                yield other, {}
+                other.unlink()
 
 
-def write_as(model: Path, path: Path) -> Path | None:
-    """Writes all triangles of a model in the format of the path; None for too few or too many."""
+def in_copy(function: Callable, *arguments: Any) -> Any:
+    """Calls a function in a copy of this process; returns what it returns, None if it fails."""
+    reader, writer = os.pipe()
+    process = os.fork()
+    if process == 0:
+        try:
+            os.write(writer, json.dumps(function(*arguments)).encode())
+        finally:
+            os._exit(0)
+    os.close(writer)
+    with open(reader, "rb") as pipe:
+        text = pipe.read()
+    os.waitpid(process, 0)
+    return json.loads(text or "null")
+
+
+def write_as(model: Path, path: Path) -> bool:
+    """Writes all triangles of a model in the format of the path; False for too few or too many."""
     import trimesh
 
     try:
@@ -80,31 +97,20 @@ def write_as(model: Path, path: Path) -> Path | None:
             for geometry, _ in (read_triangles(document, m, p),)
         ]
     except (MeshletError, KeyError):
-        return None
+        return False
     corners = np.concatenate([np.empty((0, 3), np.float32), *parts])
     if not MIN_TRIANGLES <= len(corners) // 3 <= MOST_TRIANGLES:
-        return None
+        return False
     mesh = trimesh.Trimesh(corners, np.arange(len(corners)).reshape(-1, 3), process=False)
     if path.suffix != ".stl":
         mesh.merge_vertices()
     mesh.export(path)
-    return path
+    return True
 
 
 def _row(path: Path, options: dict, folder: Path) -> dict | None:
     """The memory of a job at its peak, in a copy of this process; None if the model is refused."""
-    reader, writer = os.pipe()
-    process = os.fork()
-    if process == 0:
-        try:
-            os.write(writer, json.dumps(_peak(path, options, folder)).encode())
-        finally:
-            os._exit(0)
-    os.close(writer)
-    with open(reader, "rb") as pipe:
-        text = pipe.read()
-    os.waitpid(process, 0)
-    result = json.loads(text or "null")
+    result = in_copy(_peak, path, options, folder)
     if result is None or result["status"] != task.DONE:
         return None
     # A copy shows no memory that it has not touched: so what it needs is added to this process.

@@ -71,7 +71,7 @@ def encoder_arguments(primitives: list[Primitive]) -> list[tuple]:
     for source in sources:
         source.read_bounds()
         form = RecordFormat.of(source, grids[source.mesh], Bits())
-        arguments.append(form.mesh_of(form.vertices_of(form.triangles_of(source))))
+        arguments.append(form.encoder_input_of(form.vertices_of(form.triangles_of(source))))
     return arguments
 
 

@@ -191,6 +191,8 @@ def compress(input: Model, output: File | None, settings: Options) -> Report:
             changes["warnings"] += _useless_levels(encoded)
         if settings.transport:
             pack_compressed(document, settings.threads)
+        for job in jobs:
+            job.source.give_back_copy()
         result = Result.of(document, path)
         contents = inspect_document(document, _statistics_by_view(encoded))
     report = {**result.write(input, input_files), "fallback_bytes": result.fallback_bytes}

@@ -190,7 +190,7 @@ class Levels(Owner):
             ):
                 region = vk.VkBufferCopy(srcOffset=0, dstOffset=place, size=count)
                 vk.vkCmdCopyBuffer(commands, buffer.handle, target, 1, [region])
-            self._device.host_barrier(commands)
+            self._device.host_barrier(commands)  # for `finish`
 
         return [Step("report", record)]
 
