@@ -222,8 +222,8 @@ class Workers:
                 if version != importlib.metadata.version(PACKAGE):
                     self.unfit[address] = other_version(f"the worker {address}", version)
                 self._checks[address] = None
-        known = {a for a, check in self._checks.items() if check is None} - set(self.unfit)
-        return {address: w for address, w in self._latest.items() if address in known}
+        checked = {a for a, check in self._checks.items() if check is None} - set(self.unfit)
+        return {address: w for address, w in self._latest.items() if address in checked}
 
     def free(self) -> tuple[int, int]:
         """Return (threads of all workers, bytes of memory that they declare, 0 for none)."""
@@ -273,6 +273,13 @@ class Workers:
                 workers=worker and [worker],
                 resources={MEMORY: min(memory, largest)} if largest else None,
             )
+
+    def restart(self, address: str) -> None:
+        """Let a worker's nanny start it again, if it has one. Its tasks are lost."""
+        if self._latest.get(address, {}).get("nanny"):
+            options = {"timeout": CONNECT, "raise_for_error": False}
+            with contextlib.suppress(Exception):  # it may be gone already
+                within(CONNECT, partial(self._client.restart_workers, [address], **options))
 
     def wait(self, tasks: Iterable[Future], seconds: float = 5) -> list[Future]:
         """Return those that have ended, after at most so many seconds. Raises MeshletError."""

@@ -134,7 +134,7 @@ class Dispatch:
                 if records is not None:
                     self._collect(task, records, queue)
                 elif isinstance(error, KilledWorker | TimeoutError):
-                    lost_jobs += task.jobs
+                    lost_jobs += self._lost(task, type(error).__name__)
                 else:
                     raised = [f"{type(error).__name__}: {error}"] * len(task.jobs)
                     self._again(task.jobs, raised, queue)
@@ -192,6 +192,7 @@ class Dispatch:
                 self._again([job], [record["raised"]], queue)
             elif "limit" in record:
                 self._note_limit(job, record, {"seconds": self._limit})
+                self._workers.restart(task.worker)  # the job goes on there
             else:
                 self._note(record)
         if rest := task.jobs[len(records) :]:
@@ -217,8 +218,15 @@ class Dispatch:
                 del self._flight[future]
                 with contextlib.suppress(Exception):
                     future.cancel()
-                jobs += task.jobs
+                silent = "is silent" if task.worker in self._silent else "is gone"
+                jobs += self._lost(task, silent)
         return jobs
+
+    def _lost(self, task: _Task, reason: str) -> list[Job]:
+        """Return the jobs of a task whose worker died, which is an event."""
+        names = [job.name for job in task.jobs]
+        self._progress.tell("lost", worker=task.worker, reason=reason, names=names)
+        return task.jobs
 
     def _note(self, record: Record) -> None:
         self.records[record["name"]] = record
@@ -231,6 +239,6 @@ class Dispatch:
         self._note(record)
 
 
-def _advice(needed: int, memory: int) -> str:
+def _advice(needed_bytes: int, memory: int) -> str:
     has = f", its worker has {memory / 1e6:,.0f} MB" if memory else ""
-    return f"it may take {needed / 1e6:,.0f} MB{has}: give workers more, or use --max-memory"
+    return f"it may take {needed_bytes / 1e6:,.0f} MB{has}: give workers more, or use --max-memory"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import os
+import uuid
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -51,9 +52,10 @@ class Plan:
                 if goal.exists(name):
                     raise MeshletError(NOT_OURS, path=goal.at(name))
         self._key = str.lower if goal.ignores_case() else str
+        run = uuid.uuid4().hex
         names = output_names(list(self.models), self._key is str.lower)
         self.jobs = [
-            Job(self.models[name].url, name, goal.url, output, options, task.VERSION)
+            Job(self.models[name].url, name, goal.url, output, options, task.VERSION, run)
             for name, output in names.items()
         ]
         self.records = self._refused_records()

@@ -195,6 +195,7 @@ def _client(scheduler: str | Client | None, workers: int | None) -> Iterator[Cli
         return
     silence()
     count = workers or os.cpu_count() or 1
+    preload = [*dask.config.get("distributed.worker.preload"), "gltf_ext.batches.interrupts"]
     # A task on a worker that dies fails at once: `Dispatch` decides what to do with it.
     settings = {
         "distributed.scheduler.allowed-failures": 0,
@@ -209,6 +210,8 @@ def _client(scheduler: str | Client | None, workers: int | None) -> Iterator[Cli
             resources={MEMORY: MEMORY_LIMIT // count},
             dashboard_address="127.0.0.1:0",  # any free port: a fixed one may be taken
             silence_logs=50,  # CRITICAL
+            preload=preload,
+            preload_argv=[[]] * len(preload),
         ) as cluster,
         Client(cluster) as client,
     ):

@@ -60,6 +60,7 @@ class Job:
         destination: URL of the folder for outputs; output: name in it.
         options: of compress.
         version: of gltf-meshlet that made the job.
+        run: differs between all batches; a job may run twice in one, when a worker is lost.
     """
 
     source: str
@@ -68,6 +69,7 @@ class Job:
     output: str
     options: dict[str, Any]
     version: str
+    run: str = ""
 
     @property
     def record_name(self) -> str:
@@ -83,6 +85,10 @@ class Job:
     def outputs(self) -> list[str]:
         """Names of all files that it may write, but its record."""
         return [self.output] + [fallback_name(self.output)] * bool(self.options.get("fallback"))
+
+    def is_of_this_run(self, record: Record) -> bool:
+        """Return whether this batch has written a record."""
+        return bool(self.run) and record.get("run") == self.run
 
     def difference(self, record: Any) -> str:
         """Return why a record is not of this job as it is now; empty if it is."""
@@ -210,6 +216,7 @@ def _run(job: Job, folder: Path, start: float) -> Record:
         "options": job.options,
         "version": job.version,
         "format": FORMAT,
+        "run": job.run,
         "input_digest": inputs.digest,
         "inputs": inputs.entries,
         "output_digest": outputs[job.output]["digest"],
@@ -238,7 +245,7 @@ def _refresh_record(
             updates = {"source": job.source, "inputs": inputs.entries, "outputs": outputs}
             record: Record = {**old_record, **updates}
             destination.write(job.record_name, json.dumps(record).encode())
-            return {**record, "status": UNCHANGED}
+            return {**record, "status": DONE if job.is_of_this_run(record) else UNCHANGED}
     return None
 
 
@@ -255,7 +262,7 @@ def _compress_and_verify(
     verification = verify(inputs.model, output, **of_verify)
     if inputs.current_stamps() != inputs.stamps:
         raise MeshletError("changed while it was read", "run again")
-    if not verification["ok"]:
+    if verification["problems"]:  # losses that show are warned of by compress
         raise MeshletError("; ".join(["is not the same after decoding", *verification["problems"]]))
     return report, verification
 

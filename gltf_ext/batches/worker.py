@@ -31,8 +31,6 @@ def work(jobs: list[Job], seconds: float) -> list[Record]:
             records.append(_record(job, Path(folder), seconds))
             if time.monotonic() > end or {"limit", "raised"} & set(records[-1]):
                 break
-    if "limit" in records[-1] and worker.nanny:  # which starts it again
-        worker.loop.add_callback(worker.close_gracefully, restart=True)
     return records
 
 

@@ -49,6 +49,7 @@ class Document:
         new_bytes: buffer view -> its bytes, if they are not in a buffer yet.
         base: the folder that relative uris refer to.
         import_warnings: one line for each thing lost when another format was read.
+        import_rounding: the largest difference of a coordinate to that in the file, a double.
         import_files: the other files that were read then, such as materials and textures.
         was_packed: the file had packed views (transport.py).
     """
@@ -78,6 +79,7 @@ class Document:
         self.new_bytes: dict[int, NewBytes] = {}
         self.base = base
         self.import_warnings: tuple[str, ...] = ()
+        self.import_rounding = 0.0
         self.import_files: tuple[Path, ...] = ()
         self.was_packed = False
         self._binary = binary

@@ -248,7 +248,7 @@ def test_refused_in_one_line(tmp_path, monkeypatch, source, destination, options
 def test_memory_is_estimated_from_the_header(tmp_path):
     def triangles(name):
         size = (tmp_path / name).stat().st_size
-        return (estimate(f"{tmp_path}/{name}", size, {}) - BASE - 2 * size) / 425
+        return (estimate(f"{tmp_path}/{name}", size, {}) - BASE - 2 * size) / 250
 
     write_grid(tmp_path / "a.glb", 21)
     gltf_ext.compress(tmp_path / "a.glb", tmp_path / "b.glb")
@@ -265,9 +265,10 @@ def test_memory_is_estimated_from_the_header(tmp_path):
 def test_memory_has_the_limit_of_max_memory(tmp_path):
     write_grid(tmp_path / "a.glb", 900)
     size = (tmp_path / "a.glb").stat().st_size
-    assert estimate(f"{tmp_path}/a.glb", size, {}) > 600 << 20
+    assert estimate(f"{tmp_path}/a.glb", size, {"lod": True}) > 600 << 20
+    assert estimate(f"{tmp_path}/a.glb", size, {}) > 400 << 20
     assert estimate(f"{tmp_path}/a.glb", size, {"max_memory": "200M"}) == BASE + (200 << 20)
-    assert estimate(f"{tmp_path}/a.glb", size, {"max_memory": "9G"}) > 600 << 20
+    assert estimate(f"{tmp_path}/a.glb", size, {"max_memory": "9G"}) > 400 << 20
 
 
 def test_the_page_escapes_names_and_shows_failures_first(source, tmp_path, client):

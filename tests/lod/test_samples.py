@@ -63,7 +63,7 @@ def test_surfaces_are_compared_at_once(sphere):
         np.testing.assert_allclose(differences, all_samples[name][:LEAST_SHADING], atol=1e-9)
 
 
-def test_nearest_places_lie_at_the_stated_distance(sphere):
+def test_nearest_points_lie_at_the_stated_distance(sphere):
     points = np.random.default_rng(1).uniform(-2, 2, (300, 3)).astype(np.float32)
     distances, points_on_it = nearest_points(points, sphere)
     assert (points_on_it.weights >= 0).all()
@@ -84,7 +84,7 @@ def test_a_surface_without_area_has_one_place():
     assert shading_differences(point, point, 100) == {}
 
 
-def test_nearest_places_of_slivers_and_points():
+def test_nearest_points_of_slivers_and_points():
     """Weights minimise the distance, on corners, edges and inside, of degenerate triangles too."""
     random = np.random.default_rng(2)
     positions = random.uniform(-1, 1, (300, 3)).astype(np.float32)
