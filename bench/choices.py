@@ -18,7 +18,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import gltf_ext
-from bench.common import markdown_table, origin_line, progress
+from bench.common import BITS, markdown_table, origin_line, progress
 from bench.models import blobs_of, real_models
 from bench.size import section_bits
 from gltf_ext import _codec
@@ -86,7 +86,7 @@ def measure_meshlets(blobs: list[bytes]) -> dict:
 
 def totals(path: Path, folder: Path, **options) -> tuple[dict, Path]:
     output = folder / "out.glb"
-    gltf_ext.compress(path, output, **options)
+    gltf_ext.compress(path, output, **{**BITS, **options})
     return gltf_ext.inspect(output)["totals"], output
 
 

@@ -71,7 +71,7 @@ def encoder_arguments(primitives: list[Primitive]) -> list[tuple]:
     for source in sources:
         source.read_bounds()
         form = RecordFormat.of(source, grids[source.mesh], Bits())
-        arguments.append(form.mesh_of(form.vertices_of(form.triangles_of(source))))
+        arguments.append(form.encoder_input_of(form.vertices_of(form.triangles_of(source))))
     return arguments
 
 
@@ -274,6 +274,7 @@ def measure_command(path: Path, scratch: Path, repetitions: int) -> dict:
     bytecode = {"PYTHONDONTWRITEBYTECODE": "", "PYTHONPYCACHEPREFIX": str(scratch / "bytecode")}
     environment = {**os.environ, **bytecode}
     compress = [sys.executable, "-m", "gltf_meshlet", "compress", path, scratch / "out.glb"]
+    compress += ["-vp", "12", "-vn", "8", "-vt", "12", "-vc", "8"]  # as bench.common.BITS
     subprocess.run(compress, check=True, stdout=subprocess.DEVNULL, env=environment)
     command = [sys.executable, "-c", LAUNCHER, *compress]
     runs = [

@@ -17,7 +17,8 @@ from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 from gltf_ext.errors import MeshletError
 
-MIN_POSITION_BITS, DEFAULT_POSITION_BITS = 4, 12
+MIN_POSITION_BITS = 4
+AUTO = "auto"  # bits that compress chooses, for each primitive: attributes/choice.py
 # A page of fewer bytes holds less than about ten meshlets, and mostly borders.
 MIN_PAGE_BYTES, MAX_PAGE_BYTES = 4096, 1 << 28
 LARGEST_NUMBER = 1e9
@@ -44,6 +45,7 @@ class Option:
         optional: None is the default, and may be given.
         expectation: what a str without choices has to be.
         also: types of values beside str.
+        automatic: "auto" is a value, too.
         default: as shown; the value may be None if the encoder has the default.
         placeholder: what stands for the value in help texts; by default from the type.
         name: the keyword argument; set when the option is listed.
@@ -51,13 +53,14 @@ class Option:
 
     flag: str
     help: str
-    type: type = int
+    type: type
     limits: tuple[float, float] | None = None
     maximum: float = LARGEST_NUMBER
     choices: tuple[str, ...] = ()
     optional: bool = False
     expectation: str = ""
     also: tuple[Any, ...] = ()
+    automatic: bool = False
     default: str = ""
     placeholder: str = ""
     name: str = ""
@@ -87,7 +90,8 @@ class Option:
         """The limits in words; empty for none."""
         if not self.limits:
             return ""
-        return " to ".join(str(n) if isinstance(n, int) else f"{n:g}" for n in self.limits)
+        limits = " to ".join(str(n) if isinstance(n, int) else f"{n:g}" for n in self.limits)
+        return f"{limits} or {AUTO}" if self.automatic else limits
 
     @property
     def accepted(self) -> str:
@@ -105,9 +109,9 @@ class Option:
                 f"{self.name} is {value!r}", f"use {self.accepted}", options=(self.name,)
             )
 
-    def plain(self, value: Any) -> Any:
+    def json_value(self, value: Any) -> Any:
         """Return a value that the option accepts as one of JSON, not a path or of NumPy."""
-        if value is None or self.type is bool:
+        if value is None or self.type is bool or self._is_auto(value):
             return value
         if self.type is not str:
             return self.type(value)
@@ -115,7 +119,16 @@ class Option:
             value = os.fsdecode(value)
         return str.__str__(value) if isinstance(value, str) else int(value)
 
+    def from_text(self, text: str) -> Any:
+        """Return the value that a text of the command line means. Raises ValueError."""
+        return text if self._is_auto(text) else self.type(text)
+
+    def _is_auto(self, value: Any) -> bool:
+        return self.automatic and isinstance(value, str) and value == AUTO
+
     def _accepts(self, value: Any) -> bool:
+        if self._is_auto(value):
+            return True
         if self.type is bool or isinstance(value, bool):
             return self.type is bool and isinstance(value, bool)
         if self.type is str:
@@ -131,6 +144,8 @@ class Option:
 def _declare(value: Any, flag: str, help: str, **settings: Any) -> Any:
     """Return a field with its Option. `value`: the default, of the option's type or None."""
     if value is None:
+        if "type" not in settings:
+            raise TypeError(f"{flag} has no default, so name its type: _declare(..., type=float)")
         settings["optional"] = True
     else:
         settings.setdefault("type", type(value))
@@ -150,21 +165,47 @@ def bytes_of(text: str) -> int:
 class Options:
     """Options of `compress`. Raises MeshletError for a value that an option cannot have."""
 
-    position_bits: int | None = _declare(
+    position_bits: int | Literal["auto"] | None = _declare(
         None,
         "-vp",
         "bits of a position along the longest side",
+        type=int,
         limits=(MIN_POSITION_BITS, 24),
-        default=str(DEFAULT_POSITION_BITS),
+        automatic=True,
+        default=AUTO,
     )
-    normal_bits: int = _declare(
-        8, "-vn", "bits of each of the two elements of a normal or tangent", limits=(4, 16)
+    normal_bits: int | Literal["auto"] = _declare(
+        AUTO,
+        "-vn",
+        "bits of each of the two elements of a normal or tangent",
+        type=int,
+        limits=(4, 16),
+        automatic=True,
     )
-    texcoord_bits: int = _declare(12, "-vt", "bits of each texture coordinate", limits=(4, 16))
-    color_bits: int = _declare(
-        8, "-vc", "bits of each colour component that is not stored in 8 bits", limits=(4, 16)
+    texcoord_bits: int | Literal["auto"] = _declare(
+        AUTO,
+        "-vt",
+        "bits of each texture coordinate",
+        type=int,
+        limits=(4, 16),
+        automatic=True,
     )
-    weight_bits: int = _declare(8, "-vw", "bits of each float skin weight", limits=(4, 16))
+    color_bits: int | Literal["auto"] = _declare(
+        AUTO,
+        "-vc",
+        "bits of each colour component that is not stored in 8 bits",
+        type=int,
+        limits=(4, 16),
+        automatic=True,
+    )
+    weight_bits: int | Literal["auto"] = _declare(
+        AUTO,
+        "-vw",
+        "bits of each float skin weight",
+        type=int,
+        limits=(4, 16),
+        automatic=True,
+    )
     step: float | None = _declare(
         None,
         "--step",
@@ -198,16 +239,19 @@ class Options:
         None,
         "--page-bytes",
         "largest size of a page, a blob of neighbouring meshlets that decodes alone; 0 for one "
-        f"blob per primitive (with --lod, {DEFAULT_LOD_PAGE_BYTES}), else at least "
-        f"{MIN_PAGE_BYTES}; by default {DEFAULT_PAGE_BYTES} in primitives of more than "
-        f"{MOST_TRIANGLES_UNPAGED} triangles, 0 in others",
+        f"blob per primitive, else at least {MIN_PAGE_BYTES}; by default {DEFAULT_PAGE_BYTES} in "
+        f"primitives of more than {MOST_TRIANGLES_UNPAGED} triangles, 0 in others; instead of 0, "
+        f"{DEFAULT_LOD_PAGE_BYTES} with levels of detail, and {DEFAULT_PAGE_BYTES} in primitives "
+        "that --max-memory reads in parts",
+        type=int,
         limits=(0, MAX_PAGE_BYTES),
     )
     lod: bool = _declare(
         False,
         "--lod",
         "also write levels of detail (EXT_meshlet_lod), in pages of --page-bytes or "
-        f"{DEFAULT_LOD_PAGE_BYTES} bytes; from source, needs the package meshoptimizer",
+        f"{DEFAULT_LOD_PAGE_BYTES} bytes; primitives that cannot be simplified have none; from "
+        "source, needs the package meshoptimizer",
     )
     lod_reduction: float = _declare(
         5.0,
@@ -239,6 +283,13 @@ class Options:
         False,
         "--obj-groups",
         "groups (g) of an .obj become nodes, too, below those of its objects (o)",
+    )
+    non_finite: Literal["repair", "refuse"] = _declare(
+        "repair",
+        "--non-finite",
+        "of values that are NaN or infinite: repair leaves out triangles at such positions, "
+        "computes normals again and sets texture coordinates to 0, with a warning each; refuse "
+        "ends with an error",
     )
     threads: int = _declare(
         0,
@@ -277,18 +328,18 @@ class Options:
     progress: bool = _declare(False, "", "draw a progress bar on a terminal")
 
     def __post_init__(self) -> None:
-        if self.step is not None and self.position_bits is not None:
+        if self.position_bits is None:
+            object.__setattr__(self, "position_bits", AUTO)
+        if self.step is not None and self.position_bits != AUTO:
             raise MeshletError(
                 "step and position_bits both set the position step",
                 "give one",
                 options=("step", "position_bits"),
             )
-        if self.position_bits is None:
-            object.__setattr__(self, "position_bits", DEFAULT_POSITION_BITS)
         for option in OPTIONS:
             value = getattr(self, option.name)
             option.check(value)
-            object.__setattr__(self, option.name, option.plain(value))
+            object.__setattr__(self, option.name, option.json_value(value))
         for name in ("fallback", "transport"):
             if self.memory and getattr(self, name):
                 raise MeshletError(
@@ -320,7 +371,7 @@ class Options:
         return cls(**values)
 
     @classmethod
-    def plain(cls, values: dict[str, Any]) -> dict[str, Any]:
+    def json_values(cls, values: dict[str, Any]) -> dict[str, Any]:
         """Keyword arguments as values of JSON, without defaults. Raises MeshletError as `of`."""
         options = cls.of(values)
         return {
@@ -342,16 +393,31 @@ class Options:
                 options=("max_memory",),
             ) from None
 
+    # --- the size of pages, in bytes ---
+
     @property
-    def lod_page_bytes(self) -> int:
-        """Largest page of a model with levels of detail, in bytes."""
+    def chooses_positions(self) -> bool:
+        """Whether compress chooses the grids of positions."""
+        return self.step is None and self.position_bits == AUTO
+
+    @property
+    def page_limit_with_levels(self) -> int:
+        """Largest page of a primitive with levels of detail: they cannot be one blob.
+
+        One that is built in several chunks keeps these pages if it cannot be simplified.
+        """
         return self.page_bytes or DEFAULT_LOD_PAGE_BYTES
 
-    def page_bytes_of(self, triangles: int) -> int:
-        """Return the page size of a primitive without levels; 0 for one blob."""
-        if self.page_bytes is not None:
-            return self.page_bytes
-        return DEFAULT_PAGE_BYTES if triangles > MOST_TRIANGLES_UNPAGED else 0
+    def page_limit_without_levels(self, triangles: int, is_in_memory: bool) -> int:
+        """Return the largest page of a primitive without levels; 0 for one blob.
+
+        So are, with `lod`, primitives in one chunk that cannot be simplified. One that is not in
+        memory may have several chunks, which cannot be one blob.
+        """
+        limit = self.page_bytes
+        if limit is None:
+            limit = DEFAULT_PAGE_BYTES if triangles > MOST_TRIANGLES_UNPAGED else 0
+        return limit if is_in_memory else limit or DEFAULT_PAGE_BYTES
 
     @property
     def generation(self) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""What Windows does otherwise than Linux and macOS: files that are in use, names of files."""
+"""What systems do otherwise: files that are in use, names of files, how many can be open."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import os
 import sys
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path, PurePath
 
 IS_WINDOWS = os.name == "nt"
@@ -14,6 +15,7 @@ IS_WINDOWS = os.name == "nt"
 PATIENCE, PAUSE = 2.0, 0.05  # seconds
 # Of a path, unless long paths are enabled in Windows: 259, and unfinished files have longer names.
 MAX_CHARACTERS = 239
+SPARE_FILES = 64  # that may be opened beside those that `allow_open_files` is for
 
 
 def replace(source: str | os.PathLike[str], target: str | os.PathLike[str]) -> None:
@@ -71,6 +73,30 @@ def path_beside(folder: Path, name: str) -> Path | None:
 def is_too_long(path: str) -> bool:
     """Return whether Windows may refuse a path because of its length, without saying so."""
     return IS_WINDOWS and len(os.path.abspath(path)) > MAX_CHARACTERS
+
+
+def allow_open_files(count: int) -> None:
+    """Raise the process's limit, if it must be, so that so many more files can be open.
+
+    As far as the system lets a process. macOS starts them with 256, Linux with 1024; Windows has no
+    such limit.
+    """
+    if sys.platform == "win32":
+        return
+    import resource
+
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    try:
+        open_count = len(os.listdir("/dev/fd"))
+    except OSError:  # as many as the limit allows, or a system that does not list them
+        open_count = soft
+    limit = open_count + count + SPARE_FILES
+    if soft == resource.RLIM_INFINITY or soft >= limit:
+        return
+    if hard != resource.RLIM_INFINITY:
+        limit = min(limit, hard)
+    with suppress(OSError, ValueError):  # then opening fails, and says so
+        resource.setrlimit(resource.RLIMIT_NOFILE, (limit, hard))
 
 
 def _patiently(action: Callable[[], None]) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import mmap
+import shutil
 import sys
 import tempfile
 import threading
@@ -12,11 +13,26 @@ from contextlib import contextmanager
 
 import numpy as np
 
+from gltf_ext.errors import MeshletError
+from gltf_ext.portable import allow_open_files
+
 MAX_SPOOLED = 1 << 24  # bytes
 BUCKET_BYTES = 1 << 24  # of the rows of a part: while it is worked on, it takes ten times as much
 MAX_BUCKETS = 256  # files that are open at a time
 
 Data = bytes | memoryview | np.ndarray
+
+
+def check_space(folder: str, needed_bytes: int) -> None:
+    """Raise MeshletError when the disk of a folder has less space than work files need."""
+    free_bytes = shutil.disk_usage(folder).free
+    if free_bytes < needed_bytes:
+        raise MeshletError(
+            f"work files need {needed_bytes:,} bytes, {free_bytes:,} are free",
+            "free some space or use another work_dir",
+            path=folder,
+            options=("work_dir",),
+        )
 
 
 class WorkFile:
@@ -80,6 +96,12 @@ class WorkFile:
         self._file.close()
 
 
+def open_work_files(count: int, folder: str) -> list[WorkFile]:
+    """Return so many work files that are open at a time. Raises OSError."""
+    allow_open_files(count)
+    return [WorkFile(folder) for _ in range(count)]
+
+
 class Spool:
     """Bytes that wait to be written: in memory while they are few, then in a work file."""
 
@@ -126,7 +148,7 @@ class Buckets:
         """total_bytes: about the bytes of all rows; folder: as for WorkFile."""
         self.dtype, self.count = dtype, 1 + min(total_bytes // BUCKET_BYTES, MAX_BUCKETS)
         self._rows: list[np.ndarray] = []
-        self._files = [WorkFile(folder) for _ in range(self.count if self.count > 1 else 0)]
+        self._files = open_work_files(self.count if self.count > 1 else 0, folder)
 
     def add(self, rows: np.ndarray, keys: np.ndarray) -> None:
         """keys: uint64[n], as hashes are. Raises OSError."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable
 from typing import Any
 
 from gltf_ext.options import OPTIONS, Option
@@ -30,5 +31,15 @@ def _add(command: argparse.ArgumentParser, option: Option) -> None:
         command.add_argument(option.flag, dest=option.name, metavar=choices, help=help)
     else:
         command.add_argument(
-            option.flag, dest=option.name, type=option.type, metavar=option.metavar, help=help
+            option.flag, dest=option.name, type=_reader(option), metavar=option.metavar, help=help
         )
+
+
+def _reader(option: Option) -> Callable[[str], Any]:
+    """Return what reads the option's value; its name is for argparse's message."""
+
+    def read(text: str) -> Any:
+        return option.from_text(text)
+
+    read.__name__ = f"{option.type.__name__} or auto" if option.automatic else option.type.__name__
+    return read

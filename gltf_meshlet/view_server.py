@@ -262,7 +262,8 @@ class _Handler(BaseHTTPRequestHandler):
         if int(length[:MAX_NAME]) > self.server.max_upload:
             problem = f"has more than {self.server.max_upload:,} bytes; use gltf-meshlet compress"
             raise _Refusal(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, problem)
-        model = self.server.compress(file_name, suffix, self.rfile, int(length))
+        size = int(length.lstrip("0") or "0")  # int() refuses thousands of zeros
+        model = self.server.compress(file_name, suffix, self.rfile, size)
         self._send_json(model, HTTPStatus.OK)
 
     def _send_json(self, value: Any, status: HTTPStatus) -> None:

@@ -120,7 +120,7 @@ def _add_primitives(
     matrices = instance_matrices(document, node, matrix)
     mesh = node["mesh"]
     for index, primitive in enumerate(item(document.meshes, mesh, "mesh")["primitives"]):
-        if gltf.mode(primitive) not in gltf.TRIANGLE_MODES:
+        if not gltf.has_triangles(primitive):
             scene.warnings.append(f"mesh {mesh} primitive {index} has no triangles: left out")
             continue
         scene.primitives.append(

@@ -73,8 +73,8 @@ class Parts:
                 self.vertex_count = len(self._whole[1][0])
                 return
             numbers, originals = _equal_vertices(compressed, folder)
-            places = int(np.count_nonzero(numbers == originals))
-            if after > before - len(numbers) + places:
+            distinct_count = int(np.count_nonzero(numbers == originals))
+            if after > before - len(numbers) + distinct_count:
                 originals = _originals(compressed, numbers)
             is_removed = numbers != originals
             self._copies, self._of_copies = numbers[is_removed], originals[is_removed]
@@ -131,9 +131,9 @@ def _equal_vertices(compressed: Compressed, folder: str) -> tuple[np.ndarray, np
         rows = rows[np.argsort(rows["key"], kind="stable")]
         is_first = np.append(True, rows["key"][1:] != rows["key"][:-1])[: len(rows)]
         is_alone = is_first & np.append(is_first[1:], True)[: len(rows)]
-        places = np.flatnonzero(is_first)[np.cumsum(is_first) - 1]
+        first_rows = np.flatnonzero(is_first)[np.cumsum(is_first) - 1]
         numbers.append(rows["number"][~is_alone])
-        originals.append(rows["number"][places][~is_alone])
+        originals.append(rows["number"][first_rows][~is_alone])
     vertices, of_vertices = np.concatenate(numbers), np.concatenate(originals)
     order = np.argsort(vertices)
     return vertices[order], of_vertices[order]

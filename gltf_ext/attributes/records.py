@@ -29,7 +29,7 @@ from gltf_ext.sources.source import Source, blocks
 
 HASH = "hash"
 # Triangles, position ids, positions, streams and their values, as _codec.encode takes them.
-Mesh = tuple[np.ndarray, np.ndarray, np.ndarray, list[_codec.Stream], list[np.ndarray]]
+EncoderInput = tuple[np.ndarray, np.ndarray, np.ndarray, list[_codec.Stream], list[np.ndarray]]
 
 
 @dataclass
@@ -179,7 +179,7 @@ class RecordFormat:
 
         Takes only the vertices that they use: many primitives may share the attributes.
         """
-        ((names, numbers),) = source.indices
+        ((names, numbers),) = source.numberings
         count = source.vertex_count
         corners = source.corners(names, numbers, 0, source.triangle_count)
         rows = occurring(corners, count)
@@ -228,7 +228,7 @@ class RecordFormat:
         """Return uint32[n, elements] of each stream."""
         return [records[str(s)].astype(np.uint32) for s in range(len(self.plan.streams))]
 
-    def mesh_of(self, vertices: Vertices) -> Mesh:
+    def encoder_input_of(self, vertices: Vertices) -> EncoderInput:
         """Return the first arguments of _codec.encode."""
         values = self.values_of(vertices.records)
         positions = self.attributes_of(vertices, values, ("POSITION",))["POSITION"]

@@ -10,9 +10,13 @@ from gltf_ext import _codec
 from gltf_ext.sources.attribute_names import semantic
 from gltf_ext.sources.primitives import Primitive
 
+# Of the samples for distances, of which the largest counts, a share is enough for the median and
+# the 95th percentile of shading, but not fewer than so many.
+SHADING_SHARE, LEAST_SHADING = 8, 1_000
+
 
 @dataclass(frozen=True)
-class Places:
+class SurfacePoints:
     """Points on triangles.
 
     triangle: int64[N]; weights: float64[N, 3], of the corners, with sum 1.
@@ -22,31 +26,30 @@ class Places:
     weights: np.ndarray
 
     def of(self, primitive: Primitive, attribute: str) -> np.ndarray:
-        """Return float64[N, C]: the attribute at the places."""
+        """Return float64[N, C]: the attribute at the points."""
         corners = primitive.indices[self.triangle]
         values = primitive.attributes[attribute][corners].astype(np.float64)
         result: np.ndarray = np.einsum("nk,nkc->nc", self.weights, values)
         return result
 
 
-def spread_by_area(primitive: Primitive, samples: int) -> Places:
-    """Place spread by area, the same ones each time. One on a surface without any."""
+def spread_by_area(primitive: Primitive, samples: int) -> SurfacePoints:
+    """Return points spread by area, the same ones each time; one on a surface without area."""
     random = np.random.default_rng(0)
     a, b, c = _corners(primitive, np.arange(len(primitive.indices))).transpose(1, 0, 2)
     area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
     if not area.sum() > 0.0:
-        return Places(np.zeros(1, np.int64), np.array([[1.0, 0.0, 0.0]]))
+        return SurfacePoints(np.zeros(1, np.int64), np.array([[1.0, 0.0, 0.0]]))
     triangle = random.choice(len(area), samples, p=area / area.sum())
     u, v = random.random(samples), random.random(samples)
     beyond = u + v > 1.0
     u[beyond], v[beyond] = 1.0 - u[beyond], 1.0 - v[beyond]
-    return Places(triangle, np.stack([1.0 - u - v, u, v], axis=1))
+    return SurfacePoints(triangle, np.stack([1.0 - u - v, u, v], axis=1))
 
 
 def sample_surface(primitive: Primitive, samples: int) -> np.ndarray:
     """Return float32[samples, 3]: points spread by area, the same ones each time."""
-    places = spread_by_area(primitive, samples)
-    return places.of(primitive, "POSITION").astype(np.float32)
+    return spread_by_area(primitive, samples).of(primitive, "POSITION").astype(np.float32)
 
 
 def distances_to(points: np.ndarray, primitive: Primitive) -> np.ndarray:
@@ -54,11 +57,11 @@ def distances_to(points: np.ndarray, primitive: Primitive) -> np.ndarray:
     return _nearest_triangles(points, primitive)[0]
 
 
-def nearest_places(points: np.ndarray, primitive: Primitive) -> tuple[np.ndarray, Places]:
-    """Return (float32[N]: distances of points, float32[N, 3], to a surface; the nearest places)."""
+def nearest_points(points: np.ndarray, primitive: Primitive) -> tuple[np.ndarray, SurfacePoints]:
+    """Return (float32[N]: distances of points, float32[N, 3], to a surface; the nearest ones)."""
     distances, triangle = _nearest_triangles(points, primitive)
     corners = _corners(primitive, triangle)
-    return distances, Places(triangle, _nearest_weights(points.astype(np.float64), corners))
+    return distances, SurfacePoints(triangle, _nearest_weights(points.astype(np.float64), corners))
 
 
 def _nearest_triangles(points: np.ndarray, primitive: Primitive) -> tuple[np.ndarray, np.ndarray]:
@@ -83,11 +86,38 @@ def shading_differences(
         Name -> float64[samples] for each set of normals (degrees) and texture coordinates (units of
         uv).
     """
-    surface_places = spread_by_area(surface, samples)
-    _, nearest = nearest_places(surface_places.of(surface, "POSITION").astype(np.float32), original)
+    points = spread_by_area(surface, samples)
+    _, nearest = nearest_points(points.of(surface, "POSITION").astype(np.float32), original)
+    return _shading_at(points, surface, nearest, original)
+
+
+def compare_surfaces(
+    surface: Primitive, original: Primitive, samples: int
+) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """Return the results of surface_distances, and of shading_differences at fewer samples.
+
+    Looks for the nearest triangles of the original once.
+    """
+    points = spread_by_area(surface, samples)
+    places = points.of(surface, "POSITION").astype(np.float32)
+    distances, triangle = _nearest_triangles(places, original)
+    back = distances_to(sample_surface(original, samples), surface)
+    # The samples are in no order, so that the first are spread by area, too.
+    count = max(LEAST_SHADING, len(places) // SHADING_SHARE)
+    first = SurfacePoints(points.triangle[:count], points.weights[:count])
+    corners = _corners(original, triangle[:count])
+    weights = _nearest_weights(places[:count].astype(np.float64), corners)
+    nearest = SurfacePoints(triangle[:count], weights)
+    return np.concatenate([back, distances]), _shading_at(first, surface, nearest, original)
+
+
+def _shading_at(
+    surface_points: SurfacePoints, surface: Primitive, nearest: SurfacePoints, original: Primitive
+) -> dict[str, np.ndarray]:
+    """Return the differences of shading_differences between points of two surfaces."""
     differences = {}
     for name in original.attributes:
-        a, b = surface_places.of(surface, name), nearest.of(original, name)
+        a, b = surface_points.of(surface, name), nearest.of(original, name)
         if semantic(name) == "TEXCOORD":
             differences[name] = np.linalg.norm(a - b, axis=1)
         elif name == "NORMAL":

@@ -18,9 +18,9 @@ from gltf_ext.attributes.extension import (
 from gltf_ext.checks.levels import lod_problems
 from gltf_ext.document import gltf, json_values
 from gltf_ext.document.accessors import accessor_format, bounds, read_accessor, stated_bounds
-from gltf_ext.document.buffer_layout import Renumber, map_accessors, map_views
 from gltf_ext.document.document import Document, item
 from gltf_ext.document.gltf2 import Model, name_of
+from gltf_ext.document.references import Renumber, map_accessors, map_views
 from gltf_ext.errors import MeshletError
 from gltf_ext.progress import Advance, progress_bar, shared_progress
 from gltf_ext.sources.importers import open_model
@@ -52,9 +52,9 @@ def validate(path: Model, *, progress: bool = False) -> list[str]:
     problems = _extension_lists(document)
     with progress_bar(Path(name_of(path)).name, progress) as advance:
         for_blobs, for_levels = shared_progress(advance, [BLOBS_SHARE, 1 - BLOBS_SHARE])
-        places = [(m, p) for m, p, user in all_primitives(document) if is_compressed(user)]
-        moves = shared_progress(for_blobs, [1 / len(places)] * len(places) if places else [])
-        for (m, p), move in zip(places, moves):
+        numbers = [(m, p) for m, p, user in all_primitives(document) if is_compressed(user)]
+        moves = shared_progress(for_blobs, [1 / len(numbers)] * len(numbers) if numbers else [])
+        for (m, p), move in zip(numbers, moves):
             problems += _blob_problems(document, m, p, move)
         problems += lod_problems(document, for_levels)
     if not has_compressed(document) and not problems:

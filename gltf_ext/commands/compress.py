@@ -14,19 +14,32 @@ from typing import Any, ParamSpec, Protocol
 import numpy as np
 
 from gltf_ext import _codec
+from gltf_ext._codec import GRID_MAX_BITS
+from gltf_ext.attributes.choice import Chosen, choose, choose_grid, finer_grids
+from gltf_ext.attributes.details import Collapse, collapse_of_source, joins_vertices
 from gltf_ext.attributes.extension import read_compressed, source_of
 from gltf_ext.attributes.records import RecordFormat
-from gltf_ext.attributes.streams import Bits, Grid, dequantise, position_grid
+from gltf_ext.attributes.streams import SMALLEST_STEP, Grid, dequantise, position_grid
+from gltf_ext.checks.topology import topologies
 from gltf_ext.commands.inspect import inspect_document
+from gltf_ext.commands.losses import (
+    collapse_warnings,
+    limited,
+    range_warnings,
+    rounding_warnings,
+    steps_of,
+)
+from gltf_ext.commands.order import drop_numbered
 from gltf_ext.commands.result import Result, output_path
 from gltf_ext.commands.transcode import pack_compressed
 from gltf_ext.document import gltf
-from gltf_ext.document.buffer_layout import unknown_index_holders
 from gltf_ext.document.container import fallback_of
 from gltf_ext.document.document import Document
 from gltf_ext.document.draco import DRACO
 from gltf_ext.document.gltf2 import File, Model, name_of
 from gltf_ext.document.images import embed_images
+from gltf_ext.document.looks import Looks
+from gltf_ext.document.references import ambiguous_references
 from gltf_ext.encode.primitive import Compression, encode
 from gltf_ext.errors import MeshletError, blaming
 from gltf_ext.lod.document import add_levels, arrange, forget_levels
@@ -34,8 +47,8 @@ from gltf_ext.lod.tables import EXTENSION as LEVELS
 from gltf_ext.options import MIN_POSITION_BITS, Options
 from gltf_ext.progress import Advance, progress_bar, shared_progress
 from gltf_ext.scheduler import LocalThreads, Runner, runner
-from gltf_ext.sources.importers import open_model
-from gltf_ext.sources.large import Larges, open_large
+from gltf_ext.sources.features import number_features
+from gltf_ext.sources.large import Larges, open_source
 from gltf_ext.sources.primitives import (
     EXTENSION,
     DropCounts,
@@ -45,18 +58,13 @@ from gltf_ext.sources.primitives import (
     store_primitive,
     triangle_primitives,
 )
+from gltf_ext.sources.repair import read_finite_bounds, repair_warnings
 from gltf_ext.sources.source import Box, Source
 
 PIXELS = 1000  # of a primitive's longest side, to judge whether its levels pay
-DEGENERATE = "every triangle is degenerate"
+TOO_SMALL = "they are too small for 32-bit floats: scale the model up, and its node down"
+DEGENERATE, NOT_FINITE = "every triangle is degenerate", "no triangle has finite positions"
 LOSSY_BEFORE = (EXTENSION, DRACO, "KHR_mesh_quantization")
-# Extensions of a primitive that rely on the order of its triangles or vertices, which changes.
-ORDER_DEPENDENT = (
-    "FB_ngon_encoding",
-    "CESIUM_primitive_outline",
-    "EXT_mesh_manifold",
-    "EXT_mesh_polygon",
-)
 
 Report = dict[str, Any]
 P = ParamSpec("P")  # the options of compress, as keyword arguments
@@ -67,20 +75,35 @@ class Job:
     """A distinct primitive to encode.
 
     Attributes:
-        source: the primitive, in memory or in its file.
+        chosen: the primitive, in memory or in its file, and its bits.
         users: the document's primitives that it stands for.
         drop_counts: counts of vertices and triangles left out.
         grid: of its positions; None if they are integers.
         reason_kept: why it is not compressed; empty if it is.
+        collapse: its triangles that the grid collapses; is_torn: whether a grid that was chosen
+            changes its topology.
         result: what it became.
+        counts: of its vertices, triangles and corners, as in the document.
     """
 
-    source: Source
+    chosen: Chosen
     users: list[gltf.Primitive]
     drop_counts: DropCounts
     grid: Grid | None = None
     reason_kept: str = ""
+    collapse: Collapse = field(default_factory=Collapse)
+    is_torn: bool = False
     result: Compression = field(default_factory=Compression)
+
+    def __post_init__(self) -> None:
+        """Count before the source gives its rows back."""
+        triangles = self.source.triangle_count + self.source.replaced["POSITION"]
+        self.counts = {self.source.vertex_count, triangles, 3 * triangles}
+
+    @property
+    def source(self) -> Source:
+        """The primitive."""
+        return self.chosen.source
 
     @property
     def location(self) -> dict[str, int]:
@@ -135,11 +158,13 @@ def compress(input: Model, output: File | None, settings: Options) -> Report:
     of at most 1 GiB; a primitive with more bytes has one of its own.
 
     Options:
-        position_bits: bits of a position along the longest side (4 to 24, default 12).
-        normal_bits: bits of each of the two elements of a normal or tangent (4 to 16, default 8).
-        texcoord_bits: bits of each texture coordinate (4 to 16, default 12).
-        color_bits: bits of each colour component that is not stored in 8 bits (4 to 16, default 8).
-        weight_bits: bits of each float skin weight (4 to 16, default 8).
+        position_bits: bits of a position along the longest side (4 to 24 or auto, default auto).
+        normal_bits: bits of each of the two elements of a normal or tangent (4 to 16 or auto,
+            default auto).
+        texcoord_bits: bits of each texture coordinate (4 to 16 or auto, default auto).
+        color_bits: bits of each colour component that is not stored in 8 bits (4 to 16 or auto,
+            default auto).
+        weight_bits: bits of each float skin weight (4 to 16 or auto, default auto).
         step: position step in model units, instead of bits: 0.001 is 1 mm if units are metres.
         grid: "mesh" or "scene": one position grid per mesh, or one for the whole scene (default
             mesh).
@@ -149,10 +174,12 @@ def compress(input: Model, output: File | None, settings: Options) -> Report:
         effort: "fast" or "normal": how long to look for a smaller file; against normal, fast takes
             about 0.6 of the time for 2 % more bytes (default normal).
         page_bytes: largest size of a page, a blob of neighbouring meshlets that decodes alone; 0
-            for one blob per primitive (with --lod, 32768), else at least 4096; by default 131072 in
-            primitives of more than 131072 triangles, 0 in others (0 to 268435456).
+            for one blob per primitive, else at least 4096; by default 131072 in primitives of more
+            than 131072 triangles, 0 in others; instead of 0, 32768 with levels of detail, and
+            131072 in primitives that --max-memory reads in parts (0 to 268435456).
         lod: also write levels of detail (EXT_meshlet_lod), in pages of --page-bytes or 32768 bytes;
-            from source, needs the package meshoptimizer.
+            primitives that cannot be simplified have none; from source, needs the package
+            meshoptimizer.
         lod_reduction: triangles of level 0 over those of level 1; coarser levels shrink by less
             (1.5 to 16, default 5.0).
         lod_group: meshlets that are simplified together (4 to 128, default 96).
@@ -161,6 +188,9 @@ def compress(input: Model, output: File | None, settings: Options) -> Report:
         transport: pack the result for download, about a third smaller (EXT_meshlet_transport, a
             draft); readers unpack it when they open it.
         obj_groups: groups (g) of an .obj become nodes, too, below those of its objects (o).
+        non_finite: "repair" or "refuse": of values that are NaN or infinite: repair leaves out
+            triangles at such positions, computes normals again and sets texture coordinates to 0,
+            with a warning each; refuse ends with an error (default repair).
         threads: number of threads, 0 for one per processor; the bytes are the same for any (0 to
             1024, default 0).
         max_memory: work through models larger than memory in chunks; the process stays below so
@@ -178,6 +208,9 @@ def compress(input: Model, output: File | None, settings: Options) -> Report:
             triangles, before large ones are split; "iterations" is the most of any primitive.
         dropped: counts of vertices and triangles left out.
         kept: primitives left uncompressed: mesh, primitive and reason.
+        collapsed: "triangles" without area on the position grid, and their "area_percent".
+        steps: attribute -> "step" and "bits", smallest and largest: positions in units of the
+            scene, normals as degrees of the largest error, the others in their own units.
         warnings: one line each.
 
     Raises MeshletError when the input cannot be compressed, OSError when a file cannot be read or
@@ -189,25 +222,25 @@ def compress(input: Model, output: File | None, settings: Options) -> Report:
             "max_memory is for files", "name an output file", options=("max_memory",)
         )
     with runner(settings.scheduler, settings.threads) as chunks, blaming(name):
-        large: Larges = {}
-        if settings.memory:
-            document, large = open_large(input, settings)
-        else:
-            document = open_model(input, settings.obj_groups)
-        sources_read = document.files()
+        document, large = open_source(input, settings)
+        feature_warnings = number_features(document, large)
+        input_files = document.files()
         jobs = _jobs(document, large, settings)
         encoded = _encode_all(jobs, settings, chunks, Path(name).name)
         for job in encoded:
             _replace(document, job, settings.fallback)
         changes = _finish_document(document, jobs, encoded, settings)
+        changes["warnings"] += feature_warnings
         if settings.lod:
             changes["lod"] = _add_all_levels(document, encoded)
             changes["warnings"] += _useless_levels(encoded)
         if settings.transport:
             pack_compressed(document, settings.threads)
+        for job in jobs:
+            job.source.give_back_copy()
         result = Result.of(document, path)
         contents = inspect_document(document, _statistics_by_view(encoded))
-    report = {**result.write(input, sources_read), "fallback_bytes": result.fallback_bytes}
+    report = {**result.write(input, input_files), "fallback_bytes": result.fallback_bytes}
     if report["output_bytes"] >= report["input_bytes"]:
         changes["warnings"].append("the file grew; the original is smaller")
     if path:
@@ -242,9 +275,10 @@ def _encode_all(jobs: list[Job], options: Options, chunks: Runner, title: str) -
     chunks: runs the chunks of primitives that are larger than memory.
     """
     if not jobs:
-        raise MeshletError("holds no triangles", "there is nothing to compress")
+        raise MeshletError("holds no triangles with a POSITION", "there is nothing to compress")
     with progress_bar(title, options.progress) as advance:
         _encode_at_once(jobs, options, chunks, advance)
+        _mend_torn(jobs, options, chunks)
     encoded = [job for job in jobs if not job.reason_kept]
     if not encoded:
         raise MeshletError(
@@ -284,25 +318,95 @@ def _encode_at_once(
             raise
 
 
+def _mend_torn(jobs: list[Job], options: Options, chunks: Runner) -> None:
+    """Encode meshes again that a chosen grid has torn, with finer grids up to one that does not.
+
+    Where none does, the first stays. All primitives of a mesh have the same grid.
+    """
+    by_grid: dict[Grid | None, list[Job]] = {}
+    for job in jobs:
+        by_grid.setdefault(job.grid, []).append(job)
+    for coarse, torn in by_grid.items():
+        if coarse is None or not any(job.is_torn for job in torn):
+            continue
+        if not all(job.source.is_in_memory for job in torn):  # some are gone
+            continue
+        box = _boxes([(None, job.source) for job in torn])[None]
+        torn.sort(key=lambda job: not job.is_torn)
+        count = sum(job.is_torn for job in torn)
+        for grid in finer_grids(coarse, box):
+            again = [Job(job.chosen, job.users, DropCounts(), grid) for job in torn]
+            for some in (again[:count], again[count:]):
+                if some and not any(job.is_torn for job in again):
+                    _encode_at_once(some, options, chunks, None)
+            if not any(job.is_torn for job in again):
+                for job, mended in zip(torn, again):
+                    job.grid, job.collapse, job.result = grid, mended.collapse, mended.result
+                break
+
+
+def _is_torn(job: Job, record_format: RecordFormat) -> bool:
+    """Return whether a grid has made vertices equal so that the mesh decodes otherwise."""
+    result, source = job.result, job.source
+    has_copies = result.source_vertices < result.statistics["vertices"]
+    if not (has_copies and source.is_in_memory and joins_vertices(source, record_format)):
+        return False
+    before, after = topologies(source, record_format, result.view, result.source_vertices)
+    return before != after
+
+
 def _finish_document(
     document: Document, jobs: list[Job], encoded: list[Job], options: Options
 ) -> dict[str, Any]:
     """Bring images and lists of extensions in order; returns the report on the changes."""
     warnings = [*document.import_warnings, *_lossy_before(document), *_coarse_grids(jobs)]
+    sources = {id(job.source): job.source for job in encoded}.values()  # jobs may share one
+    warnings += repair_warnings(sources)
     document.forget_extension(EXTENSION)
     forget_levels(document)
     document.use_extension(EXTENSION, required=not options.fallback)
     warnings += embed_images(document)
     warnings += _settle_extensions(document, encoded)
+    total, losses = _losses(encoded, document.import_rounding)
+    warnings += losses
+    of_jobs = [{**job.location, "reason": job.reason_kept} for job in jobs if job.reason_kept]
     drop_counts = DropCounts()
     for job in jobs:
         drop_counts.add(job.drop_counts)
+    drop_counts.non_finite_triangles = sum(source.replaced["POSITION"] for source in sources)
     return {
         "generation": _generation(encoded),
         "dropped": vars(drop_counts),
-        "kept": [{**job.location, "reason": job.reason_kept} for job in jobs if job.reason_kept],
+        "kept": [*_without_positions(document), *of_jobs],
+        "collapsed": {"triangles": round(total.count), "area_percent": 100 * total.share},
+        "steps": steps_of(document, [(job.source.mesh, job.result.plan) for job in encoded]),
         "warnings": warnings,
     }
+
+
+def _losses(encoded: list[Job], rounding: float) -> tuple[Collapse, list[str]]:
+    """Return the triangles that grids collapse, and warnings about what is lost.
+
+    rounding: of positions, when they were read.
+    """
+    collapses: dict[int, Collapse] = {}
+    total, warnings = Collapse(), []
+    for job in encoded:
+        total.add(job.collapse)
+        collapses.setdefault(job.source.mesh, Collapse()).add(job.collapse)
+        warnings += range_warnings(job.chosen, job.result.plan)
+    steps = [job.grid.step for job in encoded if job.grid]
+    lines = [*rounding_warnings(rounding, steps), *collapse_warnings(collapses)]
+    return total, [*lines, *limited(warnings)]
+
+
+def _without_positions(document: Document) -> list[dict[str, Any]]:
+    """Return the place of each triangle primitive that has no positions, and that as the reason."""
+    return [
+        {"mesh": mesh, "primitive": index, "reason": "it has no POSITION"}
+        for mesh, index, primitive in all_primitives(document)
+        if gltf.mode(primitive) in gltf.TRIANGLE_MODES and not gltf.has_triangles(primitive)
+    ]
 
 
 def _lossy_before(document: Document) -> list[str]:
@@ -329,17 +433,43 @@ def _jobs(document: Document, large: Larges, options: Options) -> list[Job]:
         if identity not in sources and (mesh, index) in large:
             sources[identity] = large[mesh, index], DropCounts()
         elif identity not in sources:
-            sources[identity] = _source(document, mesh, index)
+            sources[identity] = _source(document, mesh, index, options.non_finite)
         uses.append((mesh if options.grid == "mesh" else None, primitive, identity))
-    boxes = _boxes([(key, sources[identity][0]) for key, _, identity in uses])
-    grids = {key: _grid(box, options) for key, box in boxes.items()}
+    chosen = _chosen(document, sources, uses, options)
+    grids = _grids([(key, chosen[identity]) for key, _, identity in uses], options)
     jobs: dict[tuple[Identity, Grid | None], Job] = {}
     for key, primitive, identity in uses:
-        source, drop_counts = sources[identity]
+        drop_counts = sources[identity][1]
         grid = grids.get(key)
-        job = jobs.setdefault((identity, grid), Job(source, [], drop_counts, grid))
+        job = jobs.setdefault((identity, grid), Job(chosen[identity], [], drop_counts, grid))
         job.users.append(primitive)
     return list(jobs.values())
+
+
+def _chosen(
+    document: Document,
+    sources: dict[Identity, tuple[Source, DropCounts]],
+    uses: list[tuple[int | None, gltf.Primitive, Identity]],
+    options: Options,
+) -> dict[Identity, Chosen]:
+    """Choose the bits of each distinct primitive, by how all its users look."""
+    looks = Looks(document)
+    users: dict[Identity, list[gltf.Primitive]] = {}
+    for _, primitive, identity in uses:
+        users.setdefault(identity, []).append(primitive)
+    result = {}
+    for identity, (source, _) in sources.items():
+        result[identity] = choose(source, looks.of(users[identity]), options)
+    return result
+
+
+def _grids(chosen: list[tuple[int | None, Chosen]], options: Options) -> dict[int | None, Grid]:
+    """Key -> the grid of all its primitives."""
+    boxes = _boxes([(key, each.source) for key, each in chosen])
+    by_key: dict[int | None, dict[int, Chosen]] = {}
+    for key, each in chosen:
+        by_key.setdefault(key, {})[id(each)] = each
+    return {key: _grid(box, list(by_key[key].values()), options) for key, box in boxes.items()}
 
 
 def _identity(primitive: gltf.Primitive) -> Identity:
@@ -348,10 +478,12 @@ def _identity(primitive: gltf.Primitive) -> Identity:
     return (gltf.mode(primitive), primitive.get("indices"), *compression, *names)
 
 
-def _source(document: Document, mesh: int, index: int) -> tuple[Source, DropCounts]:
+def _source(
+    document: Document, mesh: int, index: int, non_finite: str
+) -> tuple[Source, DropCounts]:
     source, drop_counts = source_of(document, mesh, index)
     if len(source.attributes) <= _codec.BLOB_MAX_STREAMS:  # else it stays uncompressed
-        source.read_bounds()
+        read_finite_bounds(source, non_finite)
     return source, drop_counts
 
 
@@ -366,8 +498,11 @@ def _boxes(sources: list[tuple[int | None, Source]]) -> dict[int | None, Box]:
     return boxes
 
 
-def _grid(box: Box, options: Options) -> Grid:
-    grid = position_grid(*box, _bits(options).position, options.step)
+def _grid(box: Box, chosen: list[Chosen], options: Options) -> Grid:
+    if options.chooses_positions:
+        return choose_grid(chosen, box)
+    bits = options.position_bits if isinstance(options.position_bits, int) else GRID_MAX_BITS
+    grid = position_grid(*box, bits, options.step)
     if options.step is not None and _is_coarse(box, grid):
         extent = float((box[1] - box[0]).max())
         raise MeshletError(
@@ -392,7 +527,7 @@ def _coarse_grids(jobs: list[Job]) -> list[str]:
     }
     return [
         f"mesh {mesh}: fewer than {MIN_POSITION_BITS} bits are left for its positions; "
-        "use --grid mesh or a smaller step"
+        + (TOO_SMALL if grids[mesh].step <= SMALLEST_STEP else "use --grid mesh or a smaller step")
         for mesh, box in boxes.items()
         if _is_coarse(box, grids[mesh])
     ]
@@ -401,32 +536,21 @@ def _coarse_grids(jobs: list[Job]) -> list[str]:
 # --- encoding ---
 
 
-def _bits(options: Options) -> Bits:
-    assert options.position_bits is not None  # Options sets it
-    return Bits(
-        options.position_bits,
-        options.normal_bits,
-        options.texcoord_bits,
-        options.color_bits,
-        options.weight_bits,
-    )
-
-
 def _encode_job(
     job: Job, options: Options, chunks: Runner, threads: int, progress: Advance | None
 ) -> None:
     """Set the job's result, or its reason_kept. threads: for a primitive in memory."""
     source, max_streams = job.source, _codec.BLOB_MAX_STREAMS
     if not source.triangle_count:
-        job.reason_kept = DEGENERATE
+        _keep(job, NOT_FINITE if source.replaced else DEGENERATE)
         return
     streams = len(source.attributes)  # one or more for each
     if streams <= max_streams:
         if not source.bounds:
             job.drop_counts.degenerate_triangles += source.triangle_count
-            _keep_degenerate(job)
+            _keep(job, DEGENERATE)
             return
-        record_format = RecordFormat.of(source, job.grid, _bits(options))
+        record_format = RecordFormat.of(source, job.grid, job.chosen.bits)
         streams = len(record_format.plan.streams)
     if streams > max_streams:
         job.reason_kept = f"it takes {streams} streams, at most {max_streams} are possible"
@@ -435,14 +559,19 @@ def _encode_job(
     job.result = encode(source, record_format, options, own_runner, progress)
     job.drop_counts.add(job.result.drop_counts)
     if not job.result.statistics:
-        _keep_degenerate(job)
+        _keep(job, DEGENERATE)
+        return
+    if job.grid and job.chosen.sample:
+        job.collapse = collapse_of_source(source, job.grid, job.chosen.sample)
+        if options.chooses_positions:
+            job.is_torn = _is_torn(job, record_format)
 
 
-def _keep_degenerate(job: Job) -> None:
+def _keep(job: Job, reason: str) -> None:
     """Leave a primitive as it is. Raises MeshletError for one that is larger than memory."""
-    job.reason_kept = DEGENERATE
+    job.reason_kept = reason
     if not job.source.is_in_memory:  # the document may not have it
-        raise MeshletError(f"{job.source.where}: {DEGENERATE}", "repair the model first")
+        raise MeshletError(f"{job.source.where}: {reason}", "repair the model first")
 
 
 def _replace(document: Document, job: Job, fallback: bool) -> None:
@@ -503,19 +632,19 @@ def _useless_levels(encoded: list[Job]) -> list[str]:
     """
     from gltf_ext.lod.cuts import cut_at_error, held_bytes  # commands without levels start faster
 
-    plain_bytes = level_bytes = 0
+    bytes_without_levels = bytes_with_levels = 0
     for job in encoded:
         if not job.result.levels:
             continue
         tables = job.result.levels.tables
         size = float(np.ptp(_decoded_box(job.result), axis=0).max())
-        plain_bytes += len(job.result.view)
-        level_bytes += held_bytes(tables, cut_at_error(tables, size / PIXELS))
-    if level_bytes < plain_bytes or not plain_bytes:
+        bytes_without_levels += len(job.result.view)
+        bytes_with_levels += held_bytes(tables, cut_at_error(tables, size / PIXELS))
+    if bytes_with_levels < bytes_without_levels or not bytes_without_levels:
         return []
     return [
         f"levels of detail do not pay: for one pixel of error in {PIXELS} a viewer loads "
-        f"{level_bytes:,} bytes, and {plain_bytes:,} without levels"
+        f"{bytes_with_levels:,} bytes, and {bytes_without_levels:,} without levels"
     ]
 
 
@@ -524,23 +653,17 @@ def _useless_levels(encoded: list[Job]) -> list[str]:
 
 def _settle_extensions(document: Document, encoded: list[Job]) -> list[str]:
     """Correct extensionsUsed and extensionsRequired; return warnings."""
-    users = [user for job in encoded for user in job.users]
-    for user in users:
-        gltf.pop_extension(user, DRACO)
-    warnings = []
-    for name in ORDER_DEPENDENT:
-        carriers = [user for user in users if gltf.pop_extension(user, name) is not None]
-        if carriers or name in document.extensionsUsed:
-            warnings.append(
-                f"{name} describes the order of triangles, which changes; it is dropped"
-            )
-            document.forget_extension(name)
+    for job in encoded:
+        for user in job.users:
+            gltf.pop_extension(user, DRACO)
+    compressed = {id(user): job.counts for job in encoded for user in job.users}
+    warnings = drop_numbered(document, compressed)
     if not any(gltf.has_extension(p, DRACO) for _, _, p in all_primitives(document)):
         document.forget_extension(DRACO)
-    unknown = unknown_index_holders(document)
+    unknown = sorted(ambiguous_references(document))
     if unknown:
         warnings.append(
-            f"{', '.join(unknown)} may refer to the original accessors, so their data is kept; "
+            f"{', '.join(unknown)} may refer to original accessors, so the data of these is kept; "
             "remove the extension for a smaller file"
         )
     return warnings

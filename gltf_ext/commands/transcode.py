@@ -7,7 +7,7 @@ from typing import Any
 from gltf_ext.attributes.extension import malformed_from, require_compressed
 from gltf_ext.commands.result import Result, output_path
 from gltf_ext.document import gltf
-from gltf_ext.document.document import Document, item
+from gltf_ext.document.document import Document, NewBytes, item
 from gltf_ext.document.gltf2 import File, Model, name_of
 from gltf_ext.document.transport import pack_views
 from gltf_ext.errors import blaming
@@ -38,10 +38,30 @@ def transcode(input: Model, output: File | None = None, *, threads: int = 0) -> 
         document = open_model(input)
         read = document.files()
         require_compressed(document)
+        _keep_fallback(document)
         if not document.was_packed:
             pack_compressed(document, threads)
         result = Result.of(document, path)
     return {**result.write(input, read), "packed": not document.was_packed}
+
+
+def _keep_fallback(document: Document) -> None:
+    """Let the plain data of compressed primitives stay in a file of their own."""
+    accessors = {
+        index
+        for compressed in require_compressed(document)
+        for primitive in [document.primitive(compressed.mesh, compressed.primitive)]
+        for names in ({"indices": primitive["indices"]}, *gltf.attribute_sets(primitive))
+        for index in names.values()
+    }
+    holders = [document.accessors[index] for index in accessors]
+    plain = {holder["bufferView"] for holder in holders if "bufferView" in holder}
+    others = set(range(len(document.bufferViews))) - plain
+    mixed = {document.bufferViews[index].get("buffer") for index in others}
+    for index in sorted(plain):
+        view = item(document.bufferViews, index, "bufferView")
+        if view.get("buffer") not in mixed and index not in document.new_bytes:
+            document.new_bytes[index] = NewBytes(document.bytes_of_view(index), fallback=True)
 
 
 def pack_compressed(document: Document, threads: int) -> None:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 
 from gltf_ext.document import gltf
 from gltf_ext.document.document import DAMAGED, Document, item
-from gltf_ext.errors import MeshletError
+from gltf_ext.errors import EXPORT_AGAIN, MeshletError
 
 DTYPES: dict[int, np.dtype] = {
     gltf.BYTE: np.dtype("i1"),
@@ -30,15 +31,26 @@ def accessor_format(accessor: gltf.Accessor, name: str) -> Format:
     """Return the format of an accessor. Raises MeshletError with `name` for an invalid one."""
     component, kind = accessor.get("componentType"), accessor.get("type")
     if component not in DTYPES or kind not in COMPONENTS:
-        raise MeshletError(
-            f"{name} has component type {component} and type {kind}", "export the model again"
-        )
+        raise MeshletError(f"{name} has component type {component} and type {kind}", EXPORT_AGAIN)
     dtype, components = DTYPES[component], COMPONENTS[kind]
     if kind.startswith("MAT") and dtype.itemsize < 4:
         raise MeshletError(
             f"{name} is an integer matrix, which is not supported", "store it as floats"
         )
     return dtype, components
+
+
+def element_count(accessor: gltf.Accessor, name: str, count: int | None) -> int:
+    """Return the number of elements of an accessor. Raises MeshletError with `name`.
+
+    count: what it must be, unless that is None.
+    """
+    elements = accessor.get("count", -1)
+    if elements < 0:
+        raise MeshletError(f"{name} has no valid count", DAMAGED)
+    if count is not None and elements != count:
+        raise MeshletError(f"{name} has {elements} elements instead of {count}", EXPORT_AGAIN)
+    return elements
 
 
 def read_accessor(
@@ -51,13 +63,7 @@ def read_accessor(
     """
     accessor = item(document.accessors, index, f"the accessor of {name},")
     format_ = accessor_format(accessor, name)
-    elements = accessor.get("count", -1)
-    if elements < 0:
-        raise MeshletError(f"{name} has no valid count", DAMAGED)
-    if count is not None and elements != count:
-        raise MeshletError(
-            f"{name} has {elements} elements instead of {count}", "export the model again"
-        )
+    elements = element_count(accessor, name, count)
     if "bufferView" in accessor:
         values = _strided(document, accessor, elements, format_, name)
     elif count is not None or elements <= MAX_ZEROS:
@@ -142,6 +148,13 @@ def index_accessor(index_count: int, vertex_count: int) -> gltf.Accessor:
 def set_bounds(accessor: gltf.Accessor, low: np.ndarray, high: np.ndarray) -> None:
     """Set min and max."""
     accessor["min"], accessor["max"] = ([v.item() for v in bound] for bound in (low, high))
+
+
+def drop_infinite_bounds(accessor: gltf.Accessor) -> None:
+    """Remove min and max that are not finite, as those of an accessor with such values."""
+    if not all(map(math.isfinite, [*accessor.get("min", []), *accessor.get("max", [])])):
+        accessor.pop("min", None)
+        accessor.pop("max", None)
 
 
 def stated_bounds(accessor: gltf.Accessor) -> list[np.ndarray | None]:

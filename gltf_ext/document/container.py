@@ -11,9 +11,11 @@ from typing import Any
 from urllib.parse import quote
 
 from gltf_ext.document.buffer_layout import Pieces, pack
-from gltf_ext.document.document import DAMAGED, Document, read_file
+from gltf_ext.document.document import CONVERT, DAMAGED, Document, read_file
+from gltf_ext.document.lfs import refuse_pointer
+from gltf_ext.document.meshopt import unpack_meshopt
 from gltf_ext.document.transport import unpack_views
-from gltf_ext.errors import MeshletError
+from gltf_ext.errors import EXPORT_AGAIN, MeshletError
 
 GLB_HEADER = struct.Struct("<4sII")  # magic, version, length of the file
 CHUNK_HEADER = struct.Struct("<I4s")  # length, type
@@ -24,7 +26,7 @@ MAX_BINARY_BYTES = 15 << 28  # of a .glb's binary chunk; the rest is for the JSO
 BIN_BYTES = 1 << 30
 MAX_JSON_DEPTH = 200
 CUT_OFF = "the file is cut off; get it again"
-EMPTY, EXPORT_AGAIN = "is empty", "export it again"
+EMPTY = "is empty"
 
 
 # --- reading ---
@@ -36,6 +38,7 @@ def read_document(path: str | os.PathLike[str]) -> Document:
     data = read_file(path)
     if not data:
         raise MeshletError(EMPTY, EXPORT_AGAIN)
+    refuse_pointer(data)
     if data[:4] == b"glTF":
         return parse_glb(data, path.parent)
     return parse_json(bytes(data), None, path.parent)
@@ -58,9 +61,7 @@ def _chunks(data: memoryview) -> list[tuple[bytes, memoryview]]:
         raise MeshletError("is shorter than a .glb header", CUT_OFF)
     _, version, length = GLB_HEADER.unpack_from(data)
     if version != 2:
-        raise MeshletError(
-            f"is .glb version {version}, only version 2 can be read", "convert it to glTF 2.0 first"
-        )
+        raise MeshletError(f"is .glb version {version}, not glTF 2.0", CONVERT)
     if not GLB_HEADER.size <= length <= len(data):
         raise MeshletError(f"has {len(data)} bytes, its header says {length}", CUT_OFF)
     chunks: list[tuple[bytes, memoryview]] = []
@@ -78,7 +79,8 @@ def _chunks(data: memoryview) -> list[tuple[bytes, memoryview]]:
 def parse_json(text: bytes, binary: memoryview | None, base: Path) -> Document:
     """Return a document from JSON and the bytes of the binary chunk. Raises MeshletError."""
     try:
-        properties = json.loads(text.decode("utf-8-sig"))
+        # Some exporters pad the chunk with NUL instead of spaces.
+        properties = json.loads(text.rstrip(b"\0").decode("utf-8-sig"))
     except (ValueError, RecursionError):
         raise MeshletError(
             "is not a .glb, and its JSON cannot be read",
@@ -90,6 +92,7 @@ def parse_json(text: bytes, binary: memoryview | None, base: Path) -> Document:
             "the file is damaged; export it again",
         )
     document = Document(properties, binary, base)
+    unpack_meshopt(document)
     document.was_packed = unpack_views(document)
     return document
 

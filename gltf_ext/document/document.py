@@ -15,14 +15,16 @@ from urllib.parse import unquote, unquote_to_bytes
 
 from gltf_ext.document import gltf
 from gltf_ext.document.json_types import checked
-from gltf_ext.document.json_values import minified
+from gltf_ext.document.json_values import member, minified
+from gltf_ext.document.lfs import PROBLEM, REMEDY, is_pointer
 from gltf_ext.errors import MeshletError
 from gltf_ext.portable import file_name, is_relative, path_beside
 
 DAMAGED = "the file is damaged; get it again"
 T = TypeVar("T")
 MOST_READ = 1 << 24  # bytes of a file; larger ones are mapped
-MESHOPT_REMEDY = "decompress it first: gltfpack -noq -i IN.glb -o OUT.glb"
+CONVERT = "convert it first: npx gltf-pipeline -i IN -o OUT.glb"
+MESHOPT_REMEDY = "install a decoder: pip install gltf-meshlet[meshopt]"
 
 
 @dataclass(frozen=True)
@@ -47,6 +49,7 @@ class Document:
         new_bytes: buffer view -> its bytes, if they are not in a buffer yet.
         base: the folder that relative uris refer to.
         import_warnings: one line for each thing lost when another format was read.
+        import_rounding: the largest difference of a coordinate to that in the file, a double.
         import_files: the other files that were read then, such as materials and textures.
         was_packed: the file had packed views (transport.py).
     """
@@ -55,10 +58,9 @@ class Document:
         self, properties: Any, binary: memoryview | None = None, base: Path = Path()
     ) -> None:
         """properties: the parsed JSON; binary: the binary chunk. Raises MeshletError."""
+        _require_version_2(properties)
         self.json = checked(properties)
-        asset = self.json.setdefault("asset", {})
-        if not asset.setdefault("version", gltf.VERSION).startswith("2."):
-            raise MeshletError("is not glTF 2.0", "convert it to glTF 2.0 first")
+        self.json.setdefault("asset", {}).setdefault("version", gltf.VERSION)
         self.accessors: Final = self.json["accessors"]
         self.animations: Final = self.json["animations"]
         self.bufferViews: Final = self.json["bufferViews"]
@@ -77,6 +79,7 @@ class Document:
         self.new_bytes: dict[int, NewBytes] = {}
         self.base = base
         self.import_warnings: tuple[str, ...] = ()
+        self.import_rounding = 0.0
         self.import_files: tuple[Path, ...] = ()
         self.was_packed = False
         self._binary = binary
@@ -118,14 +121,16 @@ class Document:
             return self.new_bytes[index].data
         if any(name.endswith("meshopt_compression") for name in view.get("extensions", ())):
             raise MeshletError("is compressed with meshopt", MESHOPT_REMEDY)
+        return self.bytes_at(view, f"bufferView {index}")
+
+    def bytes_at(self, view: gltf.BufferView, where: str) -> memoryview:
+        """Return the bytes of a buffer that `view` says. Raises MeshletError with `where`."""
         if "buffer" not in view:
-            raise MeshletError(f"bufferView {index} names no buffer", DAMAGED)
+            raise MeshletError(f"{where} names no buffer", DAMAGED)
         buffer = self.bytes_of_buffer(view["buffer"])
         start, length = gltf.byte_offset(view), view.get("byteLength")
         if length is None or start < 0 or length < 0 or start + length > len(buffer):
-            raise MeshletError(
-                f"bufferView {index} reaches beyond buffer {view['buffer']}", DAMAGED
-            )
+            raise MeshletError(f"{where} reaches beyond buffer {view['buffer']}", DAMAGED)
         return buffer[start : start + length]
 
     def add_view(
@@ -137,8 +142,8 @@ class Document:
     ) -> int:
         """Append a buffer view with bytes of its own; returns its index."""
         index = len(self.bufferViews)
-        place: gltf.BufferView = {"buffer": 0, "byteOffset": 0, "byteLength": len(data)}
-        self.bufferViews.append({**place, **(properties or {})})
+        view: gltf.BufferView = {"buffer": 0, "byteOffset": 0, "byteLength": len(data)}
+        self.bufferViews.append({**view, **(properties or {})})
         self.new_bytes[index] = NewBytes(memoryview(data), fallback)
         return index
 
@@ -166,11 +171,14 @@ class Document:
             path = self.path_of(uri)
             if not path.is_file():  # a device or a pipe may never end
                 raise ValueError
-            return read_file(path)
+            data = read_file(path)
         except (OSError, ValueError):
             raise MeshletError(
                 f"refers to {uri}, which cannot be read", "put the file beside it"
             ) from None
+        if is_pointer(data):
+            raise MeshletError(f"refers to {uri}, which is {PROBLEM}", REMEDY)
+        return data
 
     def path_of(self, uri: str) -> Path:
         """Return the file behind a relative uri. Raises ValueError when there can be none."""
@@ -202,6 +210,15 @@ class Document:
         for names in (self.extensionsUsed, self.extensionsRequired):
             if name in names:
                 names.remove(name)
+
+
+def _require_version_2(properties: Any) -> None:
+    """Raise MeshletError for another version of glTF. Lists of glTF 1.0 are objects by name."""
+    is_first = any(member(properties, name) for name in ("accessors", "bufferViews", "meshes"))
+    default = "1.0" if is_first else gltf.VERSION
+    version = str(member(properties, "asset").get("version", default))
+    if not version.startswith("2"):
+        raise MeshletError(f"is glTF {version}, not glTF 2.0", CONVERT)
 
 
 def read_file(path: Path) -> bytes | memoryview:

@@ -19,6 +19,7 @@ VERSION = "2.0"
 
 # NaN and infinity are common in the bounds of accessors; readers compute them where they matter.
 MAY_BE_INFINITE = "any numbers"
+HAS_INDICES = "any JSON with numbers of objects"
 Bounds = Annotated[list[float], MAY_BE_INFINITE]
 Vec3 = Annotated[list[float], 3]  # the number is the length
 Vec4 = Annotated[list[float], 4]
@@ -29,7 +30,7 @@ Attributes = dict[str, int]  # name -> accessor
 class Property(TypedDict, total=False):
     """What every object may have."""
 
-    extensions: dict[str, Any]
+    extensions: dict[str, Annotated[Any, HAS_INDICES]]
     extras: Any
 
 
@@ -316,6 +317,11 @@ def stride(view: BufferView, size: int) -> int:
 def mode(primitive: Primitive) -> int:
     """Return the mode of a primitive: 4 for triangles."""
     return primitive.get("mode", TRIANGLES)
+
+
+def has_triangles(primitive: Primitive) -> bool:
+    """Return whether a primitive is a list, strip or fan of triangles that have positions."""
+    return mode(primitive) in TRIANGLE_MODES and "POSITION" in primitive["attributes"]
 
 
 def attribute_sets(primitive: Primitive) -> list[Attributes]:

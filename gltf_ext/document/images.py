@@ -7,6 +7,7 @@ import warnings
 
 from gltf_ext.document import gltf
 from gltf_ext.document.document import Document
+from gltf_ext.document.lfs import PROBLEM, REMEDY, is_pointer
 from gltf_ext.errors import MeshletError
 
 MIME_TYPES = (
@@ -19,11 +20,24 @@ MIME_TYPES = (
 FORMATS = ("PNG", "JPEG", "WEBP", "DDS", "BMP", "GIF", "TIFF")  # Pillow's names
 # An image may take so much memory, as 8-bit RGBA: 4096 x 4096 pixels, and more if it has the bytes.
 LEAST_DECODED = 64 << 20
+JPEG_END, MOST_AFTER_JPEG = b"\xff\xd9", 1 << 16  # some writers append bytes
 DECODED_PER_BYTE = 40
 
 
 def check_size(data: bytes) -> None:
     """Refuse an image whose header claims far more pixels than its bytes can hold.
+
+    Raises MeshletError, also for an unknown format.
+    """
+    if is_pointer(data):
+        raise MeshletError(f"it is {PROBLEM}", REMEDY)
+    width, height = size_of_image(data)
+    if 4 * width * height > LEAST_DECODED + DECODED_PER_BYTE * len(data):
+        raise MeshletError(f"it has too many pixels for its {len(data)} bytes")
+
+
+def size_of_image(data: bytes | memoryview) -> tuple[int, int]:
+    """Return (width, height) in pixels, as the header of an image claims.
 
     Raises MeshletError, also for an unknown format.
     """
@@ -34,12 +48,11 @@ def check_size(data: bytes) -> None:
             warnings.simplefilter("ignore", Image.DecompressionBombWarning)
             with Image.open(io.BytesIO(data), formats=FORMATS) as image:
                 width, height = image.size
+                return width, height
     except Image.DecompressionBombError:
-        width = height = 2**31
+        return 2**31, 2**31
     except Exception:  # Pillow's readers raise anything
         raise MeshletError("it cannot be read") from None
-    if 4 * width * height > LEAST_DECODED + DECODED_PER_BYTE * len(data):
-        raise MeshletError(f"it has too many pixels for its {len(data)} bytes")
 
 
 def mime_type(data: bytes) -> str | None:
@@ -54,6 +67,7 @@ def as_png_or_jpeg(data: bytes) -> bytes:
     """
     check_size(data)
     if mime_type(data) in ("image/png", "image/jpeg"):
+        _require_end(data)
         return data
     from PIL import Image
 
@@ -63,6 +77,19 @@ def as_png_or_jpeg(data: bytes) -> bytes:
     return png.getvalue()
 
 
+def _require_end(data: bytes) -> None:
+    """Raise MeshletError for a PNG or JPEG that is cut off. Decodes no pixels."""
+    from PIL import Image
+
+    try:
+        with Image.open(io.BytesIO(data), formats=FORMATS) as image:
+            image.verify()  # checks the chunks of a PNG, and nothing of a JPEG
+    except Exception:  # Pillow's readers raise anything
+        raise MeshletError("it is damaged or cut off") from None
+    if mime_type(data) == "image/jpeg" and JPEG_END not in data[-MOST_AFTER_JPEG:]:
+        raise MeshletError("it is cut off")
+
+
 def embed_images(document: Document) -> list[str]:
     """Move images behind data: uris and relative paths into buffer views.
 
@@ -70,7 +97,7 @@ def embed_images(document: Document) -> list[str]:
     """
     problems = []
     replacements: dict[str, gltf.Image] = {}  # uri -> what replaces it
-    for image in document.images:
+    for number, image in enumerate(document.images):
         uri = image.get("uri")
         if uri is None:
             continue
@@ -81,12 +108,12 @@ def embed_images(document: Document) -> list[str]:
         try:
             data = document.read_uri(uri)
         except MeshletError as error:
-            problems.append(f"an image is left where it is: {error}")
+            problems.append(f"image {number} is not embedded: it {error}")
             continue
         mime = image.get("mimeType") or mime_type(data)
         if mime is None or not data:
             short = MeshletError(uri[:80]).message
-            problems.append(f"an image is left where it is: {short} has an unknown format")
+            problems.append(f"image {number} is not embedded: {short} has an unknown format")
             continue
         replacements[uri] = {"bufferView": document.add_view(data), "mimeType": mime}
         image.update(replacements[uri])

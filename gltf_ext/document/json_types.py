@@ -7,7 +7,7 @@ from collections.abc import Callable
 from functools import cache
 from typing import Annotated, Any
 
-from gltf_ext.document.gltf import MAY_BE_INFINITE, Root
+from gltf_ext.document.gltf import HAS_INDICES, MAY_BE_INFINITE, Root
 from gltf_ext.document.json_values import NOT_VALID, is_number
 from gltf_ext.errors import MeshletError
 
@@ -31,7 +31,8 @@ def _check_of(hint: Any, length: int | None = None) -> Check:
     """Return the check of an annotation. length: of a list."""
     arguments = typing.get_args(hint)
     if typing.get_origin(hint) is Annotated:
-        return _bounds if arguments[1] == MAY_BE_INFINITE else _check_of(*arguments)
+        special = {MAY_BE_INFINITE: _bounds, HAS_INDICES: _with_integers}
+        return special.get(arguments[1]) or _check_of(*arguments)
     if typing.get_origin(hint) is list:
         check_item = _check_of(arguments[0])
         return lambda value, where: [
@@ -69,7 +70,7 @@ def _object_check(cls: Any) -> Check:
         for name, v in _of_type(value, dict, where or "the document").items():
             if name not in checks:
                 result[name] = v
-            elif v is not None or name == "extensions":
+            elif v is not None:
                 result[name] = checks[name](v, f"{where}.{name}" if where else name)
         for name, empty in required.items():
             result.setdefault(name, empty())
@@ -111,3 +112,13 @@ def _integer(value: Any, where: str) -> int:
     if abs(value) > LARGEST_INTEGER:
         raise MeshletError(f"{where} is too large", NOT_VALID)
     return int(value)
+
+
+def _with_integers(value: Any, where: str) -> Any:
+    """Return the JSON of an extension with integers as int: some writers have floats only."""
+    if isinstance(value, dict):
+        return {name: _with_integers(v, where) for name, v in value.items()}
+    if isinstance(value, list):
+        return [_with_integers(v, where) for v in value]
+    is_integer = type(value) is float and value.is_integer() and abs(value) <= LARGEST_INTEGER
+    return int(value) if is_integer else value

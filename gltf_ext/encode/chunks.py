@@ -12,7 +12,7 @@ from gltf_ext.attributes.records import RecordFormat, Triangles
 from gltf_ext.options import Options
 from gltf_ext.progress import Advance
 from gltf_ext.sources.memory import plan_chunk_memory
-from gltf_ext.work_files import WorkFile, hashes
+from gltf_ext.work_files import hashes, open_work_files
 
 SAMPLES = 1 << 18  # of triangles, to place the planes
 
@@ -135,7 +135,7 @@ class ChunkFiles:
         self.cells, self.folder = cells, folder
         self.counts = np.zeros(cells.count, np.int64)
         self._record_format = record_format
-        self._files = [WorkFile(folder) for _ in range(cells.count)]
+        self._files = open_work_files(cells.count, folder)
         self._keys: list[np.ndarray] = []
 
     def sort(self, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import shutil
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
@@ -13,18 +12,18 @@ import numpy as np
 from gltf_ext.attributes.records import RecordFormat
 from gltf_ext.attributes.streams import Plan
 from gltf_ext.encode.chunks import SAMPLES, Cells, ChunkFiles, Chunks, OneChunk, leaves
-from gltf_ext.encode.level_0 import Encoder, encode_chunk
 from gltf_ext.encode.totals import Totals
+from gltf_ext.encode.without_levels import PlainEncoder, encode_chunk
 from gltf_ext.errors import MeshletError
 from gltf_ext.lod.document import Levels
 from gltf_ext.options import Options
 from gltf_ext.progress import Advance
 from gltf_ext.scheduler import Runner
-from gltf_ext.sources.memory import UNEVEN, chunk_size, fitting
+from gltf_ext.sources.memory import UNEVEN, chunk_size, triangles_that_fit
 from gltf_ext.sources.primitives import DropCounts
 from gltf_ext.sources.row_arrays import Rows
 from gltf_ext.sources.source import Source, blocks
-from gltf_ext.work_files import Spool, WorkFile
+from gltf_ext.work_files import Spool, WorkFile, check_space
 
 # Shares of the progress: triangles read, and sorted into chunks; the rest is for encoding.
 READ_END, SORT_END = 0.1, 0.2
@@ -64,6 +63,7 @@ def encode(
     """Encode a primitive in chunks, which are the runner's tasks. Raises MeshletError, OSError."""
     chunks: Chunks
     progress: Advance = _silent
+    encoder = PlainEncoder.of(record_format, options, source.triangle_count, source.is_in_memory)
     if source.is_in_memory:
         chunks = OneChunk(record_format.triangles_of(source), advance)
     else:
@@ -74,7 +74,6 @@ def encode(
     def encode_progress(fraction: float) -> None:
         progress(SORT_END + (1 - SORT_END) * fraction)
 
-    encoder = Encoder.of(record_format, options, source.triangle_count, source.is_in_memory)
     levels = None
     if options.lod:
         from gltf_ext.encode.levels import LevelsWriter  # slow to load, as meshoptimizer is
@@ -83,7 +82,7 @@ def encode(
         view, levels = writer.write(chunks, encode_progress)
         totals = writer.totals
     else:
-        view, totals = _level_0(encoder, chunks, options, runner, encode_progress)
+        view, totals = _encode_without_levels(encoder, chunks, options, runner, encode_progress)
     return Compression(
         record_format.plan,
         view,
@@ -101,18 +100,10 @@ def _silent(fraction: float) -> None:
 
 def _check_space(source: Source, record_format: RecordFormat, options: Options) -> None:
     """Raise MeshletError when the work files do not fit their disk."""
-    folder = str(options.work_dir)
     of_levels = math.ceil(LEVELS_SHARE * record_format.coarse.itemsize) if options.lod else 0
     corner_bytes = max(record_format.fine.itemsize, of_levels)
     needed_bytes = (3 * corner_bytes + OUTPUT_BYTES) * source.triangle_count
-    free_bytes = shutil.disk_usage(folder).free
-    if free_bytes < needed_bytes:
-        raise MeshletError(
-            f"work files need {needed_bytes:,} bytes, {free_bytes:,} are free",
-            "free some space or use another work_dir",
-            path=folder,
-            options=("work_dir",),
-        )
+    check_space(str(options.work_dir), needed_bytes)
 
 
 # --- triangles, sorted into chunks ---
@@ -124,10 +115,10 @@ def sort_corners(
     """Return the triangles as records of their corners, in chunks."""
     folder, limit = str(options.work_dir), chunk_size(options, source.triangle_count)
     size, total = 3 * record_format.fine.itemsize, source.triangle_count
-    soup, sample = WorkFile(folder), []
+    corner_file, sample = WorkFile(folder), []
     stride = max(total // SAMPLES, 1)
-    for first, last, corners, fraction in gather_corners(source, record_format, soup):
-        soup.write(corners, first * size)
+    for first, last, corners, fraction in gather_corners(source, record_format, corner_file):
+        corner_file.write(corners, first * size)
         if fraction == 1.0:
             positions = corners[-first % stride :: stride]["0"]
             sample.append(positions.astype(np.int32).sum(axis=1) // 3)
@@ -138,14 +129,14 @@ def sort_corners(
     # From the end: the file shrinks as those of the chunks grow.
     parts = list(blocks(total))[::-1]
     rows_by_chunk = source.in_order(
-        lambda *part: result.sort(_rows(soup, record_format, *part)), parts
+        lambda *part: result.sort(_rows(corner_file, record_format, *part)), parts
     )
     for (first, _), rows in zip(parts, rows_by_chunk):
         result.add(*rows)
-        soup.truncate(first * size)
+        corner_file.truncate(first * size)
         progress(SORT_END + (READ_END - SORT_END) * first / total)
-    soup.close()
-    if result.counts.max() > UNEVEN * fitting(options):
+    corner_file.close()
+    if result.counts.max() > UNEVEN * triangles_that_fit(options):
         raise MeshletError(
             f"{source.where} has {result.counts.max():,} triangles in one place of the grid",
             "use more position bits or more memory",
@@ -155,16 +146,16 @@ def sort_corners(
 
 
 def gather_corners(
-    source: Source, record_format: RecordFormat, soup: WorkFile
+    source: Source, record_format: RecordFormat, corner_file: WorkFile
 ) -> Iterator[tuple[int, int, np.ndarray, float]]:
     """Yield (first, last, corners: fine[last - first, 3], fraction of the passes) of triangles.
 
     Vertices are in memory as far as they fit. Then each pass over the triangles completes the
-    records that the one before has written to `soup`.
+    records that the one before has written to `corner_file`.
     """
     passes = [
         (names, numbers, low, high)
-        for names, numbers in source.indices
+        for names, numbers in source.numberings
         for low, high in (
             blocks(source.attributes[names[0]].count, source.room // record_format.fine.itemsize)
             if numbers
@@ -174,7 +165,7 @@ def gather_corners(
     parts = list(blocks(source.triangle_count))
     for index, (names, numbers, low, high) in enumerate(passes):
         table = _Table(source, record_format, names, numbers, low, high, len(passes) == 1)
-        tasks = ((soup if index else None, *part) for part in parts)
+        tasks = ((corner_file if index else None, *part) for part in parts)
         for (first, last), corners in zip(parts, source.in_order(table.corners, tasks)):
             yield first, last, corners, (index + 1) / len(passes)
         del table  # before the next one is made
@@ -195,8 +186,8 @@ class _Table:
     ) -> None:
         """Read vertices.
 
-        names, numbers: one of source.indices; low, high: of the vertices; is_all: whether these are
-        all of the primitive.
+        names, numbers: one of source.numberings; low, high: of the vertices; is_all: whether
+        these are all of the primitive.
         """
         self._source, self._record_format, self._names, self._numbers = (
             source,
@@ -214,10 +205,10 @@ class _Table:
         vertices = self._source.vertices(self._names, low + first, low + last)
         self._record_format.quantise_into(self._records[first:last], vertices)
 
-    def corners(self, soup: WorkFile | None, first: int, last: int) -> np.ndarray:
+    def corners(self, corner_file: WorkFile | None, first: int, last: int) -> np.ndarray:
         """Return the corners of triangles: fine[last - first, 3].
 
-        Vertices that the table does not have are as in the work file `soup`.
+        Vertices that the table does not have are as in the work file `corner_file`.
         """
         low, records = self._low, self._records
         if self._numbers is None:
@@ -232,8 +223,8 @@ class _Table:
         is_here = (rows >= 0) & (rows < len(records))
         record_format = self._record_format
         corners = (
-            _rows(soup, record_format, first, last)
-            if soup
+            _rows(corner_file, record_format, first, last)
+            if corner_file
             else np.zeros(rows.shape, record_format.fine)
         )
         for stream in records.dtype.names or ():
@@ -241,16 +232,16 @@ class _Table:
         return corners
 
 
-def _rows(soup: WorkFile, record_format: RecordFormat, first: int, last: int) -> np.ndarray:
+def _rows(corner_file: WorkFile, record_format: RecordFormat, first: int, last: int) -> np.ndarray:
     """Return fine[last - first, 3]: corners of triangles."""
-    return soup.rows(record_format.fine, 3 * first, 3 * (last - first)).reshape(-1, 3)
+    return corner_file.rows(record_format.fine, 3 * first, 3 * (last - first)).reshape(-1, 3)
 
 
 # --- without levels of detail ---
 
 
-def _level_0(
-    encoder: Encoder, chunks: Chunks, options: Options, runner: Runner, progress: Advance
+def _encode_without_levels(
+    encoder: PlainEncoder, chunks: Chunks, options: Options, runner: Runner, progress: Advance
 ) -> tuple[memoryview, Totals]:
     """Encode each chunk by itself."""
     counts, totals = chunks.counts, Totals()

@@ -102,8 +102,8 @@ def cut_of(tables: Tables, is_needed: np.ndarray) -> Cut:
     A cluster is drawn if its group is active and the finer group that it replaces is not.
     """
     active = active_groups(tables, is_needed)
-    source_group = tables.cluster_source
-    drawn = active[tables.cluster_group] & ~(active[source_group] & (source_group >= 0))
+    finer_group = tables.finer_group
+    drawn = active[tables.cluster_group] & ~(active[finer_group] & (finer_group >= 0))
     pages = tables.groups["page"].astype(np.int64)
     return Cut(
         active, drawn, np.unique(pages[tables.cluster_group[drawn]]), np.unique(pages[active])
@@ -156,10 +156,10 @@ def cut_at_level(tables: Tables, level: int) -> Cut:
 
 def held_bytes(tables: Tables, cut: Cut) -> int:
     """Return the bytes that a stream holds for a cut: its pages, and the tables that it reads."""
-    return table_bytes(tables, known_groups(tables, cut)) + page_bytes(tables, cut)
+    return table_bytes(tables, known_groups(tables, cut)) + bytes_of_pages(tables, cut)
 
 
-def page_bytes(tables: Tables, cut: Cut) -> int:
+def bytes_of_pages(tables: Tables, cut: Cut) -> int:
     """Return bytes of the loaded pages of a cut."""
     return int(tables.pages["byteLength"][cut.loaded].sum())
 

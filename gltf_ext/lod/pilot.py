@@ -28,21 +28,21 @@ class Pilot:
     Attributes:
         streams: the stream table; values: uint32[V, elements] of each stream.
         position_ids, points: uint32[V], float32[V, 3]: of the surface.
-        page_bytes: the size that a page should not exceed.
+        page_limit: bytes that a page should not exceed.
     """
 
     streams: list[Stream]
     values: list[np.ndarray]
     position_ids: np.ndarray
     points: np.ndarray
-    page_bytes: int
+    page_limit: int
 
     def page_fraction(
         self,
         triangles: np.ndarray,
         disk_begin: np.ndarray,
         cluster_begin: np.ndarray,
-        source_group: np.ndarray,
+        finer_group: np.ndarray,
     ) -> float:
         """Return the size of a group as a fraction of a page; 0 if it certainly fits.
 
@@ -50,15 +50,15 @@ class Pilot:
             triangles: uint32[T, 3], as in ClusterRanges.
             disk_begin: int64[D + 1], as in ClusterRanges.
             cluster_begin: int64[N + 1], as in ClusterRanges.
-            source_group: int64[N], as in ClusterSet.
+            finer_group: int64[N], as in ClusterSet.
         """
         vertices = len(occurring(triangles, len(self.points)))
         bits = sum(stream.elements * stream.bits for stream in self.streams)
-        if vertices * bits / 8 + CONNECTIVITY * len(triangles) < self.page_bytes:
+        if vertices * bits / 8 + CONNECTIVITY * len(triangles) < self.page_limit:
             return 0.0
         layer = np.zeros(len(triangles), np.int64)
         if _repeats_edge(triangles, len(self.points)):  # as _find_clashes of gltf_ext.lod.writing
-            layer = np.repeat(source_group + 1, np.diff(disk_begin[cluster_begin]))
+            layer = np.repeat(finer_group + 1, np.diff(disk_begin[cluster_begin]))
         keys = (layer * len(self.points))[:, None] + triangles
         unique_keys, local_indices = np.unique(keys, return_inverse=True)
         vertex_ids = unique_keys % len(self.points)
@@ -79,7 +79,7 @@ class Pilot:
                 np.array([0, len(cluster_begin) - 1], np.uint32),
             ),
         )
-        return len(view) / self.page_bytes
+        return len(view) / self.page_limit
 
 
 def _repeats_edge(triangles: np.ndarray, vertices: int) -> bool:

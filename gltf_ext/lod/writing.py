@@ -285,7 +285,7 @@ class Pages:
 def _pack(
     hierarchy: Hierarchy,
     groups: np.ndarray,
-    page_bytes: int,
+    page_limit: int,
     streams: list[Stream],
     threads: int,
     triangles: np.ndarray,
@@ -293,14 +293,14 @@ def _pack(
     positions: np.ndarray,
     values: list[np.ndarray],
 ) -> Pages:
-    """Pack groups, in this order, into pages of at most `page_bytes` bytes.
+    """Pack groups, in this order, into pages of at most `page_limit` bytes.
 
     A group that is larger than a page has a page of its own.
 
     Args:
         hierarchy: all clusters and groups.
         groups: int64: the groups to pack.
-        page_bytes: largest page.
+        page_limit: bytes of the largest page.
         streams: the stream table.
         threads: number of threads, 0 for all processors.
         triangles: uint32[T, 3]: the triangles of all clusters.
@@ -326,7 +326,7 @@ def _pack(
             clusters.cluster_begin.astype(np.uint32),
             group_begin.astype(np.uint32),
         ),
-        page_bytes=page_bytes,
+        page_bytes=page_limit,
     )
     blobs = [view[start : start + size] for start, size in _codec.split(view)]
     headers = [_codec.Header(blob) for blob in blobs]
@@ -343,12 +343,12 @@ class _GroupRanges:
     """The clusters of each group.
 
     Attributes:
-        order: int64[C]: clusters by group, then by their source group: runs.
+        order: int64[C]: clusters by group, then by their finer group: runs.
         begin: int64[G + 1]: the first cluster of each group in `order`, and C.
     """
 
     def __init__(self, hierarchy: Hierarchy) -> None:
-        self.order = np.lexsort((hierarchy.cluster_source, hierarchy.cluster_group))
+        self.order = np.lexsort((hierarchy.finer_group, hierarchy.cluster_group))
         self.begin = begins(
             np.bincount(hierarchy.cluster_group, minlength=len(hierarchy.group_level))
         )
@@ -370,17 +370,17 @@ def _level_vertices(
         in level 0.
     """
     clusters = hierarchy.ranges
-    fine_count = np.count_nonzero(hierarchy.cluster_source < 0)
+    fine_count = np.count_nonzero(hierarchy.finer_group < 0)
     first = int(clusters.triangle_begin[fine_count])
     corners = clusters.triangles[first:].reshape(-1)
     # Per cluster: arrays of all corners would decide the peak of memory.
     counts = 3 * np.diff(clusters.triangle_begin)[fine_count:]
-    level, cluster_source = (
+    level, finer_group = (
         hierarchy.group_level[hierarchy.cluster_group[fine_count:]],
-        hierarchy.cluster_source[fine_count:],
+        hierarchy.finer_group[fine_count:],
     )
-    is_clashing = _find_clashes(corners, counts, level, cluster_source)[cluster_source]
-    layer = np.where(is_clashing, int(level.max()) + 1 + cluster_source, level)
+    is_clashing = _find_clashes(corners, counts, level, finer_group)[finer_group]
+    layer = np.where(is_clashing, int(level.max()) + 1 + finer_group, level)
     count = len(surface.points)
     new_corners, vertex_count = _number_keys(_corner_keys(layer * count, counts, corners))
     corner_of = np.empty(vertex_count, np.uint32)
@@ -407,7 +407,7 @@ def _number_keys(keys: np.ndarray) -> tuple[np.ndarray, int]:
 
 
 def _find_clashes(
-    corners: np.ndarray, counts: np.ndarray, level: np.ndarray, cluster_source: np.ndarray
+    corners: np.ndarray, counts: np.ndarray, level: np.ndarray, finer_group: np.ndarray
 ) -> np.ndarray:
     """Find replacements with an edge that two triangles of the level use in one direction.
 
@@ -417,7 +417,7 @@ def _find_clashes(
         corners: int64: the corners of the clusters' triangles.
         counts: int64[N]: number of corners of each cluster.
         level: int64[N]: level of each cluster.
-        cluster_source: int64[N]: source group of each cluster.
+        finer_group: int64[N]: finer group of each cluster.
 
     Returns:
         bool[G]: whether the replacement of each group has such an edge.
@@ -428,18 +428,18 @@ def _find_clashes(
     keys += np.roll(corners.reshape(-1, 3), -1, axis=1).reshape(-1)
     numbers, _ = _number_keys(keys)
     repeated_corners = np.flatnonzero((np.bincount(numbers) > 1)[numbers])
-    clashes = np.zeros(int(cluster_source.max()) + 1, bool)
-    clashes[cluster_source[np.searchsorted(np.cumsum(counts), repeated_corners, "right")]] = True
+    clashes = np.zeros(int(finer_group.max()) + 1, bool)
+    clashes[finer_group[np.searchsorted(np.cumsum(counts), repeated_corners, "right")]] = True
     return clashes
 
 
-def encode_pages(
+def encode_levels(
     hierarchy: Hierarchy,
     surface: Surface,
     streams: list[Stream],
     values: list[np.ndarray],
     position_ids: np.ndarray,
-    page_bytes: int,
+    page_limit: int,
     threads: int,
 ) -> tuple[Pages, Pages]:
     """Encode all groups in pages.
@@ -454,7 +454,7 @@ def encode_pages(
         streams: the stream table.
         values: uint32[V, elements] of each stream.
         position_ids: uint32[V], equal for equal positions before quantisation.
-        page_bytes: largest page.
+        page_limit: bytes of the largest page.
         threads: number of threads, 0 for all processors.
 
     Returns:
@@ -468,15 +468,15 @@ def encode_pages(
         data = triangles, coarse_ids, surface.points[vertices], coarse_values
     for level in levels[levels > 0]:
         groups = _by_error(np.flatnonzero(hierarchy.group_level == level), hierarchy.group_error)
-        if coarse.blobs and len(coarse.blobs[-1]) < MIN_PAGE_FRACTION * page_bytes:
+        if coarse.blobs and len(coarse.blobs[-1]) < MIN_PAGE_FRACTION * page_limit:
             groups = np.concatenate([coarse.pop(), groups])
-        coarse.add(_pack(hierarchy, groups, page_bytes, streams, threads, *data))
+        coarse.add(_pack(hierarchy, groups, page_limit, streams, threads, *data))
     # The groups of level 0 stay along the curve: the errors of their replacements differ little,
     # and neighbours in one page share vertices.
     finest = np.flatnonzero(hierarchy.group_level == 0)
     if len(finest):
         data = hierarchy.ranges.triangles, position_ids, surface.points, values
-        fine = _pack(hierarchy, finest, page_bytes, streams, threads, *data)
+        fine = _pack(hierarchy, finest, page_limit, streams, threads, *data)
     return coarse, fine
 
 
@@ -522,10 +522,10 @@ def make_tables(
     clusters = ranges.numbers_of(order)
     sizes = np.diff(ranges.begin)[order]
     owner = np.repeat(np.arange(len(order)), sizes)
-    cluster_source = hierarchy.cluster_source[clusters]
-    is_coarse = cluster_source >= 0
-    starts = is_coarse & np.append(True, (np.diff(owner) != 0) | (np.diff(cluster_source) != 0))
-    run_owner, run_group = owner[starts], new_number[cluster_source[starts]]
+    finer_group = hierarchy.finer_group[clusters]
+    is_coarse = finer_group >= 0
+    starts = is_coarse & np.append(True, (np.diff(owner) != 0) | (np.diff(finer_group) != 0))
+    run_owner, run_group = owner[starts], new_number[finer_group[starts]]
     run_of_cluster = np.cumsum(starts)[is_coarse] - 1
     groups = np.zeros(len(order), GROUP)
     groups["clusters"] = sizes

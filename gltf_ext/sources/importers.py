@@ -6,11 +6,14 @@ import os
 from collections.abc import Callable
 from pathlib import Path
 
-from gltf_ext.document.container import EMPTY, EXPORT_AGAIN, read_document
+from gltf_ext.document.container import EMPTY, read_document
 from gltf_ext.document.document import Document
 from gltf_ext.document.gltf2 import Model, is_path, read_gltf2
-from gltf_ext.errors import MeshletError
+from gltf_ext.document.lfs import START, refuse_pointer
+from gltf_ext.errors import EXPORT_AGAIN, MeshletError
+from gltf_ext.progress import Advance
 from gltf_ext.sources import mtl, obj, ply, stl
+from gltf_ext.sources.limits import check_triangle_count
 from gltf_ext.sources.mesh_files import (
     IndexedMesh,
     IndexedPrimitive,
@@ -22,15 +25,15 @@ from gltf_ext.sources.mesh_files import (
 from gltf_ext.sources.row_arrays import MemoryRows, NewRows
 
 GLTF_SUFFIXES = (".glb", ".gltf")
-READERS = {".ply": ply.read, ".stl": stl.read}
+READERS = {".ply": ply, ".stl": stl}  # those with a header, beside obj
 MESH_SUFFIXES = (".obj", *READERS)
 SUFFIXES = GLTF_SUFFIXES + MESH_SUFFIXES
 
 
-def open_model(path: Model, obj_groups: bool = False) -> Document:
+def open_model(path: Model, obj_groups: bool = False, advance: Advance | None = None) -> Document:
     """Read a document from a .glb, .gltf, .obj, .ply or .stl, or from a pygltflib.GLTF2.
 
-    obj_groups: see `read_meshes`. Raises MeshletError, OSError.
+    obj_groups, advance: see `read_meshes`. Raises MeshletError, OSError.
     """
     if not is_path(path):
         return read_gltf2(path)
@@ -38,7 +41,7 @@ def open_model(path: Model, obj_groups: bool = False) -> Document:
     if suffix in GLTF_SUFFIXES:
         return read_document(path)
     if suffix in MESH_SUFFIXES:
-        contents = read_meshes(Path(path), MemoryRows, obj_groups)
+        contents = read_meshes(Path(path), MemoryRows, obj_groups, advance)
         return document_of(path, contents, MeshPrimitive.indexed)
     raise MeshletError(
         f"has an unknown format ({suffix or 'no suffix'})",
@@ -61,19 +64,38 @@ def referenced_files(path: Path) -> list[Path]:
     return read_document(path).files() if suffix in GLTF_SUFFIXES else []
 
 
-def read_meshes(path: Path, new_rows: NewRows, obj_groups: bool = False) -> MeshFile:
+def triangles_in_header(path: Path) -> int:
+    """Return the triangles of an .obj, .ply or .stl as far as a header counts them, else 0.
+
+    Raises MeshletError, also for more than a primitive may have, OSError.
+    """
+    suffix = path.suffix.lower()
+    count = READERS[suffix].triangles_in_header(path) if suffix in READERS else 0
+    check_triangle_count(count)
+    return count
+
+
+def read_meshes(
+    path: Path,
+    new_rows: NewRows,
+    obj_groups: bool = False,
+    advance: Advance | None = None,
+) -> MeshFile:
     """Read the meshes of an .obj, .ply or .stl that have triangles, at least one.
 
-    obj_groups: groups of an .obj become meshes, too. Identical vertices are welded later.
-    Raises MeshletError, OSError.
+    obj_groups: groups of an .obj become meshes, too. Identical vertices are welded later. advance:
+    moves the progress bar. Raises MeshletError, OSError.
     """
     if not os.path.getsize(path):
         raise MeshletError(EMPTY, EXPORT_AGAIN)
+    with open(path, "rb") as file:
+        refuse_pointer(file.read(len(START)))
     try:
+        triangles_in_header(path)  # check
         if path.suffix.lower() == ".obj":
-            contents = obj.read(path, new_rows, obj_groups)
+            contents = obj.read(path, new_rows, obj_groups, advance)
         else:
-            contents = READERS[path.suffix.lower()](path, new_rows)
+            contents = READERS[path.suffix.lower()].read(path, new_rows, advance)
     except MeshletError:
         raise
     except ValueError as error:  # of _codec.scan_lines
@@ -98,7 +120,8 @@ def document_of(
         # Each primitive is gone once it is indexed, so that memory holds few of them twice.
         primitives = [indexed(mesh.primitives.pop(0)) for _ in range(len(mesh.primitives))]
         meshes.append(IndexedMesh(mesh.name, primitives, mesh.parent))
-    document = to_document(meshes)
+    document = to_document(meshes, contents.offset)
     document.base, document.import_warnings = Path(path).parent, tuple(contents.warnings)
+    document.import_rounding = contents.rounding
     document.import_files = tuple(filter(os.path.isfile, contents.others))
     return document

@@ -6,7 +6,7 @@ import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -18,16 +18,19 @@ from gltf_ext.document.images import as_png_or_jpeg, mime_type
 from gltf_ext.errors import MeshletError
 from gltf_ext.portable import path_beside
 from gltf_ext.ranges import first_of_each
-from gltf_ext.sources.row_arrays import Rows
+from gltf_ext.sources.limits import check_vertex_count
+from gltf_ext.sources.row_arrays import Numbering, Rows
 
 CLAMP_TO_EDGE = 33071  # of OpenGL, as in glTF
 # Names of the objects that lead to a texture in a glTF material.
-Place = tuple[str, ...]
-BASE_COLOR: Place = ("pbrMetallicRoughness", "baseColorTexture")
-METAL_ROUGH: Place = ("pbrMetallicRoughness", "metallicRoughnessTexture")
-EMISSIVE: Place = ("emissiveTexture",)
-NORMAL: Place = ("normalTexture",)
+TexturePath = tuple[str, ...]
+BASE_COLOR: TexturePath = ("pbrMetallicRoughness", "baseColorTexture")
+METAL_ROUGH: TexturePath = ("pbrMetallicRoughness", "metallicRoughnessTexture")
+EMISSIVE: TexturePath = ("emissiveTexture",)
+NORMAL: TexturePath = ("normalTexture",)
 TRANSFORM, STRENGTH = "KHR_texture_transform", "KHR_materials_emissive_strength"
+Vector = tuple[float, float, float]
+NO_OFFSET: Vector = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -54,17 +57,17 @@ class Material:
 
     Attributes:
         properties: a glTF material without textures.
-        textures: by their places in a glTF material.
-        plain: what primitives without texture coordinates have instead.
+        textures: by their paths in a glTF material.
+        untextured: what primitives without texture coordinates have instead.
     """
 
     properties: dict[str, Any]
-    textures: Mapping[Place, Texture] = field(default_factory=dict)
-    plain: Material | None = None
+    textures: Mapping[TexturePath, Texture] = field(default_factory=dict)
+    untextured: Material | None = None
 
-    def fitting(self, attributes: Mapping[str, Any]) -> Material | None:
+    def for_attributes(self, attributes: Mapping[str, Any]) -> Material | None:
         """Return the material of a primitive with these attributes, by name."""
-        return self.plain if self.textures and "TEXCOORD_0" not in attributes else self
+        return self.untextured if self.textures and "TEXCOORD_0" not in attributes else self
 
 
 @dataclass
@@ -81,18 +84,20 @@ class IndexedPrimitive:
     material: Material | None
 
 
+class Parent(NamedTuple):
+    """A node over those of meshes. number: tells parents of one name apart."""
+
+    number: int
+    name: str
+
+
 @dataclass
 class IndexedMesh:
     """A mesh of these primitives; parent: as in Mesh."""
 
     name: str
     primitives: list[IndexedPrimitive]
-    parent: str | None = None
-
-
-# Attributes that have the same numbers at corners, and these: int32[3 T, 1]. None for one attribute
-# whose rows are the values at the corners.
-Group = tuple[tuple[str, ...], Rows | None]
+    parent: Parent | None = None
 
 
 @dataclass
@@ -101,46 +106,51 @@ class MeshPrimitive:
 
     Attributes:
         attributes: name -> rows, of types as in IndexedPrimitive.
-        groups: each attribute is in one.
+        numberings: each attribute is in one, with numbers of int32. One without numbers has one
+            attribute, whose rows are the values at the corners.
         shares_rows: whether other primitives use the same rows. Those that this one does not use
             are then no vertices of it.
     """
 
     attributes: dict[str, Rows]
-    groups: list[Group]
+    numberings: list[Numbering]
     material: Material | None = None
     shares_rows: bool = False
 
     @property
     def triangle_count(self) -> int:
         """The number of triangles."""
-        names, numbers = self.groups[0]
+        names, numbers = self.numberings[0]
         return (numbers or self.attributes[names[0]]).count // 3
 
     def indexed(self) -> IndexedPrimitive:
         """Return it with a vertex for each different combination of rows at a corner."""
         values = {name: rows.rows(0, rows.count) for name, rows in self.attributes.items()}
-        if len(self.groups) == 1 and not self.shares_rows:
-            ((_, numbers),) = self.groups
+        if len(self.numberings) == 1 and not self.shares_rows:
+            ((_, numbers),) = self.numberings
             triangles = (
-                np.arange(3 * self.triangle_count, dtype=np.int32).reshape(-1, 3)
+                np.arange(3 * self.triangle_count, dtype=np.uint32).reshape(-1, 3)
                 if numbers is None
                 else _read(numbers)
             )
             return self._with(triangles.view(np.uint32), values)
+        if any(numbers is None for _, numbers in self.numberings):
+            check_vertex_count(3 * self.triangle_count, "corners")
         corners = [
             _of_equal_rows(values[names[0]]) if numbers is None else _read(numbers)
-            for names, numbers in self.groups
+            for names, numbers in self.numberings
         ]
-        triangles, numbers_of_groups = split_vertices(corners)
+        triangles, vertex_numbers = split_vertices(corners)
         rows_of = {
-            name: rows for (names, _), rows in zip(self.groups, numbers_of_groups) for name in names
+            name: rows
+            for (names, _), rows in zip(self.numberings, vertex_numbers)
+            for name in names
         }
         return self._with(triangles, {name: values[name][rows_of[name]] for name in values})
 
     def sample(self) -> IndexedPrimitive:
-        """Return one vertex with the same attributes, in the order of their groups."""
-        names = [name for names, _ in self.groups for name in names]
+        """Return one vertex with the same attributes, in the order of their numberings."""
+        names = [name for names, _ in self.numberings for name in names]
         first = {name: self.attributes[name].rows(0, 1) for name in names}
         return self._with(np.zeros((1, 3), np.uint32), first)
 
@@ -150,11 +160,11 @@ class MeshPrimitive:
 
 @dataclass
 class Mesh:
-    """Primitives of one name. parent: the name of the node over its own, if there is one."""
+    """Primitives of one name. parent: the node over its own, if there is one."""
 
     name: str
     primitives: list[MeshPrimitive]
-    parent: str | None = None
+    parent: Parent | None = None
 
 
 @dataclass
@@ -165,12 +175,16 @@ class MeshFile:
         warnings: a line for each thing that is left out.
         others: the other files that were looked for, such as materials and textures.
         images: file -> its image as PNG or JPEG, of those that materials have read.
+        offset: of all positions, which are without it.
+        rounding: the largest difference of a coordinate to that in the file.
     """
 
     meshes: list[Mesh]
     warnings: list[str] = field(default_factory=list)
     others: list[Path] = field(default_factory=list)
     images: dict[Path, bytes] = field(default_factory=dict)
+    offset: Vector = NO_OFFSET
+    rounding: float = 0.0
 
     def keep_triangles(self) -> None:
         """Forget primitives without triangles, and meshes without primitives."""
@@ -178,7 +192,7 @@ class MeshFile:
             mesh.primitives = [p for p in mesh.primitives if p.triangle_count]
         self.meshes = [mesh for mesh in self.meshes if mesh.primitives]
 
-    def places(self) -> Iterator[tuple[int, int, MeshPrimitive]]:
+    def numbered_primitives(self) -> Iterator[tuple[int, int, MeshPrimitive]]:
         """Yield (mesh, primitive, object) of each primitive."""
         for m, mesh in enumerate(self.meshes):
             for p, primitive in enumerate(mesh.primitives):
@@ -214,7 +228,7 @@ def named_file(folder: Path, name: str, contents: MeshFile, loss: str) -> Path |
         if is_there(path):
             return path
     problem = "is not there" if path_beside(folder, name) else "is not a relative path"
-    warn(contents, f"{_short(name)} {problem}, so {loss}")
+    warn(contents, f"{short(name)} {problem}, so {loss}")
     return None
 
 
@@ -230,7 +244,7 @@ def read_texture(folder: Path, name: str, contents: MeshFile) -> bytes | None:
         return contents.images[path]
     except (MeshletError, OSError) as error:
         problem = error.message if isinstance(error, MeshletError) else "it cannot be read"
-        warn(contents, f"{_short(name)}: {problem}, so {loss}")
+        warn(contents, f"{short(name)}: {problem}, so {loss}")
         return None
 
 
@@ -240,8 +254,9 @@ def warn(contents: MeshFile, line: str) -> None:
         contents.warnings.append(line)
 
 
-def _short(name: str) -> str:
-    return MeshletError(name).message
+def short(name: str) -> str:
+    """Return a name of a file for a warning, on one line."""
+    return MeshletError(name or '""').message
 
 
 # --- vertices ---
@@ -292,13 +307,16 @@ def to_texcoords(values: np.ndarray) -> np.ndarray:
 # --- the document ---
 
 
-def to_document(meshes: Sequence[IndexedMesh]) -> Document:
-    """Return a document with a node for each mesh, and for each parent of some."""
+def to_document(meshes: Sequence[IndexedMesh], offset: Vector = NO_OFFSET) -> Document:
+    """Return a document with a node for each mesh, and for each parent of some.
+
+    offset: translation of the root nodes.
+    """
     primitives = [primitive for mesh in meshes for primitive in mesh.primitives]
-    of_primitives = [p.material and p.material.fitting(p.attributes) for p in primitives]
+    of_primitives = [p.material and p.material.for_attributes(p.attributes) for p in primitives]
     materials = list(dict.fromkeys(m for m in of_primitives if m))
     document = Document(
-        {"asset": {"version": "2.0"}, "scene": 0, **_nodes(meshes), **_materials(materials)}
+        {"asset": {"version": "2.0"}, "scene": 0, **_nodes(meshes, offset), **_materials(materials)}
     )
     images = _images(materials)
     for holder, image in zip(document.images, images):
@@ -334,12 +352,12 @@ def _text(name: str) -> str:
     return name.encode(errors="replace").decode()
 
 
-def _nodes(meshes: Sequence[IndexedMesh]) -> dict[str, Any]:
+def _nodes(meshes: Sequence[IndexedMesh], offset: Vector) -> dict[str, Any]:
     """Return nodes and the scene: a node for each mesh, then those of parents."""
     nodes: list[dict[str, Any]] = [
         {"mesh": i, "name": _text(mesh.name)} for i, mesh in enumerate(meshes)
     ]
-    parents: dict[str, int] = {}
+    parents: dict[Parent, int] = {}
     roots: list[int] = []
     for i, mesh in enumerate(meshes):
         if mesh.parent is None:
@@ -348,8 +366,11 @@ def _nodes(meshes: Sequence[IndexedMesh]) -> dict[str, Any]:
         if mesh.parent not in parents:
             parents[mesh.parent] = len(nodes)
             roots.append(len(nodes))
-            nodes.append({"name": _text(mesh.parent), "children": []})
+            nodes.append({"name": _text(mesh.parent.name), "children": []})
         nodes[parents[mesh.parent]]["children"].append(i)
+    if any(offset):
+        for root in roots:
+            nodes[root]["translation"] = list(offset)
     return {"nodes": nodes, "scenes": [{"nodes": roots}]}
 
 

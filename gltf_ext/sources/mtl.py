@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from gltf_ext import _codec
+from gltf_ext.document.lfs import PROBLEM, REMEDY, is_pointer
 from gltf_ext.errors import MeshletError
 from gltf_ext.portable import file_name
 from gltf_ext.sources import texture_images
@@ -21,12 +22,13 @@ from gltf_ext.sources.mesh_files import (
     STRENGTH,
     Material,
     MeshFile,
-    Place,
     Texture,
+    TexturePath,
     beside,
     is_there,
     named_file,
     read_texture,
+    short,
     warn,
 )
 from gltf_ext.sources.text import skip_mark, text_blocks, words_after
@@ -73,12 +75,19 @@ def read(
     omissions: Counter[str] = Counter()
     is_complete = True
     for line in dict.fromkeys(libraries):
+        if not line:
+            warn(contents, f"mtllib names no file, so {MATERIALS}")
+            is_complete = False
+            continue
         readings = _readings(line)
         existing = (names for names in readings if any(map(is_there, _paths(folder, names))))
         for file in next(existing, readings[0]):
             path = named_file(folder, file, contents, MATERIALS)
-            is_complete &= path is not None
-            for name, lines in _materials_of(path.read_bytes() if path else b""):
+            text = path.read_bytes() if path else b""
+            if is_pointer(text):
+                warn(contents, f"{short(file)} is {PROBLEM}, so {MATERIALS}; {REMEDY}")
+            is_complete &= path is not None and not is_pointer(text)
+            for name, lines in _materials_of(text):
                 if name in used:
                     reader = _Reader(folder, name.decode(errors="replace"), lines, contents)
                     materials[name] = reader.material()
@@ -244,8 +253,8 @@ class _Reader:
 
     def material(self) -> Material:
         """Return the glTF material. Notes a warning for each part of its pictures that is lost."""
-        textures: dict[Place, Texture] = {}
-        for place, read in (
+        textures: dict[TexturePath, Texture] = {}
+        for path, read in (
             (BASE_COLOR, self._base_texture),
             (METAL_ROUGH, self._metal_rough_texture),
             (EMISSIVE, self._emissive_texture),
@@ -253,7 +262,7 @@ class _Reader:
         ):
             try:
                 if texture := read():
-                    textures[place] = texture
+                    textures[path] = texture
             except MeshletError as error:
                 warn(self._contents, f"{self._name}: a texture is left out: {error.message}")
         if not textures:
@@ -287,7 +296,7 @@ class _Reader:
             return 1.0
         return alpha
 
-    def _properties(self, textures: Collection[Place]) -> dict[str, Any]:
+    def _properties(self, textures: Collection[TexturePath]) -> dict[str, Any]:
         """Return the material without its textures; a colour of 0 does not hide a texture."""
         shininess = (self._numbers_of(b"ns") or [1.0])[0]
         roughness = self._number(b"pr", (2 / (max(shininess, 0.0) + 2)) ** 0.25)

@@ -11,26 +11,29 @@ from typing import NamedTuple
 import numpy as np
 
 from gltf_ext import _codec
-from gltf_ext.document.container import EXPORT_AGAIN
-from gltf_ext.errors import MeshletError
+from gltf_ext.errors import EXPORT_AGAIN, MeshletError
+from gltf_ext.progress import Advance
 from gltf_ext.ranges import begins
 from gltf_ext.sources import mtl
 from gltf_ext.sources.colors import FULL, Colors
+from gltf_ext.sources.limits import check_vertex_count
 from gltf_ext.sources.mesh_files import (
-    Group,
     Mesh,
     MeshFile,
     MeshPrimitive,
+    Parent,
     to_floats,
     to_texcoords,
 )
+from gltf_ext.sources.offset import Offset
 from gltf_ext.sources.polygons import CornerNumbers, Points, at_corners, triangles_of
-from gltf_ext.sources.row_arrays import NewRows, RowArray, RowRange, Rows
-from gltf_ext.sources.text import text_blocks, words_after
+from gltf_ext.sources.row_arrays import NewRows, Numbering, RowArray, RowRange, Rows
+from gltf_ext.sources.text import open_watched, text_blocks, words_after
 
 VERTEX, TEXCOORD, NORMAL = range(3)
 KINDS = ("v", "vt", "vn")
 NAMES = ("vertex", "texture coordinate", "normal")
+PLURALS = ("vertices", "texture coordinates", "normals")
 ATTRIBUTES = ("POSITION", "TEXCOORD_0", "NORMAL")  # of each kind
 FEWEST = (3, 1, 3)  # numbers of a line
 COLORED = 6  # numbers of a vertex with a colour
@@ -87,13 +90,13 @@ class Block(NamedTuple):
     others: dict[str, int]
 
 
-def blocks(path: Path) -> Iterator[Block]:
+def blocks(path: Path, advance: Advance | None = None) -> Iterator[Block]:
     """Yield the file in order. A face may use vertices of later blocks.
 
-    Raises MeshletError, OSError.
+    advance: moves the progress bar. Raises MeshletError, OSError.
     """
     totals, state = [0, 0, 0], State()
-    with open(path, "rb") as file:
+    with open_watched(path, advance) as file:
         for text in text_blocks(file):
             scans = dict(zip(KEYWORDS, _codec.scan_lines(text, KEYWORDS)))
             of_kinds, (numbers_of_file, counts, at) = [scans[kind] for kind in KINDS], scans["f"]
@@ -120,6 +123,8 @@ def blocks(path: Path) -> Iterator[Block]:
                 {word: len(scans[word][2]) for word in OTHERS if len(scans[word][2])},
             )
             totals = [total + len(r) for total, r in zip(totals, rows)]
+            for total, kind in zip(totals, PLURALS):
+                check_vertex_count(total, kind)
 
 
 class _Above(NamedTuple):
@@ -184,13 +189,15 @@ def _numbers(
     return result
 
 
-def read(path: Path, new_rows: NewRows, groups: bool = False) -> MeshFile:
+def read(
+    path: Path, new_rows: NewRows, split_groups: bool = False, advance: Advance | None = None
+) -> MeshFile:
     """Read a mesh for each object that has triangles. Raises MeshletError, OSError.
 
-    groups: read a mesh for each group of an object.
+    split_groups: read a mesh for each group of an object. advance: moves the progress bar.
     """
-    reader = _Reader(new_rows, groups)
-    for block in blocks(path):
+    reader = _Reader(new_rows, split_groups)
+    for block in blocks(path, advance):
         reader.add(block)
     return reader.result(path)
 
@@ -222,16 +229,17 @@ class _Reader:
         rows: of each kind; colors: of vertices.
         faces: by object or group, material and set of attributes; in the order of the file.
         incomplete: faces of which only some corners have an attribute; short: those with fewer than
-            three corners.
+            three corners; offset: of positions.
     """
 
     new_rows: NewRows
-    groups: bool
+    split_groups: bool
     faces: dict[tuple[State, int], _Faces] = field(default_factory=dict)
     libraries: list[bytes] = field(default_factory=list)
     others: dict[str, int] = field(default_factory=lambda: defaultdict(int))
     incomplete: int = 0
     short: int = 0
+    offset: Offset = field(default_factory=Offset)
 
     def __post_init__(self) -> None:
         self.rows = [self.new_rows() for _ in KINDS]
@@ -249,7 +257,7 @@ class _Reader:
     def _add_rows(self, rows: list[np.ndarray]) -> None:
         v, vt, vn = rows
         if len(v):
-            self.rows[VERTEX].add(to_floats(v[:, :3]))
+            self.rows[VERTEX].add(self.offset.to_local(v[:, :3]))
             self._add_colors(v[:, 3:COLORED])
         if len(vt):
             self.rows[TEXCOORD].add(to_texcoords(vt))
@@ -306,7 +314,7 @@ class _Reader:
         return _Sets(everywhere, None if of_faces is None else of_faces | everywhere)
 
     def _faces_of(self, state: State, has: int) -> _Faces:
-        if not self.groups:
+        if not self.split_groups:
             state = state._replace(group=b"")
         if (state, has) not in self.faces:
             kinds = tuple(kind for kind in range(len(KINDS)) if has >> kind & 1)
@@ -318,7 +326,8 @@ class _Reader:
 
     def result(self, path: Path) -> MeshFile:
         """Return the meshes. Raises MeshletError, OSError."""
-        contents = MeshFile([], self._warnings())
+        offset = self.offset
+        contents = MeshFile([], self._warnings(), offset=offset.values, rounding=offset.rounding)
         used = {faces.state.material for faces in self.faces.values()}
         materials = mtl.read(path.parent, self.libraries, used, contents)
         table: dict[str, RowArray] = dict(zip(ATTRIBUTES, self.rows))
@@ -334,7 +343,7 @@ class _Reader:
             primitive.material = material = materials.get(faces.state.material)
             mesh.primitives.append(primitive)
             contents.warnings += [f"{mesh.name}: {problem}" for problem in problems]
-            if material and material.fitting(primitive.attributes) is not material:
+            if material and material.for_attributes(primitive.attributes) is not material:
                 untextured += primitive.triangle_count
         if untextured:
             contents.warnings.append(
@@ -364,7 +373,7 @@ def _mesh(state: State, file: str) -> Mesh:
     names = [name.decode(errors="replace") for name in (state.object, state.group) if name]
     if not names:
         return Mesh(file, [])
-    return Mesh(names[-1], [], names[0] if len(names) > 1 else None)
+    return Mesh(names[-1], [], Parent(state.number, names[0]) if len(names) > 1 else None)
 
 
 def _count(is_there: np.ndarray, sizes: np.ndarray) -> np.ndarray:
@@ -384,7 +393,7 @@ def _primitive(faces: _Faces, table: dict[str, RowArray]) -> tuple[MeshPrimitive
 
     table: the rows of all attributes.
     """
-    groups: list[Group] = []
+    numberings: list[Numbering] = []
     attributes: dict[str, Rows] = {}
     warnings = []
     for kind, numbers in zip(faces.kinds, faces.numbers):
@@ -396,7 +405,7 @@ def _primitive(faces: _Faces, table: dict[str, RowArray]) -> tuple[MeshPrimitive
         elif numbers.most >= count:
             warnings.append(f"a face uses a {NAMES[kind]} that is not there; all are left out")
             continue
-        groups.append((tuple(names), numbers.from_least()))
+        numberings.append((tuple(names), numbers.from_least()))
         for name in names:
             attributes[name] = RowRange(table[name], numbers.least, numbers.most + 1)
-    return MeshPrimitive(attributes, groups, shares_rows=True), warnings
+    return MeshPrimitive(attributes, numberings, shares_rows=True), warnings

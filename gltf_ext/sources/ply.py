@@ -12,13 +12,13 @@ from typing import BinaryIO, Literal, NamedTuple
 import numpy as np
 
 from gltf_ext import _codec
-from gltf_ext.document.container import EXPORT_AGAIN
-from gltf_ext.errors import MeshletError
+from gltf_ext.errors import EXPORT_AGAIN, MeshletError
+from gltf_ext.progress import Advance
 from gltf_ext.ranges import numbers_of
 from gltf_ext.sources.colors import Colors
+from gltf_ext.sources.limits import check_vertex_count
 from gltf_ext.sources.mesh_files import (
     BASE_COLOR,
-    Group,
     Material,
     Mesh,
     MeshFile,
@@ -28,12 +28,14 @@ from gltf_ext.sources.mesh_files import (
     to_floats,
     to_texcoords,
 )
+from gltf_ext.sources.offset import Offset
 from gltf_ext.sources.polygons import CornerNumbers, Points, at_corners, triangles_of
-from gltf_ext.sources.row_arrays import NewRows, RowArray, Rows, add_all
-from gltf_ext.sources.text import CUT_OFF, block_bytes, read_rows, text_blocks
+from gltf_ext.sources.row_arrays import NewRows, Numbering, RowArray, Rows, add_all
+from gltf_ext.sources.text import CUT_OFF, block_bytes, open_watched, read_rows, text_blocks
 
 MAX_HEADER_LINES = 10_000
 MAX_LINE = 10_000  # bytes
+MAX_DIGITS = 18  # of a number of rows
 TYPES = {
     **{name: f"i{size}" for name, size in (("char", 1), ("short", 2), ("int", 4))},
     **{name: f"u{size}" for name, size in (("uchar", 1), ("ushort", 2), ("uint", 4))},
@@ -106,6 +108,10 @@ class Header(NamedTuple):
     elements: list[Element]
     texture: str
 
+    def rows_of(self, name: str) -> int:
+        """Return the number of rows of all elements of a name."""
+        return sum(element.rows for element in self.elements if element.name == name)
+
 
 class Lists(NamedTuple):
     """A property's lists, one after the other: lengths int64[n], and all their values."""
@@ -133,7 +139,7 @@ def read_header(file: BinaryIO) -> Header:
                 return Header(order, elements, texture)
             case ["format", name, *_] if name in ORDERS:
                 order = ORDERS[name]
-            case ["element", name, count] if count.isdecimal():
+            case ["element", name, count] if count.isdecimal() and len(count) <= MAX_DIGITS:
                 elements.append(Element(name, int(count), []))
             case ["property", type, name] if elements and type in TYPES:
                 elements[-1].properties.append(Property(name, np.dtype(order + TYPES[type]), None))
@@ -194,13 +200,25 @@ def blocks(file: BinaryIO, header: Header) -> Iterator[tuple[Element, Columns]]:
                 yield element, columns
 
 
-def read(path: Path, new_rows: NewRows) -> MeshFile:
-    """Read the mesh, if it has triangles. Raises MeshletError, OSError.
+def triangles_in_header(path: Path) -> int:
+    """Return the number of triangles, as far as the header tells: one for each face.
 
-    A vertex's own values go before those that faces have at their corners.
+    Raises MeshletError, OSError.
     """
     with open(path, "rb") as file:
-        reader = _Reader(read_header(file), new_rows)
+        return read_header(file).rows_of("face")
+
+
+def read(path: Path, new_rows: NewRows, advance: Advance | None = None) -> MeshFile:
+    """Read the mesh, if it has triangles. Raises MeshletError, OSError.
+
+    A vertex's own values go before those that faces have at their corners. advance: moves the
+    progress bar.
+    """
+    with open_watched(path, advance) as file:
+        header = read_header(file)
+        check_vertex_count(header.rows_of("vertex"))
+        reader = _Reader(header, new_rows)
         for element, columns in blocks(file, reader.header):
             reader.add(element, columns)
     return reader.result(path)
@@ -218,11 +236,12 @@ class _Reader:
         self._triangles = CornerNumbers(new_rows())
         self._points = Points(self._vertices["POSITION"])
         self._scalars = Scalars(header)
+        self._offset = Offset()
 
     def add(self, element: Element, columns: Columns) -> None:
         """Add a block of rows. Raises MeshletError, OSError."""
         if element.name == "vertex":
-            add_all(self._vertices, vertex_attributes(element, columns))
+            add_all(self._vertices, vertex_attributes(element, columns, self._offset))
             add_all(self._vertices, self._scalars.attributes(element, columns))
             colors = element.first_of(COLORS, 3)
             if colors:
@@ -255,7 +274,8 @@ class _Reader:
     def result(self, path: Path) -> MeshFile:
         """Return the mesh, if there is one. Raises MeshletError, OSError."""
         vertices, faces, triangles = self._vertices, self._faces, self._triangles
-        contents = MeshFile([], [*self._points.warnings, *self._scalars.warnings()])
+        lines = [*self._points.warnings, *self._scalars.warnings()]
+        contents = MeshFile([], lines, offset=self._offset.values, rounding=self._offset.rounding)
         count = vertices["POSITION"].count
         if not count:
             return contents
@@ -269,16 +289,16 @@ class _Reader:
         faces = {name: rows for name, rows in faces.items() if name not in vertices}
         _check_counts(vertices, count)
         _check_counts(faces, triangles.rows.count)
-        groups: list[Group] = [(tuple(vertices), triangles.rows)]
-        groups += [((name,), None) for name in faces]
+        numberings: list[Numbering] = [(tuple(vertices), triangles.rows)]
+        numberings += [((name,), None) for name in faces]
         all_rows: dict[str, Rows] = {**vertices, **faces}
-        primitive = MeshPrimitive(all_rows, groups)
+        primitive = MeshPrimitive(all_rows, numberings)
         contents.meshes.append(Mesh(path.name, [primitive]))
         if self.header.texture:
             image = read_texture(path.parent, self.header.texture, contents)
             if image:
                 primitive.material = Material({}, {BASE_COLOR: Texture(image)})
-                if primitive.material.fitting(all_rows) is None:
+                if primitive.material.for_attributes(all_rows) is None:
                     contents.warnings.append(
                         "it has no texture coordinates, so its texture is left out"
                     )
@@ -299,10 +319,11 @@ def _stacked(columns: Columns, names: Sequence[str]) -> np.ndarray:
     return np.stack([columns[name] for name in names], axis=1)
 
 
-def vertex_attributes(element: Element, columns: Columns) -> dict[str, np.ndarray]:
+def vertex_attributes(element: Element, columns: Columns, offset: Offset) -> dict[str, np.ndarray]:
     """Return positions, normals and texture coordinates of a block of vertices, as in glTF."""
+    convert = {"POSITION": offset.to_local, "NORMAL": to_floats}
     attributes = {
-        kind: to_floats(_stacked(columns, names))
+        kind: convert[kind](_stacked(columns, names))
         for kind, names in (("POSITION", POSITION), ("NORMAL", NORMAL))
         if element.first_of([names], 3)
     }
@@ -319,7 +340,7 @@ def _lists_of(columns: Columns) -> Lists | None:
 
 
 def to_int32(numbers: np.ndarray) -> np.ndarray:
-    """Return int32: no number beyond it is one of a vertex, and a text may say nan."""
+    """Return int32: no number beyond it is one of a vertex (MAX_VERTICES); a text may say nan."""
     if not np.can_cast(numbers.dtype, np.int32):
         limits = np.iinfo(np.int32)
         least, most = numbers.min(initial=0), numbers.max(initial=0)
@@ -338,10 +359,10 @@ def triangles_of_strips(lists: Lists) -> np.ndarray:
     is_first = np.zeros(len(numbers) + 1, bool)
     is_first[np.cumsum(lists.lengths) - lists.lengths] = True
     is_first[1:] |= numbers < 0
-    places = np.arange(len(numbers))
-    # A -1 is a place of its own before the strip that it begins, so that no triangle spans it.
-    begins = np.maximum.accumulate(np.where(is_first[:-1], places, 0))
-    third = np.flatnonzero((places - begins >= 2) & (numbers >= 0))
+    positions = np.arange(len(numbers))
+    # A -1 stands by itself before the strip that it begins, so that no triangle spans it.
+    begins = np.maximum.accumulate(np.where(is_first[:-1], positions, 0))
+    third = np.flatnonzero((positions - begins >= 2) & (numbers >= 0))
     a, b, c = numbers[third - 2], numbers[third - 1], numbers[third]
     turned = (third - begins[third]) % 2 == 1
     triangles = np.stack([np.where(turned, b, a), np.where(turned, a, b), c], axis=1)
@@ -447,8 +468,9 @@ def _columns_of_text(
             columns[name] = numbers[at]
             at = at + 1
             continue
-        lengths = numbers[at].astype(np.int64)
-        if (lengths < 0).any() or (at + 1 + lengths > ends).any():
+        with np.errstate(invalid="ignore"):  # NaN and others become the smallest integer
+            lengths = numbers[at].astype(np.int64)
+        if (lengths < 0).any() or (lengths > ends - at - 1).any():
             raise MeshletError(f"has a row of {element.name} that is too short", EXPORT_AGAIN)
         columns[name] = Lists(lengths, numbers[numbers_of(at + 1, lengths)])
         at = at + 1 + lengths
@@ -522,18 +544,18 @@ def _mixed(file: BinaryIO, element: Element, rows_left: int) -> Iterator[Columns
     size = block_bytes(file)
     while rows_left:
         start, data = file.tell(), file.read(size)
-        places, end = _places(data, element, rows_left)
+        offsets, end = _row_offsets(data, element, rows_left)
         file.seek(start + end)
-        if not len(places):
+        if not len(offsets):
             if len(data) < size:
                 raise MeshletError(CUT_OFF, "get it again")
             size *= 2  # for a row that is longer
             continue
-        rows_left -= len(places)
+        rows_left -= len(offsets)
         array = np.frombuffer(data, np.uint8)
         columns: Columns = {}
         for (name, dtype, length), at, counts in zip(
-            element.properties, *places.transpose(2, 1, 0)
+            element.properties, *offsets.transpose(2, 1, 0)
         ):
             number = numbers_of(np.zeros_like(counts), counts)
             items = np.repeat(at, counts) + number * dtype.itemsize
@@ -542,7 +564,7 @@ def _mixed(file: BinaryIO, element: Element, rows_left: int) -> Iterator[Columns
         yield columns
 
 
-def _places(data: bytes, element: Element, limit: int) -> tuple[np.ndarray, int]:
+def _row_offsets(data: bytes, element: Element, limit: int) -> tuple[np.ndarray, int]:
     """Offset and number of values of each property of the whole rows in `data`, and their end.
 
     The first array is int64[rows, properties, 2].
@@ -551,9 +573,9 @@ def _places(data: bytes, element: Element, limit: int) -> tuple[np.ndarray, int]
         (dtype.itemsize, length.itemsize if length else 0, _byte_order(length or dtype))
         for _, dtype, length in element.properties
     ]
-    places: list[list[tuple[int, int]]] = []
+    offsets: list[list[tuple[int, int]]] = []
     end = at = 0
-    while len(places) < limit:
+    while len(offsets) < limit:
         row = []
         for size, length, order in layout:
             count = int.from_bytes(data[at : at + length], order) if length else 1
@@ -562,9 +584,9 @@ def _places(data: bytes, element: Element, limit: int) -> tuple[np.ndarray, int]
             at += size * count
         if at > len(data):
             break
-        places.append(row)
+        offsets.append(row)
         end = at
-    return np.array(places, np.int64).reshape(len(places), len(layout), 2), end
+    return np.array(offsets, np.int64).reshape(len(offsets), len(layout), 2), end
 
 
 def _byte_order(dtype: np.dtype) -> Literal["little", "big"]:

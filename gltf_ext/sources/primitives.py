@@ -74,12 +74,14 @@ class DropCounts:
     """Counts of vertices and triangles left out of primitives.
 
     incomplete_triangles: primitives whose indices end in one or two corners of a triangle.
+    non_finite_triangles: those with a position that is not finite.
     """
 
     degenerate_triangles: int = 0
     incomplete_triangles: int = 0
     unreferenced_vertices: int = 0
     duplicate_vertices: int = 0
+    non_finite_triangles: int = 0
 
     def add(self, other: DropCounts) -> None:
         """Add other counts."""
@@ -105,12 +107,8 @@ def all_primitives(document: Document) -> Iterator[tuple[int, int, gltf.Primitiv
 
 
 def triangle_primitives(document: Document) -> list[tuple[int, int, gltf.Primitive]]:
-    """Return (mesh, primitive, object) of each list, strip or fan of triangles."""
-    return [
-        (m, p, primitive)
-        for m, p, primitive in all_primitives(document)
-        if gltf.mode(primitive) in gltf.TRIANGLE_MODES
-    ]
+    """Return (mesh, primitive, object) of each list, strip or fan of triangles with positions."""
+    return [place for place in all_primitives(document) if gltf.has_triangles(place[2])]
 
 
 def describe(

@@ -35,6 +35,10 @@ class Rows(Protocol):
         ...
 
 
+# Attributes that have the same numbers at corners, and these: [3 T, 1]. None for 0, 1, 2 ...
+Numbering = tuple[tuple[str, ...], Rows | None]
+
+
 class RowArray(ABC):
     """Rows of one type, which are added and read in blocks.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import Any
@@ -12,19 +13,20 @@ from gltf_ext.document import gltf
 from gltf_ext.document.accessors import Format, bounds, read_accessor
 from gltf_ext.document.document import Document
 from gltf_ext.document.draco import DRACO, decode_draco
-from gltf_ext.errors import MeshletError
+from gltf_ext.errors import EXPORT_AGAIN, MeshletError
 from gltf_ext.progress import Advance
 from gltf_ext.scheduler import in_order
-from gltf_ext.sources.attribute_names import is_of_target, local_name, pair_names
+from gltf_ext.sources.attribute_names import is_of_target, local_name, pair_names, semantic
 from gltf_ext.sources.primitives import DropCounts, Primitive, place
-from gltf_ext.sources.row_arrays import Rows
+from gltf_ext.sources.row_arrays import Numbering, Rows
 
 # Rows that are read at a time. With 1 << 17, a million triangles in --max-memory 110M peaked at 98
 # to 110 MB, with 1 << 16 at 80 to 87.
 BLOCK = 1 << 16
 CACHED = 1 << 14  # triangles whose corners are compared at a time, in the processor's cache
-EXPORT_AGAIN = "export the model again"
 WIDTHS = {"POSITION": 3, "NORMAL": 3, "TANGENT": 4}  # components; a target's TANGENT has three
+# Semantics of floats that are rounded. Others, but those of morph targets, keep any bits.
+ROUNDED = ("POSITION", "NORMAL", "TANGENT", "TEXCOORD", "COLOR", "WEIGHTS")
 
 Box = tuple[np.ndarray, np.ndarray]  # smallest and largest position
 
@@ -50,10 +52,6 @@ class ArrayRows:
         return self.values[first:last]
 
 
-# (names of the attributes that have the same numbers at corners, these numbers; None for 0, 1 ...)
-Numbering = tuple[tuple[str, ...], Rows | None]
-
-
 @dataclass
 class Source:
     """A list of triangles.
@@ -61,20 +59,24 @@ class Source:
     Attributes:
         mesh, primitive: its place in the document.
         attributes: name -> elements; of morph targets as "targets[i].NAME".
-        indices: the attributes that have the same numbers at corners, and these numbers.
+        numberings: each attribute is in one.
         room: bytes of memory that vertices may take at a time; 0 for a source that is in memory.
         threads: number of blocks that are read at a time, from files.
+        is_copy: whether the rows are in work files of this source and others of the same document.
         bounds: name -> [2, components]: smallest and largest values at corners, without degenerate
             triangles; once read.
+        replaced: kind of value that was not finite (repair.py) -> how many there were.
     """
 
     mesh: int
     primitive: int
     attributes: dict[str, Rows]
-    indices: list[Numbering]
+    numberings: list[Numbering]
     room: int = 0
     threads: int = 1
+    is_copy: bool = False
     bounds: dict[str, np.ndarray] = field(default_factory=dict)
+    replaced: Counter[str] = field(default_factory=Counter)
 
     @classmethod
     def of(cls, primitive: Primitive) -> Source:
@@ -107,9 +109,20 @@ class Source:
         return (low, high) if low.dtype.kind == "f" else None
 
     @property
+    def not_finite(self) -> list[str]:
+        """Names of attributes that would be rounded, but whose bounds are NaN or infinite."""
+        return [
+            name
+            for name, ends in self.bounds.items()
+            if ends.dtype.kind == "f"
+            and (is_of_target(name) or semantic(name) in ROUNDED)
+            and not np.isfinite(ends).all()
+        ]
+
+    @property
     def triangle_count(self) -> int:
         """The number of triangles."""
-        names, numbers = self.indices[0]
+        names, numbers = self.numberings[0]
         return (numbers or self.attributes[names[0]]).count // 3
 
     @property
@@ -117,10 +130,15 @@ class Source:
         """The number of vertices, of a source whose attributes have the same numbers."""
         return self.attributes["POSITION"].count
 
+    def give_back_copy(self) -> None:
+        """Forget rows in work files, which are gone with the last source that has some in them."""
+        if self.is_copy:
+            self.attributes, self.numberings = {}, []
+
     def read_bounds(self, advance: Advance | None = None) -> None:
         """Set `bounds`, to none if all triangles are degenerate. Reads everything.
 
-        Raises MeshletError for NaN and infinity, OSError.
+        Raises MeshletError, OSError.
         """
         for extremes in self.of_used_vertices(self._bounds, advance):
             for name, rows in extremes.items():
@@ -145,9 +163,9 @@ class Source:
             MeshletError: indices are out of range.
             OSError: a file cannot be read.
         """
-        total = sum(self.attributes[names[0]].count for names, _ in self.indices)
+        total = sum(self.attributes[names[0]].count for names, _ in self.numberings)
         finished = 0
-        for names, numbers in self.indices:
+        for names, numbers in self.numberings:
             count = self.attributes[names[0]].count
             for low, high in blocks(count, self.room or max(count, 1)):
                 is_used = self._are_used(names, numbers, low, high)
@@ -160,6 +178,11 @@ class Source:
                     if advance:
                         advance(finished / total)
                 del is_used, tasks  # before the next flags are made
+
+    def used_rows(self) -> np.ndarray:
+        """Return the rows of vertices that of_used_vertices takes, of a source in memory."""
+        ((names, numbers),) = self.numberings
+        return np.flatnonzero(self._are_used(names, numbers, 0, self.vertex_count))
 
     def _of_used(
         self,
@@ -214,7 +237,7 @@ class Source:
     def _are_degenerate(self, first: int, last: int) -> np.ndarray:
         """Return bool[last - first]: whether triangles have two corners with equal bytes."""
         is_same = np.ones((3, last - first), bool)
-        for names, numbers in self.indices:
+        for names, numbers in self.numberings:
             is_same &= self._are_same(names, numbers, first, last)
             if not is_same.any():
                 break
@@ -245,17 +268,8 @@ class Source:
         return is_same
 
     def _bounds(self, vertices: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-        return {name: self._bounds_of(name, values) for name, values in vertices.items()}
-
-    def _bounds_of(self, name: str, values: np.ndarray) -> np.ndarray:
-        is_lossless = name.startswith("_")
-        with np.errstate(invalid="ignore"):
-            ends = np.stack(bounds(values))  # of NaN and others: NaN
-        if values.dtype.kind == "f" and not is_lossless and not np.isfinite(ends).all():
-            raise MeshletError(
-                f"{name} of {self.where} has a NaN or infinite value", "repair the model first"
-            )
-        return ends
+        with np.errstate(invalid="ignore"):  # bounds of NaN and others are NaN
+            return {name: np.stack(bounds(values)) for name, values in vertices.items()}
 
     def vertices(self, names: tuple[str, ...], first: int, last: int) -> dict[str, np.ndarray]:
         """Return name -> [last - first, components]. Raises MeshletError, OSError."""
@@ -271,7 +285,7 @@ class Source:
     ) -> np.ndarray:
         """[last - first, 3]: rows of the attributes at the corners of triangles.
 
-        names, numbers: one of `indices`. Raises MeshletError, OSError.
+        names, numbers: one of `numberings`. Raises MeshletError, OSError.
         """
         if numbers is None:
             return np.arange(3 * first, 3 * last, dtype=np.uint32).reshape(-1, 3)
@@ -338,8 +352,6 @@ def read_source(
     """
     primitive = document.primitive(mesh, index)
     where = place(mesh, index)
-    if "POSITION" not in primitive["attributes"]:
-        raise MeshletError(f"{where} has no POSITION", EXPORT_AGAIN)
 
     def in_memory(accessor: int, name: str, count: int | None) -> Rows:
         return ArrayRows(read_accessor(document, accessor, name, count))
@@ -379,7 +391,7 @@ def read_source(
 def read_primitive(document: Document, mesh: int, index: int) -> tuple[Primitive, DropCounts]:
     """Return the same as arrays; triangles are as in the file. Raises MeshletError."""
     source, drop_counts = read_source(document, mesh, index)
-    ((names, numbers),) = source.indices
+    ((names, numbers),) = source.numberings
     corners = source.corners(names, numbers, 0, source.triangle_count)
     arrays = {name: rows.rows(0, rows.count) for name, rows in source.attributes.items()}
     primitive = document.primitive(mesh, index)

@@ -11,14 +11,15 @@ from typing import BinaryIO, NamedTuple
 import numpy as np
 
 from gltf_ext import _codec
-from gltf_ext.document.container import EXPORT_AGAIN
-from gltf_ext.errors import MeshletError
+from gltf_ext.errors import EXPORT_AGAIN, MeshletError
+from gltf_ext.progress import Advance
 from gltf_ext.sources.colors import Colors
 from gltf_ext.sources.mesh_files import Mesh, MeshFile, MeshPrimitive, to_floats
 from gltf_ext.sources.row_arrays import NewRows, Rows
 from gltf_ext.sources.text import (
     CUT_OFF,
     block_bytes,
+    open_watched,
     read_rows,
     seek_after_mark,
     skip_mark,
@@ -58,11 +59,19 @@ class Block(NamedTuple):
     colors: np.ndarray | None = None
 
 
-def read(path: Path, new_rows: NewRows) -> MeshFile:
-    """Read a mesh for each solid. Raises MeshletError, OSError."""
+def triangles_in_header(path: Path) -> int:
+    """Return the number of triangles of a binary file; 0 for a text. Raises OSError."""
+    with open(path, "rb") as file:
+        start = file.read(START_BYTES)
+    size = os.path.getsize(path)
+    return max(size - HEADER.itemsize, 0) // TRIANGLE.itemsize if _is_binary(start, size) else 0
+
+
+def read(path: Path, new_rows: NewRows, advance: Advance | None = None) -> MeshFile:
+    """Read a mesh for each solid. Raises MeshletError, OSError. advance: moves the progress bar."""
     contents = MeshFile([])
     meshes: dict[int, tuple[str, _Facets]] = {}
-    for block in blocks(path, contents):
+    for block in blocks(path, contents, advance):
         if block.number not in meshes:
             meshes[block.number] = block.name or path.name, _Facets(new_rows)
         meshes[block.number][1].add(block)
@@ -91,15 +100,13 @@ class _Facets:
         return MeshPrimitive(attributes, [((name,), None) for name in attributes])
 
 
-def blocks(path: Path, contents: MeshFile) -> Iterator[Block]:
+def blocks(path: Path, contents: MeshFile, advance: Advance | None = None) -> Iterator[Block]:
     """Yield the facets, and note warnings. Raises MeshletError, OSError."""
-    with open(path, "rb") as file:
+    with open_watched(path, advance) as file:
         start = file.read(START_BYTES)
         file.seek(0)
-        header = np.frombuffer(start[: HEADER.itemsize].ljust(HEADER.itemsize, b"\0"), HEADER)[0]
-        count = int(header["triangles"])
-        if b"\0" in start or _bytes_of(count) == os.path.getsize(path):
-            count = _checked(count, path, contents)
+        if _is_binary(start, os.path.getsize(path)):
+            count = _checked(_count_in_header(start), path, contents)
             file.seek(HEADER.itemsize)
             yield from _binary(file, count, start[: HEADER.itemsize])
         elif any(form.search(skip_mark(start)) for form in (BROKEN, FREE_SOLID, UNFINISHED)):
@@ -109,6 +116,16 @@ def blocks(path: Path, contents: MeshFile) -> Iterator[Block]:
 
 
 # --- binary ---
+
+
+def _is_binary(start: bytes, size: int) -> bool:
+    """Return whether a file is binary. start: its first START_BYTES; size: of all of it."""
+    return b"\0" in start or _bytes_of(_count_in_header(start)) == size
+
+
+def _count_in_header(start: bytes) -> int:
+    header = np.frombuffer(start[: HEADER.itemsize].ljust(HEADER.itemsize, b"\0"), HEADER)[0]
+    return int(header["triangles"])
 
 
 def _bytes_of(count: int) -> int:

@@ -53,7 +53,8 @@ def test_compress_prints_sizes(original, tmp_path, capsys):
     assert re.fullmatch(
         r"in\.glb \([\d.]+ kB\) -> out\.glb \([\d.]+ kB\), [\d.]+ times smaller; "
         r"geometry [\d.]+ times smaller than raw floats, [\d.]+ bits per triangle, "
-        r"722 triangles in \d+ meshlets \([\d.]+ on average\)\n",
+        r"722 triangles in \d+ meshlets \([\d.]+ on average\)\n"
+        r"steps: positions [\d.]+ scene units \(10 bits\)\n",
         line,
     )
 
@@ -270,7 +271,7 @@ def run(*arguments, code=None):
 
 def test_silence_in_a_pipe(original, tmp_path):
     result = run("compress", original, tmp_path / "out.glb")
-    assert result.returncode == 0 and result.stderr == "" and len(result.stdout.splitlines()) == 1
+    assert result.returncode == 0 and result.stderr == "" and len(result.stdout.splitlines()) == 2
 
 
 def test_version_and_help():
@@ -336,7 +337,9 @@ def test_a_coarse_step_warns_of_small_meshes(tmp_path, capsys):
     )
     assert "mesh 1: fewer than 4 bits are left for its positions" in capsys.readouterr().err
     assert main(["verify", str(path), str(tmp_path / "out.glb")]) == 0
-    assert "722 collapsed by the grid" in capsys.readouterr().out
+    printed = capsys.readouterr()
+    assert "722 collapsed by the grid" in printed.out
+    assert "mesh 1 primitive 0: the grid collapses 722 triangles, 100 %" in printed.err
 
 
 def test_python_m():

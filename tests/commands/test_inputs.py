@@ -8,6 +8,8 @@ import pytest
 
 import gltf_ext
 from gltf_ext.attributes.records import RecordFormat
+from gltf_ext.document.accessors import read_accessor
+from gltf_ext.document.container import read_document
 from tests.helpers.gltf_builder import Builder, everything, glb_json, grid_mesh
 
 
@@ -163,6 +165,7 @@ def test_degenerate_unreferenced_and_duplicate(folder):
         "incomplete_triangles": 0,
         "unreferenced_vertices": 5,
         "duplicate_vertices": 0,
+        "non_finite_triangles": 0,
     }
 
 
@@ -191,7 +194,12 @@ def test_vertices_of_triangles_with_equal_corners_do_not_count(folder, value):
     else:
         for file in folder.iterdir():
             file.unlink()
-        refused(builder, folder, "POSITION of mesh 0 primitive 0 has a NaN or infinite value")
+        refused(
+            builder,
+            folder,
+            "POSITION of mesh 0 primitive 0 has a NaN or infinite value",
+            non_finite="refuse",
+        )
 
 
 def test_triangles_that_the_grid_collapses_are_kept(folder):
@@ -375,10 +383,10 @@ def test_gltf_with_data_uri_and_images_by_path(folder):
     assert gltf_ext.verify(folder / "in.gltf", folder / "out.glb")["ok"]
 
 
-def refused(builder, folder, message):
+def refused(builder, folder, message, **options):
     output = folder / "out.glb"
     with pytest.raises(gltf_ext.MeshletError, match=message) as caught:
-        gltf_ext.compress(builder.write(folder / "in.glb"), output)
+        gltf_ext.compress(builder.write(folder / "in.glb"), output, **options)
     assert (
         caught.value.path == str(folder / "in.glb")
         and "\n" not in str(caught.value)
@@ -389,13 +397,14 @@ def refused(builder, folder, message):
 
 @pytest.mark.parametrize("name", ["POSITION", "NORMAL", "TEXCOORD_0", "COLOR_0", "WEIGHTS_0"])
 @pytest.mark.parametrize("value", [np.nan, np.inf])
-def test_not_finite(folder, name, value):
+def test_not_finite_is_refused_on_request(folder, name, value):
     attributes, triangles, _ = everything(columns=4, rows=4)
     attributes[name] = attributes[name].copy()
     attributes[name][5, 1] = value
     builder = Builder()
     builder.mesh(attributes, triangles)
-    refused(builder, folder, f"{name} of mesh 0 primitive 0 has a NaN or infinite value")
+    message = f"{name} of mesh 0 primitive 0 has a NaN or infinite value"
+    refused(builder, folder, message, non_finite="refuse")
 
 
 def test_index_out_of_range(folder):
@@ -416,7 +425,27 @@ def test_no_position(folder):
     positions, triangles = grid_mesh(4, 4)
     builder = Builder()
     builder.mesh({"NORMAL": positions}, triangles)
-    refused(builder, folder, "mesh 0 primitive 0 has no POSITION")
+    refused(builder, folder, "holds no triangles with a POSITION")
+
+
+@pytest.mark.parametrize("names", [[], ["NORMAL"]])
+def test_no_position_beside_others(folder, names):
+    """Such a primitive stays as it is, with its data."""
+    positions, triangles = grid_mesh(4, 4)
+    builder = Builder()
+    builder.mesh({"POSITION": positions}, triangles)
+    normals = builder.accessor(positions[:6])
+    primitive = {"attributes": dict.fromkeys(names, normals), "material": 0}
+    builder.properties["materials"] = [{"name": "bare"}]
+    builder.properties["meshes"][0]["primitives"].insert(0, primitive)
+    report, output = compressed(builder, folder)
+    assert report["kept"] == [{"mesh": 0, "primitive": 0, "reason": "it has no POSITION"}]
+    for path in (output, folder / "plain.glb"):
+        document = read_document(path)
+        bare = document.primitive(0, 0)
+        assert list(bare["attributes"]) == names and bare["material"] == 0
+        for accessor in bare["attributes"].values():
+            assert np.array_equal(read_accessor(document, accessor, "it"), positions[:6])
 
 
 def test_an_attribute_with_the_name_of_that_of_a_target(folder):
@@ -431,14 +460,6 @@ def test_no_triangles(folder):
     builder = Builder()
     builder.mesh({"POSITION": grid_mesh(4, 4)[0]}, mode=1)
     refused(builder, folder, "holds no triangles")
-
-
-def test_meshopt(folder):
-    positions, triangles = grid_mesh(4, 4)
-    builder = Builder()
-    builder.mesh({"POSITION": positions}, triangles)
-    builder.properties["bufferViews"][0]["extensions"] = {"EXT_meshopt_compression": {"buffer": 0}}
-    refused(builder, folder, "compressed with meshopt; decompress it first: gltfpack")
 
 
 def test_too_many_streams_leave_the_primitive_alone(folder):

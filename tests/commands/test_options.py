@@ -10,7 +10,7 @@ import pytest
 
 import gltf_ext
 from gltf_ext import _codec
-from gltf_ext.options import OPTIONS, Options
+from gltf_ext.options import OPTIONS, Options, _declare
 from gltf_meshlet import cli
 from tests.helpers.environment import ROOT
 from tests.helpers.gltf_builder import Builder, grid_mesh
@@ -81,12 +81,19 @@ def test_shown_defaults_are_the_encoders(tmp_path):
     builder.mesh({"POSITION": positions}, triangles)
     original = builder.write(tmp_path / "in.glb")
     outputs = []
-    shown = {o.name: o.type(o.default) for o in OPTIONS if o.default and o.type in (int, float)}
+    shown = {
+        o.name: o.from_text(o.default) for o in OPTIONS if o.default and o.type in (int, float)
+    }
     assert "lambda_" in shown
     for options in ({}, shown, {**shown, "lambda_": 3.0}):
         gltf_ext.compress(original, tmp_path / "out.glb", **options)
         outputs.append((tmp_path / "out.glb").read_bytes())
     assert outputs[0] == outputs[1] != outputs[2]
+
+
+def test_an_option_without_default_names_its_type():
+    with pytest.raises(TypeError, match="--new has no default, so name its type"):
+        _declare(None, "--new", "a new option")
 
 
 @pytest.mark.parametrize("option", [o for o in OPTIONS if o.limits], ids=lambda o: o.name)

@@ -1,6 +1,7 @@
 """compress --transport, transcode: packed files read like others and come back byte for byte."""
 
 import struct
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -54,6 +55,21 @@ def test_readers_see_no_difference(files):
     for path in (packed, compressed):
         gltf_ext.decompress(path, files / f"{path.stem}.plain.glb")
     assert equal(files / "packed.plain.glb", files / "compressed.plain.glb")
+
+
+def test_transcode_keeps_a_fallback_beside_the_file(tmp_path):
+    folders = [tmp_path / name for name in ("plain", "packed", "again")]
+    for folder in folders:
+        folder.mkdir()
+    plain = write_everything(tmp_path / "in.glb")
+    gltf_ext.compress(plain, folders[0] / "a.glb", fallback=True)
+    for folder, next_folder in pairwise(folders):
+        gltf_ext.transcode(folder / "a.glb", next_folder / "a.glb")
+    for folder in folders[1:]:
+        assert equal(folders[0] / "a.fallback.bin", folder / "a.fallback.bin")
+        assert gltf_ext.validate(folder / "a.glb") == []
+    assert not equal(folders[0] / "a.glb", folders[1] / "a.glb")
+    assert equal(folders[0] / "a.glb", folders[2] / "a.glb")
 
 
 def test_transcode_both_ways_gives_the_same_bytes(files, capsys):

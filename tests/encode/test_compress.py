@@ -2,6 +2,7 @@
 
 import os
 import resource
+import shutil
 import subprocess
 import weakref
 
@@ -11,6 +12,7 @@ import pytest
 import gltf_ext
 from gltf_ext import MeshletError
 from gltf_ext.checks.coverage import check_coverage
+from gltf_ext.commands.result import Result
 from gltf_ext.encode import primitive as encoding
 from gltf_ext.lod import LodPrimitive, View, cut_for_view, open_lod
 from gltf_ext.options import Options
@@ -294,7 +296,7 @@ def test_many_materials_share_a_work_file(tmp_path, monkeypatch):
     limits = resource.getrlimit(resource.RLIMIT_NOFILE)
     resource.setrlimit(resource.RLIMIT_NOFILE, (len(os.listdir("/proc/self/fd")) + 20, limits[1]))
     try:
-        _, primitives = large.open_large(tmp_path / "in.obj", options)
+        _, primitives = large.open_source(tmp_path / "in.obj", options)
     finally:
         resource.setrlimit(resource.RLIMIT_NOFILE, limits)
     assert len(primitives) == 100
@@ -322,6 +324,17 @@ def test_memory_stays_below_the_number(tmp_path, size, lod, megabytes):
     limit = megabytes << 20
     assert peak_of(*options) > limit
     assert peak_of(*options, "--max-memory", f"{megabytes}M") < limit
+
+
+@pytest.mark.parametrize(("lod", "limit"), [(False, 131072), (True, 32768)])
+def test_what_cannot_be_one_blob_has_pages(tube, tmp_path, small_chunks, lod, limit):
+    if lod:
+        environment.need_package("meshoptimizer")
+    for name, size in (("zero", 0), ("default", None), ("limit", limit)):
+        compress(tube, tmp_path / f"{name}.glb", lod=lod, page_bytes=size)
+    expected = (tmp_path / "limit.glb").read_bytes()
+    assert (tmp_path / "zero.glb").read_bytes() == expected
+    assert (tmp_path / "default.glb").read_bytes() == expected
 
 
 # --- errors ---
@@ -374,7 +387,21 @@ def test_damage_is_one_line(tmp_path, small_chunks, damage, problem):
     builder = Builder()
     builder.mesh({"POSITION": points}, triangles)
     path = builder.write(tmp_path / "in.glb")
-    assert problem in message(tmp_path, path, max_memory="1G")
+    assert problem in message(tmp_path, path, max_memory="1G", non_finite="refuse")
+
+
+@pytest.mark.parametrize("name", ["POSITION", "NORMAL"])
+def test_a_count_below_zero_is_one_line(tmp_path, small_chunks, name):
+    points, normals, triangles = sheet(128)
+    builder = Builder()
+    builder.mesh({"POSITION": points, "NORMAL": normals}, triangles)
+    (mesh,) = builder.properties["meshes"]
+    accessor = mesh["primitives"][0]["attributes"][name]
+    builder.properties["accessors"][accessor]["count"] = -5
+    path = builder.write(tmp_path / "in.glb")
+    expected = f"{name} of mesh 0 primitive 0 has no valid count"
+    assert expected in message(tmp_path, path, max_memory="1G")
+    assert expected in message(tmp_path, path)
 
 
 @pytest.mark.parametrize("lod", [False, True], ids=["level 0", "levels"])
@@ -402,17 +429,114 @@ def test_an_input_that_changes_is_noticed(tube, tmp_path, small_chunks, monkeypa
     assert "changed while it was read" in message(tmp_path, path, max_memory="1G")
 
 
+LARGE_PLY = (
+    b"ply\nformat binary_little_endian 1.0\nelement vertex 1000000000\nproperty float x\n"
+    b"property float y\nproperty float z\nelement face %d\n"
+    b"property list uchar int vertex_indices\nend_header\n"
+)
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "problem"),
+    [
+        (
+            "a.ply",
+            LARGE_PLY % 2_630_000_000,
+            "has 2,630,000,000 triangles, more than 1,431,655,765",
+        ),
+        ("a.ply", LARGE_PLY % 1_000_000_000, "less than the result of 1,000,000,000 triangles"),
+    ],
+)
+def test_too_many_triangles_are_refused_before_they_are_read(
+    tmp_path, monkeypatch, name, content, problem
+):
+    """By what the header says; the file need not have them."""
+    monkeypatch.setattr(large, "MEMORY_OF_FILE", 1 << 30)
+    (tmp_path / name).write_bytes(content)
+    assert problem in message(tmp_path, tmp_path / name, max_memory="1G")
+
+
+def test_a_large_binary_stl_is_refused_before_it_is_read(tmp_path, monkeypatch):
+    with open(tmp_path / "a.stl", "wb") as file:
+        file.write(bytes(80) + (1_500_000_000).to_bytes(4, "little"))
+        file.truncate(84 + 50 * 1_500_000_000)  # a hole
+    if (tmp_path / "a.stl").stat().st_blocks > 1000:
+        pytest.skip("the file system writes holes out")
+    text = message(tmp_path, tmp_path / "a.stl", max_memory="1G")
+    assert "has 1,500,000,000 triangles, more than 1,431,655,765" in text
+
+
 def test_a_work_folder_that_is_not_there(tube, tmp_path, small_chunks):
     missing = str(tmp_path / "missing")
     assert missing in message(tmp_path, tube, max_memory="1G", work_dir=missing)
 
 
+@pytest.fixture
+def few_open_files():
+    """As on macOS, but a few: more are open at a time than the soft limit allows."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (len(os.listdir("/proc/self/fd")) + 20, hard))
+    yield
+    resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
+
+
+def test_the_limit_of_open_files_is_raised(
+    tube, tmp_path, small_chunks, few_open_files, monkeypatch
+):
+    monkeypatch.setattr(memory, "LARGE_CHUNK", 400)
+    monkeypatch.setattr(memory, "AT_ONCE", 100)
+    compress(tube, tmp_path / "out.glb")
+    monkeypatch.setattr("gltf_ext.work_files.BUCKET_BYTES", 5000)
+    assert gltf_ext.verify(tube, tmp_path / "out.glb", max_memory="1G")["ok"]
+
+
+def test_a_limit_of_open_files_that_cannot_be_raised(
+    tube, tmp_path, small_chunks, few_open_files, monkeypatch, capsys
+):
+    def refused(*arguments):
+        raise ValueError("not allowed to raise maximum limit")
+
+    monkeypatch.setattr(memory, "LARGE_CHUNK", 400)
+    monkeypatch.setattr(memory, "AT_ONCE", 100)
+    with monkeypatch.context() as patch:
+        patch.setattr(resource, "setrlimit", refused)
+        arguments = ["compress", str(tube), str(tmp_path / "out.glb"), "--max-memory", "1G"]
+        assert cli.main(arguments) == cli.FAILED
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "Too many open files; raise the limit: ulimit -n 1024" in line
+    assert not list(tmp_path.iterdir())
+
+
 def test_a_disk_that_is_too_small_is_noticed_first(tube, tmp_path, small_chunks, monkeypatch):
     usage = os.statvfs(tmp_path)
-    monkeypatch.setattr(
-        encoding.shutil, "disk_usage", lambda folder: type("Usage", (), {"free": 1000})
-    )
+    monkeypatch.setattr(shutil, "disk_usage", lambda folder: type("Usage", (), {"free": 1000}))
     assert usage.f_bavail and "1,000 are free" in message(tmp_path, tube, max_memory="1G")
+
+
+def test_space_for_a_copy_is_checked_before_it_is_made(tmp_path, other_format, monkeypatch):
+    free = type("Usage", (), {"free": 1000})
+    monkeypatch.setattr(shutil, "disk_usage", lambda folder: free)
+    monkeypatch.setattr(FileRows, "add", lambda *arguments: pytest.fail("it was read"))
+    text = message(tmp_path, other_format, max_memory="1G")
+    assert "work files need" in text and "bytes, 1,000 are free" in text
+
+
+def test_the_copy_is_gone_when_the_result_is_written(tmp_path, other_format, monkeypatch):
+    arrays, encode, counts = weakref.WeakSet(), Result.write, []
+    add = FileRows.add
+
+    def adding(array, values):
+        arrays.add(array)
+        add(array, values)
+
+    def counting(*arguments):
+        counts.append(len(arrays))
+        return encode(*arguments)
+
+    monkeypatch.setattr(FileRows, "add", adding)
+    monkeypatch.setattr(Result, "write", counting)
+    compress(other_format, tmp_path / "out.glb")
+    assert counts and counts[-1] == 0
 
 
 @pytest.mark.parametrize("lod", [False, True], ids=["level 0", "levels"])
@@ -429,16 +553,16 @@ def test_work_files_stay_below_the_space_that_is_checked(
         opened(file, folder)
         files.add(file)
 
-    def writing(file, data, place):
+    def writing(file, data, offset):
         nonlocal most
-        written(file, data, place)
+        written(file, data, offset)
         most = max(most, sum(f.size for f in set(files) if not f._file.closed))
 
     monkeypatch.setattr(WorkFile, "__init__", opening)
     monkeypatch.setattr(WorkFile, "write", writing)
     compress(tube, tmp_path / "out.glb", lod=lod)
     free = type("Usage", (), {"free": most - 1})
-    monkeypatch.setattr(encoding.shutil, "disk_usage", lambda folder: free)
+    monkeypatch.setattr(shutil, "disk_usage", lambda folder: free)
     text = message(tmp_path, tube, max_memory="1G", lod=lod)
     needed = int(text.split("need ")[1].split(" bytes")[0].replace(",", ""))
     assert most <= needed <= 2 * most

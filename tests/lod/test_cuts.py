@@ -128,8 +128,8 @@ def test_breaking_the_rule_fails(primitive, certifier):
             ("pages", needed & resident[tables.groups["page"]]),
             ("errors", odd | np.isinf(tables.groups["error"])),
         ):
-            refined = tables.cluster_source
-            drawn = active[tables.cluster_group] & ~(active[refined] & (refined >= 0))
+            finer = tables.finer_group
+            drawn = active[tables.cluster_group] & ~(active[finer] & (finer >= 0))
             failed[name] += not is_sound(certifier, drawn)
     assert failed["pages"] > 0 and failed["errors"] > 0
 

@@ -1,9 +1,17 @@
-"""gltf_ext.checks.samples: nearest places, and differences in normals and texture coordinates."""
+"""gltf_ext.checks.samples: nearest points, and differences in normals and texture coordinates."""
 
 import numpy as np
 import pytest
 
-from gltf_ext.checks.samples import Places, nearest_places, shading_differences, spread_by_area
+from gltf_ext.checks.samples import (
+    LEAST_SHADING,
+    SurfacePoints,
+    compare_surfaces,
+    nearest_points,
+    shading_differences,
+    spread_by_area,
+    surface_distances,
+)
 from gltf_ext.sources.primitives import Primitive
 from tests.helpers.vulkan_scenes import ball
 
@@ -43,28 +51,40 @@ def test_turned_normals_and_moved_texcoords_are_found(sphere):
     np.testing.assert_allclose(found["TEXCOORD_0"], 0.5, atol=0.02)
 
 
-def test_nearest_places_lie_at_the_stated_distance(sphere):
+def test_surfaces_are_compared_at_once(sphere):
+    """As by the functions for distances and for shading, which take all samples."""
+    coarse = changed(sphere, POSITION=sphere.attributes["POSITION"] * np.float32(1.1))
+    distances, shading = compare_surfaces(coarse, sphere, 2000)
+    expected = surface_distances(sphere, coarse, 2000)
+    np.testing.assert_allclose(np.sort(distances), np.sort(expected), atol=1e-6)
+    all_samples = shading_differences(coarse, sphere, 2000)
+    assert shading.keys() == all_samples.keys()
+    for name, differences in shading.items():
+        np.testing.assert_allclose(differences, all_samples[name][:LEAST_SHADING], atol=1e-9)
+
+
+def test_nearest_points_lie_at_the_stated_distance(sphere):
     points = np.random.default_rng(1).uniform(-2, 2, (300, 3)).astype(np.float32)
-    distances, places = nearest_places(points, sphere)
-    assert (places.weights >= 0).all()
-    np.testing.assert_allclose(places.weights.sum(axis=1), 1.0)
-    apart = np.linalg.norm(places.of(sphere, "POSITION") - points, axis=1)
+    distances, points_on_it = nearest_points(points, sphere)
+    assert (points_on_it.weights >= 0).all()
+    np.testing.assert_allclose(points_on_it.weights.sum(axis=1), 1.0)
+    apart = np.linalg.norm(points_on_it.of(sphere, "POSITION") - points, axis=1)
     np.testing.assert_allclose(apart, distances, atol=1e-5)
 
 
 def test_places_spread_by_area(sphere):
-    places = spread_by_area(sphere, 4000)
-    assert abs(places.of(sphere, "POSITION").mean(axis=0)).max() < 0.05
+    points_on_it = spread_by_area(sphere, 4000)
+    assert abs(points_on_it.of(sphere, "POSITION").mean(axis=0)).max() < 0.05
 
 
 def test_a_surface_without_area_has_one_place():
     point = Primitive(0, 0, np.zeros((2, 3), np.uint32), {"POSITION": np.ones((1, 3), np.float32)})
-    places = spread_by_area(point, 100)
-    assert isinstance(places, Places) and len(places.triangle) == 1
+    points_on_it = spread_by_area(point, 100)
+    assert isinstance(points_on_it, SurfacePoints) and len(points_on_it.triangle) == 1
     assert shading_differences(point, point, 100) == {}
 
 
-def test_nearest_places_of_slivers_and_points():
+def test_nearest_points_of_slivers_and_points():
     """Weights minimise the distance, on corners, edges and inside, of degenerate triangles too."""
     random = np.random.default_rng(2)
     positions = random.uniform(-1, 1, (300, 3)).astype(np.float32)
@@ -77,9 +97,9 @@ def test_nearest_places_of_slivers_and_points():
     for number, triangle in enumerate(triangles):
         one = Primitive(0, 0, triangle[None], {"POSITION": positions})
         points = random.uniform(-2, 2, (20, 3)).astype(np.float32)
-        _, places = nearest_places(points, one)
-        assert (places.weights >= 0).all()
-        apart = np.linalg.norm(places.of(one, "POSITION") - points, axis=1)
+        _, points_on_it = nearest_points(points, one)
+        assert (points_on_it.weights >= 0).all()
+        apart = np.linalg.norm(points_on_it.of(one, "POSITION") - points, axis=1)
         tried = grid @ positions[triangle].astype(np.float64)
         best = np.linalg.norm(points[:, None] - tried[None], axis=2).min(axis=1)
         assert (apart <= best + 1e-6).all(), number

@@ -423,11 +423,13 @@ def test_rows_in_work_files_are_those_in_memory(folder, monkeypatch, name):
     assert contents.others == stored_contents.others
     names, other_names = ([m.name for m in c.meshes] for c in (contents, stored_contents))
     assert names == other_names
-    primitives, others = ([p for _, _, p in c.places()] for c in (contents, stored_contents))
+    primitives, others = (
+        [p for _, _, p in c.numbered_primitives()] for c in (contents, stored_contents)
+    )
     assert len(primitives) == len(others)
     for mesh, other in zip(primitives, others):
-        assert ([names for names, _ in mesh.groups], mesh.triangle_count) == (
-            [names for names, _ in other.groups],
+        assert ([names for names, _ in mesh.numberings], mesh.triangle_count) == (
+            [names for names, _ in other.numberings],
             other.triangle_count,
         )
         for attribute, rows in mesh.attributes.items():
@@ -470,7 +472,13 @@ def test_memory_is_at_most_three_times_the_file(tmp_path, name):
         ("a.ply", ply("ascii").replace(b"face 3", b"face 4"), "is cut off"),
         ("a.ply", ply("binary_little_endian")[:-1], "is cut off"),
         ("a.ply", ply("ascii").replace(b"3 0 1 2 7", b"3 0 1 9 7"), "a face uses vertex 9 of 5"),
-        ("a.ply", ply("ascii").replace(b"vertex 5", b"vertex 9" + b"9" * 30), "too short"),
+        ("a.ply", ply("ascii").replace(b"vertex 5", b"vertex 5" + b"0" * 30), "is no .ply's"),
+        ("a.ply", ply("ascii").replace(b"vertex 5", b"vertex 5" + b"0" * 5000), "is no .ply's"),
+        (
+            "a.ply",
+            ply("ascii").replace(b"vertex 5", b"vertex 3000000000"),
+            "has 3,000,000,000 vertices, more than 2,147,483,647; split the model",
+        ),
         (
             "a.ply",
             ply("binary_big_endian").replace(b"list uchar int", b"list int double"),
@@ -493,6 +501,44 @@ def test_refused_in_one_line(tmp_path, name, content, message):
         with pytest.raises(MeshletError, match=r"^[^\n]*$") as caught:
             read_meshes(tmp_path / name, new_rows)
         assert message in str(caught.value)
+
+
+def test_numbers_of_5000_digits_in_files_that_only_name_others(tmp_path):
+    digits = b"9" * 5000
+    (tmp_path / "a.ply").write_bytes(ply("ascii").replace(b"vertex 5", b"vertex " + digits))
+    (tmp_path / "a.obj").write_bytes(b"v 0 0 0\nmtllib a.mtl\n")
+    (tmp_path / "a.mtl").write_bytes(b"newmtl a\nmap_Kd -s %s -mm %s a.png\n" % (digits, digits))
+    (tmp_path / "a.gltf").write_bytes(b'{"asset": {"version": "2.0"}, "scene": %s}' % digits)
+    with pytest.raises(MeshletError, match=r"is no \.ply's"):
+        referenced_files(tmp_path / "a.ply")
+    with pytest.raises(MeshletError, match="JSON cannot be read"):
+        referenced_files(tmp_path / "a.gltf")
+    assert tmp_path / "a.mtl" in referenced_files(tmp_path / "a.obj")
+
+
+@pytest.mark.parametrize("name", ["a.obj", "a.ply", "little.ply"])
+def test_more_vertices_than_numbers_are_refused(folder, monkeypatch, name):
+    monkeypatch.setattr("gltf_ext.sources.limits.MAX_VERTICES", 4)
+    message = "vertices, more than 4; split the model"
+    with pytest.raises(MeshletError, match=message):
+        read_meshes(folder / name, MemoryRows)
+
+
+def test_values_at_corners_that_become_vertices_are_counted(folder, monkeypatch):
+    monkeypatch.setattr("gltf_ext.sources.limits.MAX_VERTICES", 2)
+    open_model(folder / "b.stl")
+    (folder / "colored.stl").write_bytes(BINARY_STL.replace(b"ab", b"a\xff"))
+    with pytest.raises(MeshletError, match="corners, more than 2; split the model"):
+        open_model(folder / "colored.stl")
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_reading_moves_the_progress(folder, monkeypatch, name):
+    monkeypatch.setattr(text, "LEAST_BYTES", 50)
+    monkeypatch.setattr(text, "MOST_BYTES", 50)
+    fractions = []
+    open_model(folder / name, advance=fractions.append)
+    assert len(fractions) > 1 and 0 <= min(fractions) <= max(fractions) == 1
 
 
 @pytest.mark.parametrize("name", FILES)

@@ -2,6 +2,8 @@
 
 import io
 import json
+import struct
+import zlib
 
 import numpy as np
 import pytest
@@ -252,17 +254,46 @@ def test_textures_that_are_not_there(folder):
     )
 
 
-def test_damaged_images_are_left_out(folder):
-    Image.fromarray(np.random.default_rng(0).integers(0, 255, (64, 64), np.uint8)).save(
-        folder / "cut.png"
+@pytest.mark.parametrize("keyword", ["map_Kd", "map_d", "map_Ke", "map_Pr", "norm", "bump"])
+@pytest.mark.parametrize(
+    "name, text", [("cut.png", "it is damaged or cut off"), ("cut.jpg", "it is cut off")]
+)
+def test_images_that_are_cut_off_are_left_out(folder, keyword, name, text):
+    pixels = np.random.default_rng(0).integers(0, 255, (64, 64, 3), np.uint8)
+    Image.fromarray(pixels).save(folder / name)
+    (folder / name).write_bytes((folder / name).read_bytes()[:2000])
+    _, document, warnings = read(folder, f"map_Ke red.png\n{keyword} {name}")
+    assert warnings == (f"{name}: {text}, so this texture is left out",)
+    assert len(document.images) == (keyword != "map_Ke")
+
+
+def test_damaged_pixels_are_left_out_where_they_are_joined(folder):
+    """A wrong checksum inside a chunk that is whole."""
+    data = b"broken"
+    chunks = [
+        (b"IHDR", struct.pack(">IIBBBBB", 8, 8, 8, 0, 0, 0, 0)),
+        (b"IDAT", data),
+        (b"IEND", b""),
+    ]
+    (folder / "bad.png").write_bytes(
+        b"\x89PNG\r\n\x1a\n"
+        + b"".join(
+            struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))
+            for kind, body in chunks
+        )
     )
-    (folder / "cut.png").write_bytes((folder / "cut.png").read_bytes()[:2000])
-    _, document, warnings = read(folder, "map_Kd red.png\nmap_d cut.png\nmap_Pr cut.png")
+    _, document, warnings = read(folder, "map_Kd red.png\nmap_d bad.png\nmap_Pr bad.png")
     assert warnings == (
         "a: map_d is left out: it cannot be read",
         "a: a texture is left out: it cannot be read",
     )
     assert len(document.images) == 1
+
+
+def test_a_library_without_a_name(folder):
+    (folder / "a.obj").write_text("mtllib\nmtllib  \nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    text = "mtllib names no file, so its materials are left out"
+    assert open_model(folder / "a.obj").import_warnings == (text,)
 
 
 # --- what is left ---

@@ -7,7 +7,7 @@ import gltf_ext
 from gltf_ext.errors import MeshletError
 from gltf_ext.options import Options
 from gltf_ext.sources.importers import open_model
-from gltf_ext.sources.large import open_large
+from gltf_ext.sources.large import open_source
 from gltf_ext.sources.source import read_primitive
 
 CORNERS = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvn 0 0 1\nv 2 0 0\n"
@@ -105,6 +105,13 @@ def test_groups_are_nodes_on_request(tmp_path):
         names = [primitive["name"] for primitive in gltf_ext.inspect(out)["primitives"]]
         assert names == [path[-1] for path, _ in expected]
         assert gltf_ext.verify(path, out, obj_groups=asked)["ok"]
+
+
+def test_groups_of_objects_of_one_name_have_two_parents(tmp_path):
+    path = write(tmp_path, "o A\ng x\nf 1 2 3\no A\ng y\nf 1 2 3\ng z\nf 1 2 3\n")
+    document = open_model(path, obj_groups=True)
+    children = [node["children"] for node in document.nodes if node["name"] == "A"]
+    assert children == [[0], [1, 2]]
 
 
 def test_names_of_objects_arrive(tmp_path):
@@ -261,7 +268,7 @@ def test_objects_of_a_large_file(tmp_path):
     faces = [f"f {' '.join(str(int(c) + 3) for c in face.split()[1:])}\n" for face in faces]
     path = write(tmp_path, (text + "".join(faces)).encode())
     options = Options.of({"max_memory": "105M", "work_dir": str(tmp_path)})
-    document, large = open_large(path, options)
+    document, large = open_source(path, options)
     assert [node["name"] for node in document.nodes] == ["small", "large"]
     assert list(large) == [(1, 0)] and large[1, 0].vertex_count == n * n
     out = tmp_path / "out.glb"

@@ -292,3 +292,11 @@ def test_a_texture_needs_texture_coordinates(tmp_path):
     _, warnings = read(tmp_path, content)
     assert not open_model(tmp_path / "a.ply").images
     assert warnings == ("it has no texture coordinates, so its texture is left out",)
+
+
+@pytest.mark.parametrize("length", ["9223372036854775807", "9.3e18", "-1", "nan", "4"])
+def test_lengths_of_lists_that_cannot_be(tmp_path, length):
+    path = tmp_path / "in.ply"
+    path.write_bytes(ply([], [()] * 4).replace(b"\n3 0 2 3", f"\n{length} 0 2 3".encode()))
+    with pytest.raises(MeshletError, match="has a row of face that is too short; export it again"):
+        open_model(path)

@@ -1,0 +1,260 @@
+"""Values that are not finite, NaN and infinity: no grid holds them. Repairs or refuses them."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from gltf_ext.errors import MeshletError
+from gltf_ext.progress import Advance
+from gltf_ext.sources.attribute_names import is_of_target, semantic
+from gltf_ext.sources.row_arrays import Numbering, Rows
+from gltf_ext.sources.source import ArrayRows, Source, blocks
+
+REPAIR, REFUSE = "repair", "refuse"
+# Of a source that stays in files, whose memory is bounded: rows and triangles to repair.
+MOST_IN_FILES = 1 << 20
+# What stands for values, by the kind of attribute, in the words of a warning.
+REPLACEMENTS = {
+    "POSITION": "triangles left out, as a position is not finite",
+    "NORMAL": "normals that are not finite, computed from the triangles around them",
+    "TANGENT": "tangents that are not finite, now at right angles to the normals",
+    "TEXCOORD": "texture coordinates that are not finite, now 0",
+    "COLOR": "colours that are not finite, now white",
+    "WEIGHTS": "skin weights that are not finite, now 0",
+    "": "values of morph targets that are not finite, now 0",
+}
+
+
+def repair_warnings(sources: Iterable[Source]) -> list[str]:
+    """Return a line for each kind of value that was replaced."""
+    counts: Counter[str] = Counter()
+    for source in sources:
+        counts += source.replaced
+    return [f"{text}: {counts[kind]:,}" for kind, text in REPLACEMENTS.items() if counts[kind]]
+
+
+def read_finite_bounds(
+    source: Source, non_finite: str = REPAIR, advance: Advance | None = None
+) -> None:
+    """Read the bounds of a source, and repair the values in it that are not finite.
+
+    non_finite: REPAIR, or REFUSE to raise MeshletError for them. Raises also for too many in files.
+    """
+    source.read_bounds(advance)
+    names = source.not_finite
+    if not names:
+        return
+    if non_finite == REFUSE:
+        raise _refusal(names[0], source, "repair the model first")
+    for name in sorted(names, key=lambda name: (name != "POSITION", name)):
+        numbering = next(row for row in source.numberings if name in row[0])
+        rows = _bad_rows(source, name, numbering)
+        if name == "POSITION":
+            source.replaced[name] += _leave_out(source, numbering, rows)
+        else:  # after positions and normals, which others depend on
+            values = _replacements(source, name, numbering, rows)
+            source.attributes[name] = _Replaced(source.attributes[name], rows, values)
+            source.replaced[_kind(name)] += len(rows)
+    source.bounds = {}
+    source.read_bounds()
+
+
+def _refusal(name: str, source: Source, remedy: str) -> MeshletError:
+    return MeshletError(f"{name} of {source.where} has a NaN or infinite value", remedy)
+
+
+def _kind(name: str) -> str:
+    return "" if is_of_target(name) else semantic(name)
+
+
+def _require_few(source: Source, count: int, name: str) -> None:
+    """Raise MeshletError for more than bounded memory holds."""
+    if not source.is_in_memory and count > MOST_IN_FILES:
+        raise _refusal(name, source, "it has too many of them for max_memory: repair it first")
+
+
+# --- rows and triangles ---
+
+
+def _bad_rows(source: Source, name: str, numbering: Numbering) -> np.ndarray:
+    """Return the rows of an attribute that are not finite and in use, in order."""
+    rows = source.attributes[name]
+    bad = np.zeros(0, np.int64)
+    for first, last in blocks(rows.count):
+        is_finite = np.isfinite(rows.rows(first, last)).all(axis=1)
+        bad = np.concatenate([bad, first + np.flatnonzero(~is_finite)])
+        _require_few(source, len(bad), name)
+    is_used = np.zeros(len(bad), bool)
+    for _, corners in _corners(source, numbering):
+        indices, is_bad = _find(corners, bad)
+        is_used[indices[is_bad]] = True
+    return bad[is_used]
+
+
+def _corners(source: Source, numbering: Numbering) -> Iterator[tuple[int, np.ndarray]]:
+    """Yield the first triangle and the corners, [n, 3], of a block of triangles at a time."""
+    for first, last in blocks(source.triangle_count):
+        yield first, source.corners(*numbering, first, last)
+
+
+def _find(numbers: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return (indices of numbers in rows, whether they are there). rows: ascending."""
+    if not len(rows):
+        return np.zeros(numbers.shape, np.intp), np.zeros(numbers.shape, bool)
+    indices = np.minimum(np.searchsorted(rows, numbers), len(rows) - 1)
+    return indices, rows[indices] == numbers
+
+
+def _leave_out(source: Source, numbering: Numbering, rows: np.ndarray) -> int:
+    """Leave out the triangles with one of these rows at a corner; return their number."""
+    triangles = np.zeros(0, np.int64)
+    for first, corners in _corners(source, numbering):
+        is_bad = _find(corners, rows)[1].any(axis=1)
+        triangles = np.concatenate([triangles, first + np.flatnonzero(is_bad)])
+        _require_few(source, len(triangles), "POSITION")
+    source.numberings = [_without(source, row, triangles) for row in source.numberings]
+    return len(triangles)
+
+
+def _without(source: Source, numbering: Numbering, triangles: np.ndarray) -> Numbering:
+    names, numbers = numbering
+    numbers = numbers or _Counting(source.attributes[names[0]].count)
+    numbers = _TrianglesWithout(numbers, triangles)
+    if source.is_in_memory:  # read once
+        return names, ArrayRows(numbers.rows(0, numbers.count))
+    return names, numbers
+
+
+@dataclass(frozen=True)
+class _Counting:
+    """The numbers 0, 1, 2 ..."""
+
+    count: int
+    format = (np.dtype(np.uint32), 1)
+
+    def rows(self, first: int, last: int) -> np.ndarray:
+        return np.arange(first, last, dtype=np.uint32).reshape(-1, 1)
+
+
+@dataclass(frozen=True)
+class _TrianglesWithout:
+    """The corners of triangles without some of these. Read in whole triangles."""
+
+    source: Rows
+    triangles: np.ndarray
+
+    @property
+    def count(self) -> int:
+        return self.source.count - self.source.count % 3 - 3 * len(self.triangles)
+
+    @property
+    def format(self) -> tuple[np.dtype, int]:
+        return self.source.format
+
+    def rows(self, first: int, last: int) -> np.ndarray:
+        if first >= last:
+            return self.source.rows(0, 0)
+        # The n-th triangle that stays has n and those left out before it ahead of it.
+        stayed_before = self.triangles - np.arange(len(self.triangles))
+        ends = np.array([first // 3, last // 3 - 1])
+        low, high = ends + np.searchsorted(stayed_before, ends, side="right") + [0, 1]
+        out = self.triangles[slice(*np.searchsorted(self.triangles, [low, high]))] - low
+        rows = self.source.rows(3 * low, 3 * high)
+        width = rows.shape[1]
+        return np.delete(rows.reshape(-1, 3, width), out, axis=0).reshape(-1, width)
+
+
+@dataclass(frozen=True)
+class _Replaced:
+    """Rows of which some have other values.
+
+    Attributes:
+        indices: their numbers, ascending; values: [len(indices), components].
+    """
+
+    source: Rows
+    indices: np.ndarray
+    values: np.ndarray
+
+    @property
+    def count(self) -> int:
+        return self.source.count
+
+    @property
+    def format(self) -> tuple[np.dtype, int]:
+        return self.source.format
+
+    def rows(self, first: int, last: int) -> np.ndarray:
+        result = np.array(self.source.rows(first, last))
+        low, high = np.searchsorted(self.indices, [first, last])
+        result[self.indices[low:high] - first] = self.values[low:high]
+        return result
+
+
+# --- values ---
+
+
+def _replacements(source: Source, name: str, numbering: Numbering, rows: np.ndarray) -> np.ndarray:
+    """Return what stands for these rows of an attribute, [len(rows), components]."""
+    kind, (dtype, width) = _kind(name), source.attributes[name].format
+    if kind == "NORMAL":
+        return _normals(source, numbering, rows).astype(dtype)
+    if kind == "TANGENT":
+        return _tangents(source, rows).astype(dtype)
+    if kind == "WEIGHTS":  # those that are finite stay
+        values = _gather(source.attributes[name], rows)
+        return np.where(np.isfinite(values), values, 0).astype(dtype)
+    return np.full((len(rows), width), 1 if kind == "COLOR" else 0, dtype)
+
+
+def _normals(source: Source, numbering: Numbering, rows: np.ndarray) -> np.ndarray:
+    """Return the normals of the triangles around vertices, weighted by area: [len(rows), 3]."""
+    sums = np.zeros((len(rows), 3))
+    of_positions = next(row for row in source.numberings if "POSITION" in row[0])
+    for first, corners in _corners(source, numbering):
+        indices, is_bad = _find(corners, rows)
+        touched = np.flatnonzero(is_bad.any(axis=1))
+        if not len(touched):
+            continue
+        numbers = source.corners(*of_positions, first, first + len(corners))[touched]
+        points = _gather(source.attributes["POSITION"], numbers.reshape(-1)).reshape(-1, 3, 3)
+        a, b, c = points.astype(np.float64).transpose(1, 0, 2)
+        areas = np.repeat(np.cross(b - a, c - a)[:, None], 3, axis=1)
+        np.add.at(sums, indices[touched][is_bad[touched]], areas[is_bad[touched]])
+    return _unit(sums)
+
+
+def _tangents(source: Source, rows: np.ndarray) -> np.ndarray:
+    """Return vectors at right angles to the normals of vertices: [len(rows), 4]."""
+    normals = np.tile([0.0, 0.0, 1.0], (len(rows), 1))
+    if "NORMAL" in source.attributes:
+        normals = _gather(source.attributes["NORMAL"], rows).astype(np.float64)
+    axes = np.eye(3)[np.abs(normals).argmin(axis=1)]
+    return np.pad(_unit(np.cross(normals, axes)), ((0, 0), (0, 1)), constant_values=1.0)
+
+
+def _unit(vectors: np.ndarray) -> np.ndarray:
+    """Return unit vectors; z for those without a length."""
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        vectors = vectors / np.abs(vectors).max(axis=1, keepdims=True)
+        vectors = vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
+    is_finite = np.isfinite(vectors).all(axis=1, keepdims=True)
+    result: np.ndarray = np.where(is_finite, vectors, [0.0, 0.0, 1.0])
+    return result
+
+
+def _gather(rows: Rows, numbers: np.ndarray) -> np.ndarray:
+    """Return a copy of these rows, which are read block after block."""
+    different, inverse = np.unique(numbers, return_inverse=True)
+    values = [
+        rows.rows(first, last)[different[low:high] - first]
+        for first, last in blocks(rows.count)
+        for low, high in [np.searchsorted(different, [first, last])]
+        if low < high
+    ]
+    result: np.ndarray = np.concatenate(values)[inverse.reshape(-1)]
+    return result
