@@ -88,6 +88,6 @@ def block(result: dict) -> str:
         "load": lambda r: f"{r['load']:.0f}",
     }
     return (
-        f"{origin_line(result)}\n{rows[0]['files']:,} files of {rows[0]['bytes']:,} bytes on two processors with two "
-        f"workers:\n\n{table(rows, columns)}"
+        f"{origin_line(result)}\n{rows[0]['files']:,} files of {rows[0]['bytes']:,} bytes on "
+        f"two processors with two workers:\n\n{table(rows, columns)}"
     )
