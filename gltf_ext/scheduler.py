@@ -222,8 +222,8 @@ class Workers:
                 if version != importlib.metadata.version(PACKAGE):
                     self.unfit[address] = other_version(f"the worker {address}", version)
                 self._checks[address] = None
-        known = {a for a, check in self._checks.items() if check is None} - set(self.unfit)
-        return {address: w for address, w in self._latest.items() if address in known}
+        checked = {a for a, check in self._checks.items() if check is None} - set(self.unfit)
+        return {address: w for address, w in self._latest.items() if address in checked}
 
     def free(self) -> tuple[int, int]:
         """Return (threads of all workers, bytes of memory that they declare, 0 for none)."""

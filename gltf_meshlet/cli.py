@@ -169,6 +169,8 @@ def _compress(options: argparse.Namespace) -> int:
     report = gltf_ext.compress(options.input, options.output, progress=True, **values_of)
     _warn(options.input, report_text.compress_warnings(report))
     print(report_text.compress_summary(report))
+    if report["steps"]:
+        print(report_text.steps_line(report))
     return 0
 
 
@@ -201,6 +203,7 @@ def _verify(options: argparse.Namespace) -> int:
     names = ("max_memory", "work_dir", "obj_groups")
     settings = {name: getattr(options, name) for name in names}
     report = gltf_ext.verify(options.input, options.compressed, progress=True, **settings)
+    _warn(options.compressed, report["warnings"])
     if options.json:
         print(json.dumps(report_text.verify_json(report), indent=2))
     else:

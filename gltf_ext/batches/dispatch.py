@@ -239,6 +239,6 @@ class Dispatch:
         self._note(record)
 
 
-def _advice(needed: int, memory: int) -> str:
+def _advice(needed_bytes: int, memory: int) -> str:
     has = f", its worker has {memory / 1e6:,.0f} MB" if memory else ""
-    return f"it may take {needed / 1e6:,.0f} MB{has}: give workers more, or use --max-memory"
+    return f"it may take {needed_bytes / 1e6:,.0f} MB{has}: give workers more, or use --max-memory"

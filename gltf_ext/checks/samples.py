@@ -10,6 +10,10 @@ from gltf_ext import _codec
 from gltf_ext.sources.attribute_names import semantic
 from gltf_ext.sources.primitives import Primitive
 
+# Of the samples for distances, of which the largest counts, a share is enough for the median and
+# the 95th percentile of shading, but not fewer than so many.
+SHADING_SHARE, LEAST_SHADING = 8, 1_000
+
 
 @dataclass(frozen=True)
 class SurfacePoints:
@@ -82,8 +86,35 @@ def shading_differences(
         Name -> float64[samples] for each set of normals (degrees) and texture coordinates (units of
         uv).
     """
-    surface_points = spread_by_area(surface, samples)
-    _, nearest = nearest_points(surface_points.of(surface, "POSITION").astype(np.float32), original)
+    points = spread_by_area(surface, samples)
+    _, nearest = nearest_points(points.of(surface, "POSITION").astype(np.float32), original)
+    return _shading_at(points, surface, nearest, original)
+
+
+def compare_surfaces(
+    surface: Primitive, original: Primitive, samples: int
+) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """Return the results of surface_distances, and of shading_differences at fewer samples.
+
+    Looks for the nearest triangles of the original once.
+    """
+    points = spread_by_area(surface, samples)
+    places = points.of(surface, "POSITION").astype(np.float32)
+    distances, triangle = _nearest_triangles(places, original)
+    back = distances_to(sample_surface(original, samples), surface)
+    # The samples are in no order, so that the first are spread by area, too.
+    count = max(LEAST_SHADING, len(places) // SHADING_SHARE)
+    first = SurfacePoints(points.triangle[:count], points.weights[:count])
+    corners = _corners(original, triangle[:count])
+    weights = _nearest_weights(places[:count].astype(np.float64), corners)
+    nearest = SurfacePoints(triangle[:count], weights)
+    return np.concatenate([back, distances]), _shading_at(first, surface, nearest, original)
+
+
+def _shading_at(
+    surface_points: SurfacePoints, surface: Primitive, nearest: SurfacePoints, original: Primitive
+) -> dict[str, np.ndarray]:
+    """Return the differences of shading_differences between points of two surfaces."""
     differences = {}
     for name in original.attributes:
         a, b = surface_points.of(surface, name), nearest.of(original, name)

@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from gltf_ext._joinable import topology
-from gltf_ext.attributes.extension import Compressed
-from gltf_ext.attributes.join import decode
+from gltf_ext.attributes.join import decode_view
 from gltf_ext.attributes.records import RecordFormat
 from gltf_ext.sources.source import Source
 
@@ -30,18 +29,18 @@ class Topology:
 
 
 def topologies(
-    source: Source, record_format: RecordFormat, compressed: Compressed
+    source: Source, record_format: RecordFormat, view: bytes | memoryview, source_vertices: int
 ) -> tuple[Topology, Topology]:
-    """Return the topology of a source in memory, and of what the primitive decodes to.
+    """Return the topology of a source in memory, and of what its view decodes to.
 
     Equal vertices of the source are one; triangles that have a vertex twice do not count. Raises
-    MeshletError.
+    ValueError.
     """
     before = record_format.vertices_of(record_format.triangles_of(source))
-    after = decode(compressed)
+    triangles, values = decode_view(view, source_vertices)
     return (
         Topology(**topology(before.triangles, len(before.records))),
-        Topology(**topology(after.indices, after.vertex_count)),
+        Topology(**topology(triangles, len(values[0]))),
     )
 
 

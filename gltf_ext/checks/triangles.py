@@ -9,6 +9,7 @@ import numpy as np
 from gltf_ext import _codec
 from gltf_ext.attributes.extension import Compressed, malformed_from, parts_of
 from gltf_ext.attributes.records import HASH, RecordFormat, weld_rows
+from gltf_ext.document.accessors import bounds
 from gltf_ext.encode.primitive import gather_corners
 from gltf_ext.progress import Advance
 from gltf_ext.ranges import has_repeats
@@ -28,7 +29,7 @@ class Comparison:
     Attributes:
         triangles: number of the source's, without those that a writer may leave out.
         missing, extra: number of triangles that only the source has, and only the compressed one.
-        collapsed: of the source's triangles, with two corners on one point of the grid.
+        box: uint32[2, 3]: smallest and largest integers of the compressed primitive's positions.
         vertices: keys of the compressed primitive's vertices, part after part; none for a source
             that is read in parts, where they might not fit memory.
     """
@@ -48,7 +49,8 @@ class Comparison:
         self._source, self._record_format = source, record_format
         self._compressed, self._folder = compressed, folder
         self._buckets = Buckets(TRIANGLE, TRIANGLE.itemsize * count, folder)
-        self.triangles = self.missing = self.extra = self.collapsed = 0
+        self.triangles = self.missing = self.extra = 0
+        self.box: np.ndarray | None = None
         self.vertices: list[np.ndarray] = []
 
     def run(self, advance: Advance | None) -> None:
@@ -62,24 +64,22 @@ class Comparison:
             self.extra += extra
 
     def _add_source(self, progress: Advance) -> None:
-        for keys, cells, positions, fraction in self._source_corners():
+        for keys, positions, fraction in self._source_corners():
             progress(fraction)
-            is_same = has_repeats(positions)
-            self.collapsed += int(np.count_nonzero(has_repeats(cells) & ~is_same))
-            is_optional = is_same & has_repeats(keys)
+            is_optional = has_repeats(positions) & has_repeats(keys)
             self.triangles += len(keys) - int(np.count_nonzero(is_optional))
             self._add(keys, np.where(is_optional, OPTIONAL_IN_SOURCE, IN_SOURCE))
 
-    def _source_corners(self) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray, float]]:
-        """Yield keys of vertices, grid points and positions, [T, 3] each, and the progress."""
+    def _source_corners(self) -> Iterator[tuple[np.ndarray, np.ndarray, float]]:
+        """Yield keys of vertices and of positions, [T, 3] each, and the progress."""
         source, record_format = self._source, self._record_format
         if source.is_in_memory:
             triangles = record_format.triangles_of(source)
             columns = self._columns(triangles.records)
             for first, last in blocks(triangles.count):
                 rows = triangles.corners_between(first, last)
-                keys, cells, positions = (column[rows] for column in columns)
-                yield keys, cells, positions, last / triangles.count
+                keys, positions = (column[rows] for column in columns)
+                yield keys, positions, last / triangles.count
             return
         corner_file = WorkFile(self._folder)
         for first, last, corners, fraction in gather_corners(source, record_format, corner_file):
@@ -89,10 +89,10 @@ class Comparison:
                 yield *self._columns(corners), last / source.triangle_count
         corner_file.close()
 
-    def _columns(self, records: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _columns(self, records: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the keys of _source_corners, of records [...]."""
         streams = [records[str(s)] for s in range(len(self._record_format.plan.streams))]
-        return keys_of(streams), keys_of(streams[:1]), records[HASH]
+        return keys_of(streams), records[HASH]
 
     def _add_compressed(self, progress: Advance) -> None:
         byte_count = 0
@@ -101,10 +101,17 @@ class Comparison:
                 triangles, values = _codec.decode(part)
             keys = keys_of(values)
             self._add(keys[triangles], IN_COMPRESSED)
+            self._widen(values[0])
             if self._source.is_in_memory:
                 self.vertices.append(keys)
             byte_count += len(part)
             progress(byte_count / len(self._compressed.blob))
+
+    def _widen(self, positions: np.ndarray) -> None:
+        """Make the box contain positions: uint32[n, 3]."""
+        rows = [positions] if self.box is None else [positions, self.box]
+        if len(positions):
+            self.box = np.stack(bounds(np.concatenate(rows)))
 
     def _add(self, corners: np.ndarray, origin: np.ndarray | int) -> None:
         """corners: uint64[T, 3]."""

@@ -14,10 +14,21 @@ from typing import Any, ParamSpec, Protocol
 import numpy as np
 
 from gltf_ext import _codec
+from gltf_ext._codec import GRID_MAX_BITS
+from gltf_ext.attributes.choice import Chosen, choose, choose_grid, finer_grids
+from gltf_ext.attributes.details import Collapse, collapse_of_source, joins_vertices
 from gltf_ext.attributes.extension import read_compressed, source_of
 from gltf_ext.attributes.records import RecordFormat
-from gltf_ext.attributes.streams import Bits, Grid, dequantise, position_grid
+from gltf_ext.attributes.streams import SMALLEST_STEP, Grid, dequantise, position_grid
+from gltf_ext.checks.topology import topologies
 from gltf_ext.commands.inspect import inspect_document
+from gltf_ext.commands.losses import (
+    collapse_warnings,
+    limited,
+    range_warnings,
+    rounding_warnings,
+    steps_of,
+)
 from gltf_ext.commands.order import drop_numbered
 from gltf_ext.commands.result import Result, output_path
 from gltf_ext.commands.transcode import pack_compressed
@@ -27,6 +38,7 @@ from gltf_ext.document.document import Document
 from gltf_ext.document.draco import DRACO
 from gltf_ext.document.gltf2 import File, Model, name_of
 from gltf_ext.document.images import embed_images
+from gltf_ext.document.looks import Looks
 from gltf_ext.document.references import ambiguous_references
 from gltf_ext.encode.primitive import Compression, encode
 from gltf_ext.errors import MeshletError, blaming
@@ -50,6 +62,7 @@ from gltf_ext.sources.repair import read_finite_bounds, repair_warnings
 from gltf_ext.sources.source import Box, Source
 
 PIXELS = 1000  # of a primitive's longest side, to judge whether its levels pay
+TOO_SMALL = "they are too small for 32-bit floats: scale the model up, and its node down"
 DEGENERATE, NOT_FINITE = "every triangle is degenerate", "no triangle has finite positions"
 LOSSY_BEFORE = (EXTENSION, DRACO, "KHR_mesh_quantization")
 
@@ -62,26 +75,35 @@ class Job:
     """A distinct primitive to encode.
 
     Attributes:
-        source: the primitive, in memory or in its file.
+        chosen: the primitive, in memory or in its file, and its bits.
         users: the document's primitives that it stands for.
         drop_counts: counts of vertices and triangles left out.
         grid: of its positions; None if they are integers.
         reason_kept: why it is not compressed; empty if it is.
+        collapse: its triangles that the grid collapses; is_torn: whether a grid that was chosen
+            changes its topology.
         result: what it became.
+        counts: of its vertices, triangles and corners, as in the document.
     """
 
-    source: Source
+    chosen: Chosen
     users: list[gltf.Primitive]
     drop_counts: DropCounts
     grid: Grid | None = None
     reason_kept: str = ""
+    collapse: Collapse = field(default_factory=Collapse)
+    is_torn: bool = False
     result: Compression = field(default_factory=Compression)
 
-    @property
-    def counts(self) -> set[int]:
-        """Of its vertices, triangles and corners, as in the document."""
+    def __post_init__(self) -> None:
+        """Count before the source gives its rows back."""
         triangles = self.source.triangle_count + self.source.replaced["POSITION"]
-        return {self.source.vertex_count, triangles, 3 * triangles}
+        self.counts = {self.source.vertex_count, triangles, 3 * triangles}
+
+    @property
+    def source(self) -> Source:
+        """The primitive."""
+        return self.chosen.source
 
     @property
     def location(self) -> dict[str, int]:
@@ -136,20 +158,21 @@ def compress(input: Model, output: File | None, settings: Options) -> Report:
     of at most 1 GiB; a primitive with more bytes has one of its own.
 
     Options:
-        position_bits: bits of a position along the longest side (4 to 24, default 12).
-        normal_bits: bits of each of the two elements of a normal or tangent (4 to 16, default 8).
-        texcoord_bits: bits of each texture coordinate (4 to 16, default 12).
-        color_bits: bits of each colour component that is not stored in 8 bits (4 to 16, default 8).
-        weight_bits: bits of each float skin weight (4 to 16, default 8).
+        position_bits: bits of a position along the longest side (4 to 24 or auto, default auto).
+        normal_bits: bits of each of the two elements of a normal or tangent (4 to 16 or auto,
+            default auto).
+        texcoord_bits: bits of each texture coordinate (4 to 16 or auto, default auto).
+        color_bits: bits of each colour component that is not stored in 8 bits (4 to 16 or auto,
+            default auto).
+        weight_bits: bits of each float skin weight (4 to 16 or auto, default auto).
         step: position step in model units, instead of bits: 0.001 is 1 mm if units are metres.
         grid: "mesh" or "scene": one position grid per mesh, or one for the whole scene (default
             mesh).
         max_triangles: most triangles in a meshlet (16 to 64, default 64).
         lambda_: above 0 and up to 1000; small values give planar meshlets, large ones compact
             meshlets (default 1.4).
-        effort: "fast" or "normal" or "high": how long to look for a smaller file; against normal,
-            fast takes about 0.6 of the time for 2 % more bytes, and high 1.7 times for 0.2 % fewer
-            (default normal).
+        effort: "fast" or "normal": how long to look for a smaller file; against normal, fast takes
+            about 0.6 of the time for 2 % more bytes (default normal).
         page_bytes: largest size of a page, a blob of neighbouring meshlets that decodes alone; 0
             for one blob per primitive, else at least 4096; by default 131072 in primitives of more
             than 131072 triangles, 0 in others; instead of 0, 32768 with levels of detail, and
@@ -185,6 +208,9 @@ def compress(input: Model, output: File | None, settings: Options) -> Report:
             triangles, before large ones are split; "iterations" is the most of any primitive.
         dropped: counts of vertices and triangles left out.
         kept: primitives left uncompressed: mesh, primitive and reason.
+        collapsed: "triangles" without area on the position grid, and their "area_percent".
+        steps: attribute -> "step" and "bits", smallest and largest: positions in units of the
+            scene, normals as degrees of the largest error, the others in their own units.
         warnings: one line each.
 
     Raises MeshletError when the input cannot be compressed, OSError when a file cannot be read or
@@ -210,6 +236,8 @@ def compress(input: Model, output: File | None, settings: Options) -> Report:
             changes["warnings"] += _useless_levels(encoded)
         if settings.transport:
             pack_compressed(document, settings.threads)
+        for job in jobs:
+            job.source.give_back_copy()
         result = Result.of(document, path)
         contents = inspect_document(document, _statistics_by_view(encoded))
     report = {**result.write(input, input_files), "fallback_bytes": result.fallback_bytes}
@@ -250,6 +278,7 @@ def _encode_all(jobs: list[Job], options: Options, chunks: Runner, title: str) -
         raise MeshletError("holds no triangles with a POSITION", "there is nothing to compress")
     with progress_bar(title, options.progress) as advance:
         _encode_at_once(jobs, options, chunks, advance)
+        _mend_torn(jobs, options, chunks)
     encoded = [job for job in jobs if not job.reason_kept]
     if not encoded:
         raise MeshletError(
@@ -289,6 +318,43 @@ def _encode_at_once(
             raise
 
 
+def _mend_torn(jobs: list[Job], options: Options, chunks: Runner) -> None:
+    """Encode meshes again that a chosen grid has torn, with finer grids up to one that does not.
+
+    Where none does, the first stays. All primitives of a mesh have the same grid.
+    """
+    by_grid: dict[Grid | None, list[Job]] = {}
+    for job in jobs:
+        by_grid.setdefault(job.grid, []).append(job)
+    for coarse, torn in by_grid.items():
+        if coarse is None or not any(job.is_torn for job in torn):
+            continue
+        if not all(job.source.is_in_memory for job in torn):  # some are gone
+            continue
+        box = _boxes([(None, job.source) for job in torn])[None]
+        torn.sort(key=lambda job: not job.is_torn)
+        count = sum(job.is_torn for job in torn)
+        for grid in finer_grids(coarse, box):
+            again = [Job(job.chosen, job.users, DropCounts(), grid) for job in torn]
+            for some in (again[:count], again[count:]):
+                if some and not any(job.is_torn for job in again):
+                    _encode_at_once(some, options, chunks, None)
+            if not any(job.is_torn for job in again):
+                for job, mended in zip(torn, again):
+                    job.grid, job.collapse, job.result = grid, mended.collapse, mended.result
+                break
+
+
+def _is_torn(job: Job, record_format: RecordFormat) -> bool:
+    """Return whether a grid has made vertices equal so that the mesh decodes otherwise."""
+    result, source = job.result, job.source
+    has_copies = result.source_vertices < result.statistics["vertices"]
+    if not (has_copies and source.is_in_memory and joins_vertices(source, record_format)):
+        return False
+    before, after = topologies(source, record_format, result.view, result.source_vertices)
+    return before != after
+
+
 def _finish_document(
     document: Document, jobs: list[Job], encoded: list[Job], options: Options
 ) -> dict[str, Any]:
@@ -301,6 +367,8 @@ def _finish_document(
     document.use_extension(EXTENSION, required=not options.fallback)
     warnings += embed_images(document)
     warnings += _settle_extensions(document, encoded)
+    total, losses = _losses(encoded, document.import_rounding)
+    warnings += losses
     of_jobs = [{**job.location, "reason": job.reason_kept} for job in jobs if job.reason_kept]
     drop_counts = DropCounts()
     for job in jobs:
@@ -310,8 +378,26 @@ def _finish_document(
         "generation": _generation(encoded),
         "dropped": vars(drop_counts),
         "kept": [*_without_positions(document), *of_jobs],
+        "collapsed": {"triangles": round(total.count), "area_percent": 100 * total.share},
+        "steps": steps_of(document, [(job.source.mesh, job.result.plan) for job in encoded]),
         "warnings": warnings,
     }
+
+
+def _losses(encoded: list[Job], rounding: float) -> tuple[Collapse, list[str]]:
+    """Return the triangles that grids collapse, and warnings about what is lost.
+
+    rounding: of positions, when they were read.
+    """
+    collapses: dict[int, Collapse] = {}
+    total, warnings = Collapse(), []
+    for job in encoded:
+        total.add(job.collapse)
+        collapses.setdefault(job.source.mesh, Collapse()).add(job.collapse)
+        warnings += range_warnings(job.chosen, job.result.plan)
+    steps = [job.grid.step for job in encoded if job.grid]
+    lines = [*rounding_warnings(rounding, steps), *collapse_warnings(collapses)]
+    return total, [*lines, *limited(warnings)]
 
 
 def _without_positions(document: Document) -> list[dict[str, Any]]:
@@ -349,15 +435,41 @@ def _jobs(document: Document, large: Larges, options: Options) -> list[Job]:
         elif identity not in sources:
             sources[identity] = _source(document, mesh, index, options.non_finite)
         uses.append((mesh if options.grid == "mesh" else None, primitive, identity))
-    boxes = _boxes([(key, sources[identity][0]) for key, _, identity in uses])
-    grids = {key: _grid(box, options) for key, box in boxes.items()}
+    chosen = _chosen(document, sources, uses, options)
+    grids = _grids([(key, chosen[identity]) for key, _, identity in uses], options)
     jobs: dict[tuple[Identity, Grid | None], Job] = {}
     for key, primitive, identity in uses:
-        source, drop_counts = sources[identity]
+        drop_counts = sources[identity][1]
         grid = grids.get(key)
-        job = jobs.setdefault((identity, grid), Job(source, [], drop_counts, grid))
+        job = jobs.setdefault((identity, grid), Job(chosen[identity], [], drop_counts, grid))
         job.users.append(primitive)
     return list(jobs.values())
+
+
+def _chosen(
+    document: Document,
+    sources: dict[Identity, tuple[Source, DropCounts]],
+    uses: list[tuple[int | None, gltf.Primitive, Identity]],
+    options: Options,
+) -> dict[Identity, Chosen]:
+    """Choose the bits of each distinct primitive, by how all its users look."""
+    looks = Looks(document)
+    users: dict[Identity, list[gltf.Primitive]] = {}
+    for _, primitive, identity in uses:
+        users.setdefault(identity, []).append(primitive)
+    result = {}
+    for identity, (source, _) in sources.items():
+        result[identity] = choose(source, looks.of(users[identity]), options)
+    return result
+
+
+def _grids(chosen: list[tuple[int | None, Chosen]], options: Options) -> dict[int | None, Grid]:
+    """Key -> the grid of all its primitives."""
+    boxes = _boxes([(key, each.source) for key, each in chosen])
+    by_key: dict[int | None, dict[int, Chosen]] = {}
+    for key, each in chosen:
+        by_key.setdefault(key, {})[id(each)] = each
+    return {key: _grid(box, list(by_key[key].values()), options) for key, box in boxes.items()}
 
 
 def _identity(primitive: gltf.Primitive) -> Identity:
@@ -386,8 +498,11 @@ def _boxes(sources: list[tuple[int | None, Source]]) -> dict[int | None, Box]:
     return boxes
 
 
-def _grid(box: Box, options: Options) -> Grid:
-    grid = position_grid(*box, _bits(options).position, options.step)
+def _grid(box: Box, chosen: list[Chosen], options: Options) -> Grid:
+    if options.chooses_positions:
+        return choose_grid(chosen, box)
+    bits = options.position_bits if isinstance(options.position_bits, int) else GRID_MAX_BITS
+    grid = position_grid(*box, bits, options.step)
     if options.step is not None and _is_coarse(box, grid):
         extent = float((box[1] - box[0]).max())
         raise MeshletError(
@@ -412,24 +527,13 @@ def _coarse_grids(jobs: list[Job]) -> list[str]:
     }
     return [
         f"mesh {mesh}: fewer than {MIN_POSITION_BITS} bits are left for its positions; "
-        "use --grid mesh or a smaller step"
+        + (TOO_SMALL if grids[mesh].step <= SMALLEST_STEP else "use --grid mesh or a smaller step")
         for mesh, box in boxes.items()
         if _is_coarse(box, grids[mesh])
     ]
 
 
 # --- encoding ---
-
-
-def _bits(options: Options) -> Bits:
-    assert options.position_bits is not None  # Options sets it
-    return Bits(
-        options.position_bits,
-        options.normal_bits,
-        options.texcoord_bits,
-        options.color_bits,
-        options.weight_bits,
-    )
 
 
 def _encode_job(
@@ -446,7 +550,7 @@ def _encode_job(
             job.drop_counts.degenerate_triangles += source.triangle_count
             _keep(job, DEGENERATE)
             return
-        record_format = RecordFormat.of(source, job.grid, _bits(options))
+        record_format = RecordFormat.of(source, job.grid, job.chosen.bits)
         streams = len(record_format.plan.streams)
     if streams > max_streams:
         job.reason_kept = f"it takes {streams} streams, at most {max_streams} are possible"
@@ -456,6 +560,11 @@ def _encode_job(
     job.drop_counts.add(job.result.drop_counts)
     if not job.result.statistics:
         _keep(job, DEGENERATE)
+        return
+    if job.grid and job.chosen.sample:
+        job.collapse = collapse_of_source(source, job.grid, job.chosen.sample)
+        if options.chooses_positions:
+            job.is_torn = _is_torn(job, record_format)
 
 
 def _keep(job: Job, reason: str) -> None:

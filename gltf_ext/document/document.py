@@ -24,7 +24,7 @@ DAMAGED = "the file is damaged; get it again"
 T = TypeVar("T")
 MOST_READ = 1 << 24  # bytes of a file; larger ones are mapped
 CONVERT = "convert it first: npx gltf-pipeline -i IN -o OUT.glb"
-MESHOPT_REMEDY = "decompress it first: gltfpack -noq -i IN.glb -o OUT.glb"
+MESHOPT_REMEDY = "install a decoder: pip install gltf-meshlet[meshopt]"
 
 
 @dataclass(frozen=True)
@@ -49,6 +49,7 @@ class Document:
         new_bytes: buffer view -> its bytes, if they are not in a buffer yet.
         base: the folder that relative uris refer to.
         import_warnings: one line for each thing lost when another format was read.
+        import_rounding: the largest difference of a coordinate to that in the file, a double.
         import_files: the other files that were read then, such as materials and textures.
         was_packed: the file had packed views (transport.py).
     """
@@ -78,6 +79,7 @@ class Document:
         self.new_bytes: dict[int, NewBytes] = {}
         self.base = base
         self.import_warnings: tuple[str, ...] = ()
+        self.import_rounding = 0.0
         self.import_files: tuple[Path, ...] = ()
         self.was_packed = False
         self._binary = binary
@@ -119,14 +121,16 @@ class Document:
             return self.new_bytes[index].data
         if any(name.endswith("meshopt_compression") for name in view.get("extensions", ())):
             raise MeshletError("is compressed with meshopt", MESHOPT_REMEDY)
+        return self.bytes_at(view, f"bufferView {index}")
+
+    def bytes_at(self, view: gltf.BufferView, where: str) -> memoryview:
+        """Return the bytes of a buffer that `view` says. Raises MeshletError with `where`."""
         if "buffer" not in view:
-            raise MeshletError(f"bufferView {index} names no buffer", DAMAGED)
+            raise MeshletError(f"{where} names no buffer", DAMAGED)
         buffer = self.bytes_of_buffer(view["buffer"])
         start, length = gltf.byte_offset(view), view.get("byteLength")
         if length is None or start < 0 or length < 0 or start + length > len(buffer):
-            raise MeshletError(
-                f"bufferView {index} reaches beyond buffer {view['buffer']}", DAMAGED
-            )
+            raise MeshletError(f"{where} reaches beyond buffer {view['buffer']}", DAMAGED)
         return buffer[start : start + length]
 
     def add_view(

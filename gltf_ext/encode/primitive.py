@@ -70,7 +70,6 @@ def encode(
         progress = advance or _silent
         _check_space(source, record_format, options)
         chunks = sort_corners(source, record_format, options, progress)
-        source.give_back_copy()
 
     def encode_progress(fraction: float) -> None:
         progress(SORT_END + (1 - SORT_END) * fraction)

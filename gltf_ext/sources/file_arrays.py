@@ -127,6 +127,8 @@ class _AccessorFiles:
         if "sparse" in accessor or "bufferView" not in accessor or not elements:
             raise _too_large(f"{name} is sparse or empty")
         index = accessor["bufferView"]
+        if index in document.new_bytes:  # its bytes were packed in the file
+            raise _too_large(f"{name} is compressed")
         length, view = len(document.bytes_of_view(index)), document.bufferViews[index]
         size, offset = format_[0].itemsize * format_[1], gltf.byte_offset(accessor)
         stride = gltf.stride(view, size)

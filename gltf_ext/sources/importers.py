@@ -120,7 +120,8 @@ def document_of(
         # Each primitive is gone once it is indexed, so that memory holds few of them twice.
         primitives = [indexed(mesh.primitives.pop(0)) for _ in range(len(mesh.primitives))]
         meshes.append(IndexedMesh(mesh.name, primitives, mesh.parent))
-    document = to_document(meshes)
+    document = to_document(meshes, contents.offset)
     document.base, document.import_warnings = Path(path).parent, tuple(contents.warnings)
+    document.import_rounding = contents.rounding
     document.import_files = tuple(filter(os.path.isfile, contents.others))
     return document

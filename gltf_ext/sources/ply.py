@@ -28,6 +28,7 @@ from gltf_ext.sources.mesh_files import (
     to_floats,
     to_texcoords,
 )
+from gltf_ext.sources.offset import Offset
 from gltf_ext.sources.polygons import CornerNumbers, Points, at_corners, triangles_of
 from gltf_ext.sources.row_arrays import NewRows, Numbering, RowArray, Rows, add_all
 from gltf_ext.sources.text import CUT_OFF, block_bytes, open_watched, read_rows, text_blocks
@@ -235,11 +236,12 @@ class _Reader:
         self._triangles = CornerNumbers(new_rows())
         self._points = Points(self._vertices["POSITION"])
         self._scalars = Scalars(header)
+        self._offset = Offset()
 
     def add(self, element: Element, columns: Columns) -> None:
         """Add a block of rows. Raises MeshletError, OSError."""
         if element.name == "vertex":
-            add_all(self._vertices, vertex_attributes(element, columns))
+            add_all(self._vertices, vertex_attributes(element, columns, self._offset))
             add_all(self._vertices, self._scalars.attributes(element, columns))
             colors = element.first_of(COLORS, 3)
             if colors:
@@ -272,7 +274,8 @@ class _Reader:
     def result(self, path: Path) -> MeshFile:
         """Return the mesh, if there is one. Raises MeshletError, OSError."""
         vertices, faces, triangles = self._vertices, self._faces, self._triangles
-        contents = MeshFile([], [*self._points.warnings, *self._scalars.warnings()])
+        lines = [*self._points.warnings, *self._scalars.warnings()]
+        contents = MeshFile([], lines, offset=self._offset.values, rounding=self._offset.rounding)
         count = vertices["POSITION"].count
         if not count:
             return contents
@@ -316,10 +319,11 @@ def _stacked(columns: Columns, names: Sequence[str]) -> np.ndarray:
     return np.stack([columns[name] for name in names], axis=1)
 
 
-def vertex_attributes(element: Element, columns: Columns) -> dict[str, np.ndarray]:
+def vertex_attributes(element: Element, columns: Columns, offset: Offset) -> dict[str, np.ndarray]:
     """Return positions, normals and texture coordinates of a block of vertices, as in glTF."""
+    convert = {"POSITION": offset.to_local, "NORMAL": to_floats}
     attributes = {
-        kind: to_floats(_stacked(columns, names))
+        kind: convert[kind](_stacked(columns, names))
         for kind, names in (("POSITION", POSITION), ("NORMAL", NORMAL))
         if element.first_of([names], 3)
     }

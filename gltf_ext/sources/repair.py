@@ -90,8 +90,8 @@ def _bad_rows(source: Source, name: str, numbering: Numbering) -> np.ndarray:
         _require_few(source, len(bad), name)
     is_used = np.zeros(len(bad), bool)
     for _, corners in _corners(source, numbering):
-        places, is_bad = _find(corners, bad)
-        is_used[places[is_bad]] = True
+        indices, is_bad = _find(corners, bad)
+        is_used[indices[is_bad]] = True
     return bad[is_used]
 
 
@@ -102,11 +102,11 @@ def _corners(source: Source, numbering: Numbering) -> Iterator[tuple[int, np.nda
 
 
 def _find(numbers: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return (places of numbers in rows, whether they are there). rows: ascending."""
+    """Return (indices of numbers in rows, whether they are there). rows: ascending."""
     if not len(rows):
         return np.zeros(numbers.shape, np.intp), np.zeros(numbers.shape, bool)
-    places = np.minimum(np.searchsorted(rows, numbers), len(rows) - 1)
-    return places, rows[places] == numbers
+    indices = np.minimum(np.searchsorted(rows, numbers), len(rows) - 1)
+    return indices, rows[indices] == numbers
 
 
 def _leave_out(source: Source, numbering: Numbering, rows: np.ndarray) -> int:
@@ -173,11 +173,11 @@ class _Replaced:
     """Rows of which some have other values.
 
     Attributes:
-        places: their numbers, ascending; values: [len(places), components].
+        indices: their numbers, ascending; values: [len(indices), components].
     """
 
     source: Rows
-    places: np.ndarray
+    indices: np.ndarray
     values: np.ndarray
 
     @property
@@ -190,8 +190,8 @@ class _Replaced:
 
     def rows(self, first: int, last: int) -> np.ndarray:
         result = np.array(self.source.rows(first, last))
-        low, high = np.searchsorted(self.places, [first, last])
-        result[self.places[low:high] - first] = self.values[low:high]
+        low, high = np.searchsorted(self.indices, [first, last])
+        result[self.indices[low:high] - first] = self.values[low:high]
         return result
 
 
@@ -216,7 +216,7 @@ def _normals(source: Source, numbering: Numbering, rows: np.ndarray) -> np.ndarr
     sums = np.zeros((len(rows), 3))
     of_positions = next(row for row in source.numberings if "POSITION" in row[0])
     for first, corners in _corners(source, numbering):
-        places, is_bad = _find(corners, rows)
+        indices, is_bad = _find(corners, rows)
         touched = np.flatnonzero(is_bad.any(axis=1))
         if not len(touched):
             continue
@@ -224,7 +224,7 @@ def _normals(source: Source, numbering: Numbering, rows: np.ndarray) -> np.ndarr
         points = _gather(source.attributes["POSITION"], numbers.reshape(-1)).reshape(-1, 3, 3)
         a, b, c = points.astype(np.float64).transpose(1, 0, 2)
         areas = np.repeat(np.cross(b - a, c - a)[:, None], 3, axis=1)
-        np.add.at(sums, places[touched][is_bad[touched]], areas[is_bad[touched]])
+        np.add.at(sums, indices[touched][is_bad[touched]], areas[is_bad[touched]])
     return _unit(sums)
 
 

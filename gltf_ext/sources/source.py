@@ -179,6 +179,11 @@ class Source:
                         advance(finished / total)
                 del is_used, tasks  # before the next flags are made
 
+    def used_rows(self) -> np.ndarray:
+        """Return the rows of vertices that of_used_vertices takes, of a source in memory."""
+        ((names, numbers),) = self.numberings
+        return np.flatnonzero(self._are_used(names, numbers, 0, self.vertex_count))
+
     def _of_used(
         self,
         function: Callable[[dict[str, np.ndarray]], Any],

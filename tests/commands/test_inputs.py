@@ -462,14 +462,6 @@ def test_no_triangles(folder):
     refused(builder, folder, "holds no triangles")
 
 
-def test_meshopt(folder):
-    positions, triangles = grid_mesh(4, 4)
-    builder = Builder()
-    builder.mesh({"POSITION": positions}, triangles)
-    builder.properties["bufferViews"][0]["extensions"] = {"EXT_meshopt_compression": {"buffer": 0}}
-    refused(builder, folder, "compressed with meshopt; decompress it first: gltfpack")
-
-
 def test_too_many_streams_leave_the_primitive_alone(folder):
     positions, triangles = grid_mesh(4, 4)
     builder = Builder()

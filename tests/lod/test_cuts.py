@@ -13,6 +13,7 @@ from gltf_ext.lod.cuts import active_groups, cut_of
 from gltf_ext.lod.tables import reach
 from spec import reference_lod
 from tests.helpers import environment
+from tests.helpers.c_levels import compare_at_random
 from tests.helpers.lod import Certifier, random_views
 
 SMALL, LARGE = ("chinesedragon",), ("dragon", "igea", "bunny", "suzanne", "beast", "sponza_like")
@@ -65,6 +66,10 @@ def test_levels_are_sound(primitive, certifier):
         assert is_sound(certifier, cut_at_level(tables, level).drawn)
     drawn = cut_at_level(tables, 0).drawn
     assert primitive.cluster_triangles[drawn].sum() == primitive.compressed.triangle_count
+
+
+def test_c_makes_the_same_cuts(primitive):
+    compare_at_random(primitive.tables, 4 * counted())
 
 
 def test_replacements_keep_borders_and_spheres_nest(primitive):

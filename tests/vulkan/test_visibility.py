@@ -257,13 +257,13 @@ def test_bulk_passes_decode_what_teams_decode(renderer, scene, monkeypatch, cull
     camera = scene.cameras[0]
     arguments = (scene, camera, "visibility", WIDTH, HEIGHT, culling)
     whole = renderer.render(*arguments)
-    assert renderer.drawing.decoder.passes is TEAM
+    assert renderer.drawing.decoder.method is TEAM
     monkeypatch.setattr(batched, "BULK_MESHLETS", 0)
     largest = max(p.meshlets for p in scene.primitives)
     for slots, batches in ((1000, 1), (largest, 4)):
         with_batches(monkeypatch, renderer, slots)
         picture = renderer.render(*arguments)
-        assert renderer.drawing.decoder.passes is BULK
+        assert renderer.drawing.decoder.method is BULK
         assert len(renderer.drawing.batches) == batches
         assert (picture.ids == whole.ids).all() and (picture.color == whole.color).all()
         assert (picture.depth == whole.depth).all()

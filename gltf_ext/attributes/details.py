@@ -1,0 +1,218 @@
+"""The details of a primitive: how long its edges are, how much it curves, what a grid collapses."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gltf_ext.attributes.records import RecordFormat, weld_rows
+from gltf_ext.attributes.streams import Grid, grid_cells
+from gltf_ext.ranges import first_of_each, occurring
+from gltf_ext.sources.row_arrays import Numbering
+from gltf_ext.sources.source import Source, blocks
+
+# Triangles that stand for all of a primitive, and the places where they are read in files.
+SAMPLE, PLACES = 1 << 15, 32
+NEAR_ROWS = 1 << 18  # that vertices of a sample in files may span to be read together
+
+
+COLLAPSED_PERCENT = 0.1  # of an area: from there on a warning
+
+
+@dataclass
+class Collapse:
+    """Triangles without area on a grid.
+
+    Attributes:
+        count: of those that had one; triangles: of all.
+        area, total_area: theirs before, and that of all triangles.
+    """
+
+    count: float = 0
+    triangles: float = 0
+    area: float = 0.0
+    total_area: float = 0.0
+
+    @property
+    def share(self) -> float:
+        """Share of the area that is lost."""
+        return self.area / self.total_area if self.total_area else 0.0
+
+    def add(self, other: Collapse, factor: float = 1.0) -> None:
+        """Add other triangles, each `factor` times."""
+        for name, value in vars(other).items():
+            setattr(self, name, getattr(self, name) + factor * value)
+
+
+@dataclass
+class Sample:
+    """Some triangles of a primitive.
+
+    Attributes:
+        positions: float64[T, 3, 3] of the corners.
+        normals: float64[T, 3, 3]; None without.
+        factor: triangles that each one stands for.
+    """
+
+    positions: np.ndarray
+    normals: np.ndarray | None
+    factor: float
+
+    def edges(self) -> np.ndarray:
+        """Return the lengths of the edges: float64[3 T]."""
+        with np.errstate(all="ignore"):  # degenerate triangles may have any positions
+            sides = self.positions - np.roll(self.positions, 1, axis=1)
+            lengths: np.ndarray = np.linalg.norm(sides, axis=2).reshape(-1)
+        return lengths
+
+    def turns(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return (the largest angle between normals of a triangle, its area), of those with one.
+
+        In degrees; float64[n] both.
+        """
+        assert self.normals is not None
+        with np.errstate(all="ignore"):
+            lengths = np.linalg.norm(self.normals, axis=2, keepdims=True)
+            units = self.normals / np.maximum(lengths, np.finfo(np.float64).tiny)
+            cosines = (units * np.roll(units, 1, axis=1)).sum(axis=2).min(axis=1)
+        degrees = np.degrees(np.arccos(np.clip(cosines, -1.0, 1.0)))
+        is_turned = degrees > FLAT
+        return degrees[is_turned], areas_of(self.positions)[is_turned]
+
+
+FLAT = 0.05  # degrees: between normals of a flat triangle
+
+
+def sample_of(source: Source) -> Sample:
+    """Return triangles from all over a primitive with float positions.
+
+    Raises MeshletError, OSError.
+    """
+    names = [name for name in ("POSITION", "NORMAL") if name in source.attributes]
+    read = _memory_corners if source.is_in_memory else _file_corners
+    values = {name: read(source, name).astype(np.float64) for name in names}
+    count = len(values["POSITION"])
+    factor = source.triangle_count / max(count, 1)
+    return Sample(values["POSITION"], values.get("NORMAL"), factor)
+
+
+def _memory_corners(source: Source, name: str) -> np.ndarray:
+    """Return the values of an attribute at corners of triangles, [T, 3, components]."""
+    names, numbers = _numbering(source, name)
+    corners = source.corners(names, numbers, 0, source.triangle_count)
+    corners = corners[:: -(-len(corners) // SAMPLE) or 1].astype(np.intp)
+    rows = source.attributes[name]
+    values: np.ndarray = rows.rows(0, rows.count)[corners]
+    return values
+
+
+def _file_corners(source: Source, name: str) -> np.ndarray:
+    """Return the same of a source in files, from some places of it."""
+    names, numbers = _numbering(source, name)
+    total, each = source.triangle_count, SAMPLE // PLACES
+    firsts = np.arange(0, total, each)
+    if total > SAMPLE:
+        firsts = np.linspace(0, total - each, PLACES).astype(np.int64)
+    result = []
+    for first in firsts:
+        corners = source.corners(names, numbers, int(first), min(int(first) + each, total))
+        result.append(_read_rows(source, name, corners.astype(np.int64)))
+    return np.concatenate(result)
+
+
+def _read_rows(source: Source, name: str, corners: np.ndarray) -> np.ndarray:
+    """Return the values of an attribute in some rows; of the first triangles if they are far."""
+    rows = source.attributes[name]
+    low, high = int(corners.min()), int(corners.max()) + 1
+    if high - low <= NEAR_ROWS:
+        near: np.ndarray = rows.rows(low, high)[corners - low]
+        return near
+    corners = corners[:PLACES]
+    different, inverse = np.unique(corners, return_inverse=True)
+    values = np.concatenate([rows.rows(int(row), int(row) + 1) for row in different])
+    far: np.ndarray = values[inverse.reshape(corners.shape)]
+    return far
+
+
+def _numbering(source: Source, name: str) -> Numbering:
+    """Return the numbers of an attribute at corners, as `Source.numberings` has them."""
+    return next(pair for pair in source.numberings if name in pair[0])
+
+
+def areas_of(positions: np.ndarray) -> np.ndarray:
+    """Return the areas of triangles, float64[T, 3, 3]: float64[T].
+
+    0 for positions that are not finite, which degenerate triangles may have.
+    """
+    with np.errstate(all="ignore"):
+        sides = positions[:, 1:] - positions[:, :1]
+        areas = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1) / 2
+    finite: np.ndarray = np.nan_to_num(areas, nan=0.0, posinf=0.0)
+    return finite
+
+
+# --- what a grid does ---
+
+
+def collapse_of(positions: np.ndarray, grid: Grid) -> Collapse:
+    """Count triangles, float64[T, 3, 3], that lie on a line or a point of the grid."""
+    cells = grid_cells(positions.reshape(-1, 3), grid.offset, grid.step).reshape(positions.shape)
+    sides = cells[:, 1:] - cells[:, :1]
+    is_flat = ~np.cross(sides[:, 0], sides[:, 1]).any(axis=1)
+    areas = areas_of(positions)
+    is_flat &= areas > 0.0
+    return Collapse(
+        int(np.count_nonzero(is_flat)), len(areas), float(areas[is_flat].sum()), float(areas.sum())
+    )
+
+
+def collapse_of_source(source: Source, grid: Grid, sample: Sample) -> Collapse:
+    """Count those of a primitive; of one in files, and the total area, estimated from its sample.
+
+    Raises MeshletError, OSError.
+    """
+    result = Collapse()
+    result.add(collapse_of(sample.positions, grid), sample.factor)
+    if not source.is_in_memory or sample.factor == 1.0:
+        return result
+    names, numbers = _numbering(source, "POSITION")
+    rows = source.attributes["POSITION"]
+    positions = rows.rows(0, rows.count)
+    cells = grid_cells(positions, grid.offset, grid.step)
+    result.count, result.area = 0, 0.0
+    for part in blocks(source.triangle_count):
+        corners = source.corners(names, numbers, *part).astype(np.intp)
+        flat = collapse_of(positions[corners[_may_be_flat(cells, corners)]], grid)
+        result.count += flat.count
+        result.area += flat.area
+    return result
+
+
+def _may_be_flat(cells: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """Return whether triangles, [T, 3], have no area seen along x, on the grid: bool[T]."""
+    (ay, by, cy), (az, bz, cz) = (cells[:, axis][corners].T for axis in (1, 2))
+    result: np.ndarray = (by - ay) * (cz - az) == (bz - az) * (cy - ay)
+    return result
+
+
+def joins_vertices(source: Source, record_format: RecordFormat) -> bool:
+    """Return whether different vertices of a source in memory are equal on the grids.
+
+    Compares only vertices whose positions share a point of the grid.
+    """
+    ((names, numbers),) = source.numberings
+    corners = source.corners(names, numbers, 0, source.triangle_count)
+    rows = occurring(corners, source.vertex_count)
+    positions = source.attributes["POSITION"].rows(0, source.vertex_count)[rows]
+    stream = record_format.plan.streams[0]
+    cells, cell_count = weld_rows(grid_cells(positions, stream.offset, stream.step))
+    places, place_count = weld_rows(positions + np.float32(0))  # -0 is 0
+    if cell_count == place_count:
+        return False
+    first_place = places[first_of_each(cells, cell_count)]
+    is_shared = np.zeros(cell_count, bool)
+    is_shared[cells[places != first_place[cells]]] = True
+    suspects = rows[is_shared[cells]]
+    records = record_format.quantise(source.chosen_vertices(names, suspects))
+    return weld_rows(records)[1] != weld_rows(record_format.without_hash(records))[1]

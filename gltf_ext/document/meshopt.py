@@ -1,0 +1,201 @@
+"""Reads buffer views with EXT_meshopt_compression or KHR_meshopt_compression.
+
+From their plain fallback where the file has it, else with an optional package: meshopt, which has
+wheels, or meshoptimizer, which is compiled from its sources. Filters are undone here.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from gltf_ext.document import gltf
+from gltf_ext.document.document import DAMAGED, Document, NewBytes, item
+from gltf_ext.document.json_values import member
+from gltf_ext.errors import MeshletError
+
+NAMES = ("EXT_meshopt_compression", "KHR_meshopt_compression")
+MODES = ("ATTRIBUTES", "TRIANGLES", "INDICES")
+LARGEST_STRIDE = 256
+# A decoder allocates what the JSON claims: at most so many bytes for each that it reads. A block of
+# 256 equal elements takes a quarter of a byte for each byte of one element.
+BYTES_PER_BYTE, LEAST_BYTES = 2048, 1 << 16
+
+
+def unpack_meshopt(document: Document) -> None:
+    """Give views that meshopt has compressed their plain bytes, and remove the extension.
+
+    Without a decoder they keep it; then reading their bytes is an error. Raises MeshletError.
+    """
+    views = [
+        (index, view, name)
+        for index, view in enumerate(document.bufferViews)
+        for name in NAMES
+        if gltf.has_extension(view, name)
+    ]
+    for index, view, name in views:
+        extension = view["extensions"].pop(name)
+        if _has_fallback(document, index) or _decode(document, index, view, extension):
+            if not view["extensions"]:
+                del view["extensions"]
+        else:
+            view["extensions"][name] = extension
+    if any("meshopt" in key for view in document.bufferViews for key in view.get("extensions", {})):
+        return
+    for name in NAMES:
+        for buffer in document.buffers:
+            gltf.pop_extension(buffer, name)
+        document.forget_extension(name)
+
+
+def _has_fallback(document: Document, index: int) -> bool:
+    """Return whether the plain bytes of a view are there."""
+    buffer = item(document.buffers, document.bufferViews[index].get("buffer"), "buffer")
+    holders = (member(buffer.get("extensions"), name) for name in NAMES)
+    if any(holder.get("fallback") for holder in holders) and "uri" not in buffer:
+        return False  # the buffer has no bytes
+    try:
+        document.bytes_of_view(index)
+    except MeshletError:  # the fallback may be left out
+        return False
+    return True
+
+
+def _decode(document: Document, index: int, view: gltf.BufferView, extension: Any) -> bool:
+    """Decode a view; returns False if no decoder is installed. Raises MeshletError."""
+    decode = _decoder()
+    if decode is None:
+        return False
+    where = f"bufferView {index}"
+    fields = extension if isinstance(extension, dict) else {}
+    count, stride, mode = (fields.get(name) for name in ("count", "byteStride", "mode"))
+    source: Any = {
+        name: fields[name] for name in ("buffer", "byteOffset", "byteLength") if name in fields
+    }
+    data = document.bytes_at(source, where)
+    if (
+        type(count) is not int
+        or type(stride) is not int
+        or mode not in MODES
+        or not (0 < stride <= LARGEST_STRIDE and count >= 0)
+        or (stride % 4 if mode == MODES[0] else stride not in (2, 4))
+        or count * stride > max(LEAST_BYTES, BYTES_PER_BYTE * len(data))
+        or view.get("byteLength") != count * stride
+    ):
+        raise MeshletError(f"{where} is not valid meshopt data", DAMAGED)
+    try:
+        rows = decode(mode, bytes(data), count, stride)
+    except Exception:  # the packages raise several
+        raise MeshletError(f"{where}: its meshopt data cannot be decoded", DAMAGED) from None
+    rows = _unfiltered(rows, fields.get("filter", "NONE"), where)
+    document.new_bytes[index] = NewBytes(memoryview(rows.tobytes()), False)
+    return True
+
+
+Decoder = Callable[[str, bytes, int, int], np.ndarray]  # of mode, data, count and stride
+
+
+def _decoder() -> Decoder | None:
+    """Return a function for the bytes of elements, uint8[count, stride]; None without a package."""
+    if importlib.util.find_spec("meshopt") is not None:
+        return _with_meshopt
+    return _with_meshoptimizer if importlib.util.find_spec("meshoptimizer") is not None else None
+
+
+def _with_meshopt(mode: str, data: bytes, count: int, stride: int) -> np.ndarray:
+    import meshopt
+
+    rows = np.ascontiguousarray(meshopt.decode_gltf_buffer(data, count, stride, mode))
+    return _bytes(rows.reshape(count, -1))
+
+
+def _with_meshoptimizer(mode: str, data: bytes, count: int, stride: int) -> np.ndarray:
+    import meshoptimizer
+
+    if mode == MODES[0]:
+        rows = meshoptimizer.decode_vertex_buffer(count, stride, data, np.dtype(f"V{stride}"))
+        return _bytes(rows.reshape(count, 1))
+    name = "decode_index_buffer" if mode == MODES[1] else "decode_index_sequence"
+    # The package has room for indices of four bytes only.
+    numbers = getattr(meshoptimizer, name)(count, 4, data).astype(f"<u{stride}")
+    return _bytes(numbers.reshape(count, 1))
+
+
+# --- filters: appendix B of KHR_meshopt_compression ---
+
+
+def _unfiltered(rows: np.ndarray, name: Any, where: str) -> np.ndarray:
+    """Return the elements, uint8[count, stride], with a filter undone. Raises MeshletError."""
+    stride = rows.shape[1]
+    sizes = {"NONE": (stride,), "EXPONENTIAL": (stride,), "QUATERNION": (8,)}
+    if stride not in sizes.get(name, (4, 8)) or name not in (*sizes, "OCTAHEDRAL", "COLOR"):
+        raise MeshletError(f"{where} has a meshopt filter {name!s:.20} that cannot be", DAMAGED)
+    if name == "NONE":
+        return rows
+    bits = 8 * stride // 4
+    with np.errstate(all="ignore"):  # results for invalid elements are unspecified
+        if name == "EXPONENTIAL":
+            return _exponential(rows.view("<i4"))
+        if name == "QUATERNION":
+            return _quaternions(rows.view("<i2").astype(np.float64))
+        if name == "OCTAHEDRAL":
+            return _octahedral(rows.view(f"<i{bits // 8}"))
+        return _colors(rows.view(f"<u{bits // 8}"))
+
+
+def _exponential(values: np.ndarray) -> np.ndarray:
+    result = np.ldexp(((values << 8) >> 8).astype(np.float64), values >> 24).astype("<f4")
+    return _bytes(result)
+
+
+def _octahedral(values: np.ndarray) -> np.ndarray:
+    x, y, one = (column.astype(np.float64) for column in values.T[:3])
+    x, y = x / one, y / one
+    z = 1.0 - np.abs(x) - np.abs(y)
+    fold = np.minimum(z, 0.0)
+    vectors = np.stack([x - np.copysign(fold, x), y - np.copysign(fold, y), z], axis=1)
+    vectors /= np.linalg.norm(vectors, axis=1, keepdims=True)
+    result = values.copy()
+    result[:, :3] = _rounded(vectors * np.iinfo(values.dtype).max)
+    return _bytes(result)
+
+
+def _quaternions(values: np.ndarray) -> np.ndarray:
+    words = values[:, 3].astype(np.int64)
+    parts = values[:, :3] / (words | 3)[:, None] / np.sqrt(2.0)
+    largest = np.sqrt(np.maximum(0.0, 1.0 - (parts * parts).sum(axis=1, keepdims=True)))
+    result = np.empty((len(values), 4), "<i2")
+    places = ((words & 3)[:, None] + [1, 2, 3, 4]) % 4
+    scaled = _rounded(np.concatenate([parts, largest], axis=1) * 32767.0)
+    result[np.arange(len(values))[:, None], places] = scaled
+    return _bytes(result)
+
+
+def _colors(values: np.ndarray) -> np.ndarray:
+    luma, alpha = values[:, 0].astype(np.int64), values[:, 3].astype(np.int64)
+    orange, green = values.view(values.dtype.str.replace("u", "i"))[:, 1:3].T.astype(np.int64)
+    full = alpha.copy()
+    for shift in (1, 2, 4, 8):
+        full |= full >> shift
+    alpha &= full >> 1
+    alpha = alpha << 1 | alpha & 1
+    colors = np.stack([luma + orange - green, luma + green, luma - orange - green, alpha], axis=1)
+    limit = np.iinfo(values.dtype).max
+    scaled = _rounded(colors * (limit / np.maximum(full, 1))[:, None])
+    return _bytes(np.clip(scaled, 0, limit).astype(values.dtype))
+
+
+def _rounded(values: np.ndarray) -> np.ndarray:
+    """To the nearest integers, halves away from zero; 0 for what is no number."""
+    rounded = np.trunc(values + np.copysign(0.5, values))
+    result: np.ndarray = np.nan_to_num(rounded, posinf=0.0, neginf=0.0)
+    return result
+
+
+def _bytes(rows: np.ndarray) -> np.ndarray:
+    """Return uint8[count, stride]."""
+    result: np.ndarray = np.ascontiguousarray(rows).view(np.uint8)
+    return result
