@@ -55,7 +55,7 @@ def plugin(tmp_path, monkeypatch):
 
 def test_a_processor_that_mitsuba_s_wheel_does_not_run_on_is_named(plugin, monkeypatch):
     monkeypatch.setattr(plugin.module.platform, "machine", lambda: "aarch64")
-    with pytest.raises(ImportError, match="cannot be compiled: it needs an x86-64.* aarch64$"):
+    with pytest.raises(ImportError, match=r"cannot be compiled: it needs an x86-64.* aarch64$"):
         plugin.check_machine()
 
 
