@@ -126,7 +126,9 @@ def report(result: dict) -> str:
     means = {
         kind: float(np.mean([row[kind]["flip"] for row in rows])) for kind in ("chosen", "usual")
     }
-    verdict = f"worse on {', '.join(worse)}" if worse else "no worse in any view of any model"
+    verdict = "no worse in any view of any model"
+    if worse:
+        verdict = f"by at most {max(map(worst, rows)):.4f} worse in a view of {', '.join(worse)}"
     return f"""# Bits that are chosen
 
 {origin_line(result)}
@@ -136,7 +138,9 @@ normals, 12 for texture coordinates and 10 for colours, in the same format. {len
 * bytes of the geometry: {median:.3f} of those of 14/10/12 in the median,
   {min(map(size, rows)):.3f} to {max(map(size, rows)):.3f};
 * FLIP error, 0 for no difference to the eye and 1 at most: {means["chosen"]:.5f} on average, beside
-  {means["usual"]:.5f}; {verdict} (differences up to {EQUAL} count as none).
+  {means["usual"]:.5f};
+  {verdict}
+  (differences up to {EQUAL} count as none).
 
 Each model is drawn with a glossy material that reflects a room of lamps and windows, with the
 texture of its base colour or a checkerboard of its texture coordinates, {SIZE} x {SIZE} pixels,

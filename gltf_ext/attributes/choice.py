@@ -42,7 +42,7 @@ COLOR, WEIGHT = 12, 8
 
 
 @dataclass(frozen=True)
-class Chosen:
+class Choice:
     """A source, how it looks, and its bits but for positions.
 
     sample: some of its triangles; None without float positions.
@@ -54,10 +54,10 @@ class Chosen:
     sample: Sample | None
 
 
-def choose(source: Source, look: Look, options: Options) -> Chosen:
+def choose(source: Source, look: Look, options: Options) -> Choice:
     """Choose the bits of a source. Raises MeshletError, OSError."""
     sample = sample_of(source) if source.box is not None else None
-    return Chosen(source, look, _choose_bits(source, look, options, sample), sample)
+    return Choice(source, look, _choose_bits(source, look, options, sample), sample)
 
 
 def _choose_bits(source: Source, look: Look, options: Options, sample: Sample | None) -> Bits:
@@ -68,24 +68,24 @@ def _choose_bits(source: Source, look: Look, options: Options, sample: Sample | 
         "COLOR": options.color_bits,
         "WEIGHTS": options.weight_bits,
     }
-    named = {}
+    by_name = {}
     for name, bounds in source.bounds.items():
         kind = semantic(local_name(name))
         if automatic.get(kind) == AUTO and bounds.dtype.kind == "f":
             bits = _bits_of_values(kind, name, bounds, look)
             if bits:
-                named[name] = bits
+                by_name[name] = bits
     normal = options.normal_bits
     if isinstance(normal, str):
         normal = _normal_bits(sample, look)
-        named.update(_tangent_bits(source, normal))
+        by_name.update(_tangent_bits(source, normal))
     return Bits(
         _number(options.position_bits, LEAST_WITHOUT_NORMALS),
         normal,
         _number(options.texcoord_bits, int(math.log2(STEPS_OF_TEXEL * LEAST_TEXELS))),
         _number(options.color_bits, COLOR),
         _number(options.weight_bits, WEIGHT),
-        named,
+        by_name,
     )
 
 
@@ -150,9 +150,9 @@ def _tangent_bits(source: Source, normal: int) -> dict[str, int]:
 # --- the grid of positions ---
 
 
-def choose_grid(chosen: list[Chosen], box: Box) -> Grid:
+def choose_grid(choices: list[Choice], box: Box) -> Grid:
     """Return the grid of positions that share it. box: around all of them. Raises MeshletError."""
-    samples = [each.sample for each in chosen if each.sample]
+    samples = [each.sample for each in choices if each.sample]
     extent = float((box[1].astype(np.float64) - box[0]).max())
 
     def grid_of(bits: int) -> Grid:
@@ -179,11 +179,11 @@ def _first_bits(first: int, last: int, is_enough: Callable[[int], bool]) -> int:
 
 def _edge_bits(samples: list[Sample], extent: float) -> int:
     """Return the bits that give edges enough steps."""
-    needed = [LEAST_POSITION]
+    candidates = [LEAST_POSITION]
     edges = [sample.edges() for sample in samples]
     weights = [np.full(len(e), sample.factor) for e, sample in zip(edges, samples)]
     if samples:
-        needed.append(
+        candidates.append(
             _bits_of_edge(
                 np.concatenate(edges), np.concatenate(weights), SHORT, extent, STEPS_OF_SHORT
             )
@@ -191,8 +191,8 @@ def _edge_bits(samples: list[Sample], extent: float) -> int:
     for sample, lengths, weight in zip(samples, edges, weights):
         if sample.normals is None:
             flat = _bits_of_edge(lengths, weight, 0.5, extent, STEPS_OF_FLAT)
-            needed.append(min(max(flat, LEAST_WITHOUT_NORMALS), MOST_FOR_FLAT))
-    return max(needed)
+            candidates.append(min(max(flat, LEAST_WITHOUT_NORMALS), MOST_FOR_FLAT))
+    return max(candidates)
 
 
 def _bits_of_edge(

@@ -42,7 +42,7 @@ SMALLEST_STEP = float(np.finfo(np.float32).tiny)  # GPUs flush smaller ones to z
 class Bits:
     """Bits per component of the attributes that are quantised.
 
-    named: attribute -> its own bits, or EXACT; of morph targets as "targets[i].NAME".
+    by_name: attribute -> its own bits, or EXACT; of morph targets as "targets[i].NAME".
     """
 
     position: int = 12
@@ -50,7 +50,7 @@ class Bits:
     texcoord: int = 12
     color: int = 8
     weight: int = 8
-    named: Mapping[str, int] = field(default_factory=dict)
+    by_name: Mapping[str, int] = field(default_factory=dict)
 
     def of(self, name: str) -> int:
         """Bits of an attribute, or of the deltas that move it."""
@@ -61,7 +61,7 @@ class Bits:
             "COLOR": self.color,
             "WEIGHTS": self.weight,
         }.get(semantic(local_name(name)), self.position)
-        return self.named.get(name, bits)
+        return self.by_name.get(name, bits)
 
 
 @dataclass(frozen=True)

@@ -38,8 +38,8 @@ def accessor_problems(
     if box is not None:
         dtype = compressed.attributes["POSITION"][1][0]
         decoded = to_accessor([dequantise(box, compressed.streams[0])], dtype)
-        stated = stated_bounds(document.accessors[after["POSITION"]])
-        for label, bound, value in zip(("min", "max"), stated, decoded):
+        bounds = stated_bounds(document.accessors[after["POSITION"]])
+        for label, bound, value in zip(("min", "max"), bounds, decoded):
             if bound is None or not np.array_equal(bound, value.astype(np.float64)):
                 problems.append(
                     f"{compressed.where}: {label} of POSITION is not that of its vertices; "

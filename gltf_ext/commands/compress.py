@@ -7,21 +7,20 @@ import inspect
 import os
 import tempfile
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, ParamSpec, Protocol
 
 import numpy as np
 
 from gltf_ext import _codec
-from gltf_ext._codec import GRID_MAX_BITS
-from gltf_ext.attributes.choice import Chosen, choose, choose_grid, finer_grids
+from gltf_ext.attributes.choice import finer_grids
 from gltf_ext.attributes.details import Collapse, collapse_of_source, joins_vertices
-from gltf_ext.attributes.extension import read_compressed, source_of
+from gltf_ext.attributes.extension import read_compressed
 from gltf_ext.attributes.records import RecordFormat
-from gltf_ext.attributes.streams import SMALLEST_STEP, Grid, dequantise, position_grid
+from gltf_ext.attributes.streams import Grid, dequantise
 from gltf_ext.checks.topology import topologies
 from gltf_ext.commands.inspect import inspect_document
+from gltf_ext.commands.jobs import Job, boxes_of, coarse_grids, jobs_of
 from gltf_ext.commands.losses import (
     collapse_warnings,
     limited,
@@ -38,17 +37,16 @@ from gltf_ext.document.document import Document
 from gltf_ext.document.draco import DRACO
 from gltf_ext.document.gltf2 import File, Model, name_of
 from gltf_ext.document.images import embed_images
-from gltf_ext.document.looks import Looks
 from gltf_ext.document.references import ambiguous_references
 from gltf_ext.encode.primitive import Compression, encode
 from gltf_ext.errors import MeshletError, blaming
 from gltf_ext.lod.document import add_levels, arrange, forget_levels
 from gltf_ext.lod.tables import EXTENSION as LEVELS
-from gltf_ext.options import MIN_POSITION_BITS, Options
+from gltf_ext.options import Options
 from gltf_ext.progress import Advance, progress_bar, shared_progress
 from gltf_ext.scheduler import LocalThreads, Runner, runner
 from gltf_ext.sources.features import number_features
-from gltf_ext.sources.large import Larges, open_source
+from gltf_ext.sources.large import open_source
 from gltf_ext.sources.primitives import (
     EXTENSION,
     DropCounts,
@@ -56,59 +54,16 @@ from gltf_ext.sources.primitives import (
     describe,
     describe_indices,
     store_primitive,
-    triangle_primitives,
 )
-from gltf_ext.sources.repair import read_finite_bounds, repair_warnings
-from gltf_ext.sources.source import Box, Source
+from gltf_ext.sources.repair import repair_warnings
+from gltf_ext.sources.source import Box
 
 PIXELS = 1000  # of a primitive's longest side, to judge whether its levels pay
-TOO_SMALL = "they are too small for 32-bit floats: scale the model up, and its node down"
 DEGENERATE, NOT_FINITE = "every triangle is degenerate", "no triangle has finite positions"
 LOSSY_BEFORE = (EXTENSION, DRACO, "KHR_mesh_quantization")
 
 Report = dict[str, Any]
 P = ParamSpec("P")  # the options of compress, as keyword arguments
-
-
-@dataclass
-class Job:
-    """A distinct primitive to encode.
-
-    Attributes:
-        chosen: the primitive, in memory or in its file, and its bits.
-        users: the document's primitives that it stands for.
-        drop_counts: counts of vertices and triangles left out.
-        grid: of its positions; None if they are integers.
-        reason_kept: why it is not compressed; empty if it is.
-        collapse: its triangles that the grid collapses; is_torn: whether a grid that was chosen
-            changes its topology.
-        result: what it became.
-        counts: of its vertices, triangles and corners, as in the document.
-    """
-
-    chosen: Chosen
-    users: list[gltf.Primitive]
-    drop_counts: DropCounts
-    grid: Grid | None = None
-    reason_kept: str = ""
-    collapse: Collapse = field(default_factory=Collapse)
-    is_torn: bool = False
-    result: Compression = field(default_factory=Compression)
-
-    def __post_init__(self) -> None:
-        """Count before the source gives its rows back."""
-        triangles = self.source.triangle_count + self.source.replaced["POSITION"]
-        self.counts = {self.source.vertex_count, triangles, 3 * triangles}
-
-    @property
-    def source(self) -> Source:
-        """The primitive."""
-        return self.chosen.source
-
-    @property
-    def location(self) -> dict[str, int]:
-        """For reports."""
-        return {"mesh": self.source.mesh, "primitive": self.source.primitive}
 
 
 class _Command(Protocol[P]):
@@ -225,7 +180,7 @@ def compress(input: Model, output: File | None, settings: Options) -> Report:
         document, large = open_source(input, settings)
         feature_warnings = number_features(document, large)
         input_files = document.files()
-        jobs = _jobs(document, large, settings)
+        jobs = jobs_of(document, large, settings)
         encoded = _encode_all(jobs, settings, chunks, Path(name).name)
         for job in encoded:
             _replace(document, job, settings.fallback)
@@ -331,11 +286,11 @@ def _mend_torn(jobs: list[Job], options: Options, chunks: Runner) -> None:
             continue
         if not all(job.source.is_in_memory for job in torn):  # some are gone
             continue
-        box = _boxes([(None, job.source) for job in torn])[None]
+        box = boxes_of([(None, job.source) for job in torn])[None]
         torn.sort(key=lambda job: not job.is_torn)
         count = sum(job.is_torn for job in torn)
         for grid in finer_grids(coarse, box):
-            again = [Job(job.chosen, job.users, DropCounts(), grid) for job in torn]
+            again = [Job(job.choice, job.users, DropCounts(), grid) for job in torn]
             for some in (again[:count], again[count:]):
                 if some and not any(job.is_torn for job in again):
                     _encode_at_once(some, options, chunks, None)
@@ -359,7 +314,7 @@ def _finish_document(
     document: Document, jobs: list[Job], encoded: list[Job], options: Options
 ) -> dict[str, Any]:
     """Bring images and lists of extensions in order; returns the report on the changes."""
-    warnings = [*document.import_warnings, *_lossy_before(document), *_coarse_grids(jobs)]
+    warnings = [*document.import_warnings, *_lossy_before(document), *coarse_grids(jobs)]
     sources = {id(job.source): job.source for job in encoded}.values()  # jobs may share one
     warnings += repair_warnings(sources)
     document.forget_extension(EXTENSION)
@@ -394,7 +349,7 @@ def _losses(encoded: list[Job], rounding: float) -> tuple[Collapse, list[str]]:
     for job in encoded:
         total.add(job.collapse)
         collapses.setdefault(job.source.mesh, Collapse()).add(job.collapse)
-        warnings += range_warnings(job.chosen, job.result.plan)
+        warnings += range_warnings(job.choice, job.result.plan)
     steps = [job.grid.step for job in encoded if job.grid]
     lines = [*rounding_warnings(rounding, steps), *collapse_warnings(collapses)]
     return total, [*lines, *limited(warnings)]
@@ -419,120 +374,6 @@ def _lossy_before(document: Document) -> list[str]:
     ]
 
 
-# --- collecting ---
-
-Identity = tuple[Any, ...]  # equal for primitives with the same data
-
-
-def _jobs(document: Document, large: Larges, options: Options) -> list[Job]:
-    """One job per distinct primitive (same indices, attributes and targets) and position grid."""
-    sources: dict[Identity, tuple[Source, DropCounts]] = {}
-    uses = []
-    for mesh, index, primitive in triangle_primitives(document):
-        identity = _identity(primitive)
-        if identity not in sources and (mesh, index) in large:
-            sources[identity] = large[mesh, index], DropCounts()
-        elif identity not in sources:
-            sources[identity] = _source(document, mesh, index, options.non_finite)
-        uses.append((mesh if options.grid == "mesh" else None, primitive, identity))
-    chosen = _chosen(document, sources, uses, options)
-    grids = _grids([(key, chosen[identity]) for key, _, identity in uses], options)
-    jobs: dict[tuple[Identity, Grid | None], Job] = {}
-    for key, primitive, identity in uses:
-        drop_counts = sources[identity][1]
-        grid = grids.get(key)
-        job = jobs.setdefault((identity, grid), Job(chosen[identity], [], drop_counts, grid))
-        job.users.append(primitive)
-    return list(jobs.values())
-
-
-def _chosen(
-    document: Document,
-    sources: dict[Identity, tuple[Source, DropCounts]],
-    uses: list[tuple[int | None, gltf.Primitive, Identity]],
-    options: Options,
-) -> dict[Identity, Chosen]:
-    """Choose the bits of each distinct primitive, by how all its users look."""
-    looks = Looks(document)
-    users: dict[Identity, list[gltf.Primitive]] = {}
-    for _, primitive, identity in uses:
-        users.setdefault(identity, []).append(primitive)
-    result = {}
-    for identity, (source, _) in sources.items():
-        result[identity] = choose(source, looks.of(users[identity]), options)
-    return result
-
-
-def _grids(chosen: list[tuple[int | None, Chosen]], options: Options) -> dict[int | None, Grid]:
-    """Key -> the grid of all its primitives."""
-    boxes = _boxes([(key, each.source) for key, each in chosen])
-    by_key: dict[int | None, dict[int, Chosen]] = {}
-    for key, each in chosen:
-        by_key.setdefault(key, {})[id(each)] = each
-    return {key: _grid(box, list(by_key[key].values()), options) for key, box in boxes.items()}
-
-
-def _identity(primitive: gltf.Primitive) -> Identity:
-    compression = [repr(gltf.extension(primitive, name)) for name in (EXTENSION, DRACO)]
-    names = (tuple(sorted(names.items())) for names in gltf.attribute_sets(primitive))
-    return (gltf.mode(primitive), primitive.get("indices"), *compression, *names)
-
-
-def _source(
-    document: Document, mesh: int, index: int, non_finite: str
-) -> tuple[Source, DropCounts]:
-    source, drop_counts = source_of(document, mesh, index)
-    if len(source.attributes) <= _codec.BLOB_MAX_STREAMS:  # else it stays uncompressed
-        read_finite_bounds(source, non_finite)
-    return source, drop_counts
-
-
-def _boxes(sources: list[tuple[int | None, Source]]) -> dict[int | None, Box]:
-    """Key -> box of all its primitives that have triangles and float positions."""
-    boxes: dict[int | None, Box] = {}
-    for key, source in sources:
-        if box := source.box:
-            low, high = box
-            old_box = boxes.get(key, (low, high))
-            boxes[key] = np.minimum(low, old_box[0]), np.maximum(high, old_box[1])
-    return boxes
-
-
-def _grid(box: Box, chosen: list[Chosen], options: Options) -> Grid:
-    if options.chooses_positions:
-        return choose_grid(chosen, box)
-    bits = options.position_bits if isinstance(options.position_bits, int) else GRID_MAX_BITS
-    grid = position_grid(*box, bits, options.step)
-    if options.step is not None and _is_coarse(box, grid):
-        extent = float((box[1] - box[0]).max())
-        raise MeshletError(
-            f"step {options.step:g} leaves fewer than {MIN_POSITION_BITS} bits for positions "
-            f"in a box of {extent:g}",
-            f"use a step of at most {extent / 2 ** (MIN_POSITION_BITS - 1):.3g}",
-        )
-    return grid
-
-
-def _is_coarse(box: Box, grid: Grid) -> bool:
-    """Return whether a box that is not a point needs fewer than MIN_POSITION_BITS on the grid."""
-    extent = float((box[1] - box[0]).max())
-    return 0.0 < extent < (2.0 ** (MIN_POSITION_BITS - 1) - 0.5) * grid.step
-
-
-def _coarse_grids(jobs: list[Job]) -> list[str]:
-    """Warnings for meshes that are small on the grid that they share."""
-    boxes = _boxes([(job.source.mesh, job.source) for job in jobs])
-    grids: dict[int | None, Grid] = {
-        job.source.mesh: job.grid for job in reversed(jobs) if job.grid
-    }
-    return [
-        f"mesh {mesh}: fewer than {MIN_POSITION_BITS} bits are left for its positions; "
-        + (TOO_SMALL if grids[mesh].step <= SMALLEST_STEP else "use --grid mesh or a smaller step")
-        for mesh, box in boxes.items()
-        if _is_coarse(box, grids[mesh])
-    ]
-
-
 # --- encoding ---
 
 
@@ -550,7 +391,7 @@ def _encode_job(
             job.drop_counts.degenerate_triangles += source.triangle_count
             _keep(job, DEGENERATE)
             return
-        record_format = RecordFormat.of(source, job.grid, job.chosen.bits)
+        record_format = RecordFormat.of(source, job.grid, job.choice.bits)
         streams = len(record_format.plan.streams)
     if streams > max_streams:
         job.reason_kept = f"it takes {streams} streams, at most {max_streams} are possible"
@@ -561,8 +402,8 @@ def _encode_job(
     if not job.result.statistics:
         _keep(job, DEGENERATE)
         return
-    if job.grid and job.chosen.sample:
-        job.collapse = collapse_of_source(source, job.grid, job.chosen.sample)
+    if job.grid and job.choice.sample:
+        job.collapse = collapse_of_source(source, job.grid, job.choice.sample)
         if options.chooses_positions:
             job.is_torn = _is_torn(job, record_format)
 

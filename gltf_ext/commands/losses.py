@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from gltf_ext.attributes.choice import Chosen
+from gltf_ext.attributes.choice import Choice
 from gltf_ext.attributes.details import COLLAPSED_PERCENT, Collapse
 from gltf_ext.attributes.ranges import visible_error
 from gltf_ext.attributes.streams import GRID, OCT, Plan, octahedral_bound
@@ -122,17 +122,18 @@ def collapse_warnings(collapses: dict[int, Collapse]) -> list[str]:
     ]
 
 
-def range_warnings(chosen: Chosen, plan: Plan) -> list[str]:
+def range_warnings(choice: Choice, plan: Plan) -> list[str]:
     """Warn of attributes whose range is so large that the step of their bits shows."""
     warnings = []
     for name in plan.attributes:
-        if is_of_target(name) or name not in chosen.source.bounds:
+        if is_of_target(name) or name not in choice.source.bounds:
             continue
-        stream, bounds = plan.streams_of(name)[0], chosen.source.bounds[name]
-        limit = visible_error(name, stream, chosen.look, bounds.dtype)
+        stream, bounds = plan.streams_of(name)[0], choice.source.bounds[name]
+        low, high = bounds[0].min(), bounds[1].max()
+        limit = visible_error(name, stream, choice.look, bounds.dtype)
         if limit is not None and stream.step / 2 > ROUNDING * limit.error:
             warnings.append(
-                f"{name} of {chosen.source.where} reaches from {bounds[0].min():g} to {bounds[1].max():g}, "
+                f"{name} of {choice.source.where} reaches from {low:g} to {high:g}, "
                 f"so {stream.bits} bits leave steps of {limit.text(stream.step)}; use auto or more"
             )
     return warnings

@@ -48,4 +48,4 @@ def test_a_model_that_looks_worse_is_named():
     text = defaults.report({**ORIGIN, "rows": rows})
     assert "0.950 of those of 14/10/12 in the median" in text and "no worse in any view" in text
     rows[1]["chosen"]["flip"][2] = 0.31
-    assert "worse on b" in defaults.report({**ORIGIN, "rows": rows})
+    assert "by at most 0.0100 worse in a view of b" in defaults.report({**ORIGIN, "rows": rows})

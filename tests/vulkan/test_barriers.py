@@ -135,12 +135,12 @@ def test_each_barrier_is_needed(renderer, tmp_path, monkeypatch):
             noticed.add(state["deleted"])
         messages.clear()
     print(f"noticed: {sorted(noticed)}")  # of a run with -s
-    assert len(noticed) > 2 and reached.keys() <= set(sites())
+    assert {file for file, _ in noticed} >= {"levels/choice.py", "scene/textures.py"}
     assert [site for site in sites() if site not in noticed and not has_reason(site)] == []
 
 
 def test_barriers_have_a_reason_unless_the_layer_notices():
-    """Without drawing; the test above shows that the layer notices those of drawn pixels."""
+    """Without drawing, so that it is always tested."""
     found = sites()
     assert len(found) > 30
-    assert {file for file, line in found if not has_reason((file, line))} == {"gpu/targets.py"}
+    assert [site for site in found if not has_reason(site)] == []
