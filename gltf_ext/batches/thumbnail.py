@@ -53,7 +53,7 @@ def _png(shades: np.ndarray) -> bytes:
     chunks = (
         (b"IHDR", header),
         (b"tRNS", b"\0\0"),
-        (b"IDAT", zlib.compress(rows, 3)),
+        (b"IDAT", zlib.compress(rows.tobytes(), 3)),
         (b"IEND", b""),
     )
     return b"\x89PNG\r\n\x1a\n" + b"".join(
