@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from gltf_ext._codec import GRID_MAX_BITS
 from gltf_ext.attributes.details import COLLAPSED_PERCENT, Collapse
 from gltf_ext.attributes.extension import Compressed
 from gltf_ext.attributes.streams import SMALLEST_STEP
@@ -81,7 +82,8 @@ class Findings:
         """Add the triangles of a primitive that the grid collapses."""
         self.collapse.add(collapse)
         stream = compressed.streams[0]
-        is_promised = stream.bits >= PROMISED_BITS or stream.step <= SMALLEST_STEP
+        can_be_finer = stream.bits < GRID_MAX_BITS and stream.step > SMALLEST_STEP
+        is_promised = stream.bits >= PROMISED_BITS and can_be_finer
         if 100 * collapse.share >= COLLAPSED_PERCENT:
             (self.losses if is_promised else self.warnings).append(
                 f"{compressed.where}: the grid collapses {collapse.count:,.0f} triangles, "

@@ -85,7 +85,7 @@ def verify(
         problems: one line each; losses: the same for what bits lose so that it shows: 0.1 % of the
             area without area on the grid, a value that is off by over a texel or an 8-bit step
             since others are far away. warnings: collapsed area of primitives that take fewer than
-            11 bits for positions.
+            11 bits for positions, or the finest grid that there is.
 
     Raises:
         MeshletError: a file is malformed, or the second one is not compressed.
