@@ -315,6 +315,8 @@ SECTIONS = (
     Section("Speed on the CPU", "speed", ("speed.md",)),
     Section("Reading other formats", "reading", ("scale.md",)),
     Section("Many models", "batch", ("scale.md",)),
+    Section("Many small models", "batch_small", ("scale.md",)),
+    Section("Memory of many models", "batch_memory", ("scale.md",)),
     Section("Quality", "quality", ("quality.md",)),
     Section("Bits that are chosen", "defaults", ("defaults.md",)),
     Section("Decoding on the GPU", "vulkan_decode", ("vulkan.md",), vulkan_decode.summary),

@@ -437,8 +437,8 @@ def encode(
 def _order(meshlets: tuple[UInt32s | None, ...], triangle_count: int) -> dict[str, Any]:
     """Return the fields of a mesh for the caller's meshlets. Raises ValueError."""
     names = ("order", "disk_begin", "meshlet_begin", "group_begin")
-    given = {name: part for name, part in zip(names, meshlets) if part is not None}
-    arrays = {name: array_of(part, np.uint32, -1) for name, part in given.items()}
+    parts = {name: part for name, part in zip(names, meshlets) if part is not None}
+    arrays = {name: array_of(part, np.uint32, -1) for name, part in parts.items()}
     if len(arrays["order"]) != triangle_count:
         raise ValueError("the meshlets do not hold each triangle once")
     counts = {f"{name}_count": len(arrays[name]) for name in names[1:] if name in arrays}

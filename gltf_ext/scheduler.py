@@ -39,7 +39,8 @@ def require_dask() -> None:
 
 def silence() -> None:
     """Keep Dask's own messages off the terminal: errors of this module say what failed."""
-    for logger in ("distributed", "distributed.client"):
+    # asyncio tells of what Dask's coroutines raise while Ctrl-C ends them.
+    for logger in ("distributed", "distributed.client", "asyncio"):
         logging.getLogger(logger).setLevel(logging.CRITICAL)
 
 

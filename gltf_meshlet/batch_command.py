@@ -57,7 +57,9 @@ def add_arguments(command: argparse.ArgumentParser) -> None:
         action="store_true",
         help="remove outputs whose models are gone, after asking",
     )
-    command.add_argument("--yes", action="store_true", help="do not ask")
+    command.add_argument(
+        "--yes", action="store_true", help="with --prune: remove them without asking"
+    )
     command.add_argument(
         "--progress",
         choices=["json"],

@@ -79,7 +79,7 @@ const char* bounds_problem(const gltf_meshlet_bounds* bounds, const StreamTable&
 static_assert(sizeof(gltf_meshlet_bounds) == sizeof(MeshletBounds), "they are the same");
 
 // The caller's arrays, checked but for their room.
-struct Given {
+struct CallerArrays {
   gltf_meshlet_arrays to;
   Attributes attributes;
   Outputs out;
@@ -115,17 +115,17 @@ bool are_begins(const uint32_t* begins, uint64_t first, uint64_t count, uint64_t
 
 // Decodes a range to the caller's arrays of the whole view.
 int decode_to_view(const View& view, Decoder& decoder, uint64_t first, uint64_t count,
-                   const Given& given, DecodedCounts& decoded) {
-  const gltf_meshlet_arrays& to = given.to;
+                   const CallerArrays& caller, DecodedCounts& decoded) {
+  const gltf_meshlet_arrays& to = caller.to;
   if (!to.vertex_begins || !to.triangle_begins) return bad_argument(kNull);
-  if (!given.can_number(view.vertex_count)) return bad_argument(kNarrow);
+  if (!caller.can_number(view.vertex_count)) return bad_argument(kNarrow);
   if (to.first_vertex) return bad_argument("the first vertex of a whole view is not 0");
   if (to.triangle_room < view.triangle_count || to.vertex_room < view.vertex_count)
     return bad_argument(kRoom);
   if (!are_begins(to.triangle_begins, first, count, view.triangle_count) ||
       !are_begins(to.vertex_begins, first, count, view.vertex_count))
     return bad_argument("the begins are not those of the view");
-  Outputs out = given.out;
+  Outputs out = caller.out;
   out.triangle_begins = to.triangle_begins;
   out.vertex_begins = to.vertex_begins;
   return status_of(view.decode_range(decoder, first, count, out, decoded));
@@ -133,8 +133,8 @@ int decode_to_view(const View& view, Decoder& decoder, uint64_t first, uint64_t 
 
 // Decodes a range to arrays that hold nothing else.
 int decode_alone(const View& view, Decoder& decoder, uint64_t first, uint64_t count,
-                 const Given& given, DecodedCounts& decoded) {
-  const gltf_meshlet_arrays& to = given.to;
+                 const CallerArrays& caller, DecodedCounts& decoded) {
+  const gltf_meshlet_arrays& to = caller.to;
   const size_t number = view.blob_of_meshlet(first);
   const ViewBlob& blob = view.blobs[number];
   const bool whole = count == blob.meshlet_count;
@@ -142,9 +142,9 @@ int decode_alone(const View& view, Decoder& decoder, uint64_t first, uint64_t co
   if (to.triangle_room < (whole ? blob.triangle_count : MESHLET_TRIANGLES * count) ||
       to.vertex_room < vertices)
     return bad_argument(kRoom);
-  if (!given.can_number(to.first_vertex + vertices)) return bad_argument(kNarrow);
+  if (!caller.can_number(to.first_vertex + vertices)) return bad_argument(kNarrow);
   decoder.restart();
-  Outputs out = given.out;
+  Outputs out = caller.out;
   out.first_vertex = to.first_vertex;
   return status_of(view.located(
       decoder.decode(uint32_t(first - blob.first_meshlet), uint32_t(count), {}, out, decoded),
@@ -236,16 +236,16 @@ int gltf_meshlet_decode(const gltf_meshlet_view* view, int32_t threads,
                         const gltf_meshlet_arrays* arrays) {
   return with<const OpenView>(view, [&](const OpenView& open) {
     const View& v = open.view;
-    Given given;
-    const gltf_meshlet_arrays& to = given.to;
+    CallerArrays caller;
+    const gltf_meshlet_arrays& to = caller.to;
     if (threads < 0) return bad_argument(kThreads);
-    if (const char* problem = given.take_from(arrays, v.streams)) return bad_argument(problem);
-    if (!given.can_number(v.vertex_count)) return bad_argument(kNarrow);
+    if (const char* problem = caller.take_from(arrays, v.streams)) return bad_argument(problem);
+    if (!caller.can_number(v.vertex_count)) return bad_argument(kNarrow);
     if (to.first_vertex) return bad_argument("the first vertex of a whole view is not 0");
     if (to.triangle_room < v.triangle_count || to.vertex_room < v.vertex_count)
       return bad_argument(kRoom);
-    given.out.shared = to.shared;
-    return status_of(v.decode(thread_count(threads), given.out));
+    caller.out.shared = to.shared;
+    return status_of(v.decode(thread_count(threads), caller.out));
   });
 }
 
@@ -253,9 +253,9 @@ int gltf_meshlet_decode_range(const gltf_meshlet_view* view, gltf_meshlet_scratc
                               uint64_t first, uint64_t count, const gltf_meshlet_arrays* arrays,
                               uint32_t* sizes) {
   return with_scratch(view, scratch, [&](const OpenView& open, Scratch& s) {
-    Given given;
-    const gltf_meshlet_arrays& to = given.to;
-    if (const char* problem = given.take_from(arrays, open.view.streams))
+    CallerArrays caller;
+    const gltf_meshlet_arrays& to = caller.to;
+    if (const char* problem = caller.take_from(arrays, open.view.streams))
       return bad_argument(problem);
     if (to.shared) return bad_argument("shared vertices are found in whole views only");
     if (count == 0 || first >= open.view.meshlet_count)
@@ -268,8 +268,8 @@ int gltf_meshlet_decode_range(const gltf_meshlet_view* view, gltf_meshlet_scratc
     if (!decoder) return fail({kNoMemory});
     DecodedCounts decoded;
     const int status = to.vertex_begins || to.triangle_begins
-                           ? decode_to_view(open.view, *decoder, first, count, given, decoded)
-                           : decode_alone(open.view, *decoder, first, count, given, decoded);
+                           ? decode_to_view(open.view, *decoder, first, count, caller, decoded)
+                           : decode_alone(open.view, *decoder, first, count, caller, decoded);
     if (sizes) {
       sizes[0] = decoded.triangles;
       sizes[1] = decoded.vertices;

@@ -693,7 +693,8 @@ void write_directions(const Stream& s, const uint32_t* values, const NewVertices
   }
 }
 
-void write_values(const Stream& s, const uint32_t* values, const NewVertices& v, void* out) {
+WRITE_INLINE void write_values(const Stream& s, const uint32_t* values, const NewVertices& v,
+                               void* out) {
   const AsReal grid = {s.step, {s.offset[0], s.offset[1], s.offset[2], s.offset[3]}};
   const AsReal sign = {2.0, {-1.0, -1.0, -1.0, -1.0}};
   switch (s.kind) {
@@ -730,6 +731,15 @@ struct LocalIds {
   }
 };
 
+// Values as floats, those of INTEGER streams, too.
+RARELY void write_floats(const Stream& s, const uint32_t* values, const NewVertices& v,
+                         float* out) {
+  if (s.kind == kInteger)
+    write_stream(s, values, v, out, AsWhole());
+  else
+    write_values(s, values, v, out);
+}
+
 // To the caller's layout. row: of the first new vertex.
 RARELY void write_attributes(const SerialDecoder& d, const Stream* streams, const NewVertices& v,
                              const Outputs& out, size_t row) {
@@ -745,11 +755,7 @@ RARELY void write_attributes(const SerialDecoder& d, const Stream* streams, cons
       continue;
     }
     float values[kStored * (kPlaces + kBatch)];
-    if (s.kind == kInteger) {
-      write_stream(s, d.vertex(to.stream, 0), apart, values, AsWhole());
-    } else {
-      write_values(s, d.vertex(to.stream, 0), apart, values);
-    }
+    write_floats(s, d.vertex(to.stream, 0), apart, values);
     pack_values(to.format, values, v.count, value_count(s), first, to.stride);
   }
 }
@@ -759,25 +765,27 @@ RARELY void write_bounds(const SerialDecoder& d, const Stream* streams, MeshletB
   float positions[kStored * (kPlaces + kBatch)];
   const LocalIds local;
   const NewVertices all = {local.ids, d.vertex_count, 0, kPlaces + kBatch};
-  if (streams[0].kind == kInteger) {
-    write_stream(streams[0], d.vertex(0, 0), all, positions, AsWhole());
-  } else {
-    write_values(streams[0], d.vertex(0, 0), all, positions);
-  }
+  write_floats(streams[0], d.vertex(0, 0), all, positions);
   out = BoundsOf(positions, d.vertex_count, d.triangles, d.triangle_count).bounds();
 }
 #endif
 
-template <class Number>
-void write_triangles(const SerialDecoder& d, const uint32_t* global, Number* out) {
+void write_triangles(const SerialDecoder& d, const uint32_t* global, uint32_t* out) {
   uint32_t count = d.triangle_count;
   for (uint32_t t = 0; t < count; t++, out += 3) {
     uint32_t triangle = d.triangles[t];
-    out[0] = Number(global[triangle & 255u]);
-    out[1] = Number(global[triangle >> 8 & 255u]);
-    out[2] = Number(global[triangle >> 16 & 255u]);
+    out[0] = global[triangle & 255u];
+    out[1] = global[triangle >> 8 & 255u];
+    out[2] = global[triangle >> 16 & 255u];
   }
 }
+
+#ifndef MESHLET_NO_BEGINS
+RARELY void write_narrow_triangles(const SerialDecoder& d, const uint32_t* global, uint16_t* out) {
+  for (uint32_t t = 0; t < d.triangle_count; t++)
+    for (uint32_t k = 0; k < 3; k++) *out++ = uint16_t(global[d.triangles[t] >> 8 * k & 255u]);
+}
+#endif
 
 // First byte after meshlet m.
 uint32_t meshlet_end(SerialDecoder& d, uint32_t m) {
@@ -949,6 +957,7 @@ Problem BlobDecoder::decode(uint32_t first, uint32_t count, StreamRange streams,
   load_streams({});
   if (streams.end > stream_count_) streams.end = stream_count_;
   const uint32_t end = first + count, vertices_before = vertices_;
+  uint32_t* triangles = out.triangles;
   uint32_t triangle_count = 0;
   for (uint32_t m = first; m < end; m++) {
     Numbers numbers;
@@ -965,16 +974,24 @@ Problem BlobDecoder::decode(uint32_t first, uint32_t count, StreamRange streams,
       history_.note_shared(numbers.global, out.shared);
     }
 #endif
-    const size_t corner =
-        3 * size_t(kBegins && out.triangle_begins ? out.triangle_begins[m] : triangle_count);
-    if (out.triangles) write_triangles(d_, numbers.global, out.triangles + corner);
+    if (kBegins && out.triangle_begins && triangles)
+      triangles = out.triangles + 3 * size_t(out.triangle_begins[m]);
+    if (!kBegins || triangles) {
+      write_triangles(d_, numbers.global, triangles);
+      triangles += 3 * d_.triangle_count;
+    }
+#ifndef MESHLET_NO_BEGINS
+    if (out.narrow_triangles) {
+      const size_t first_of = out.triangle_begins ? out.triangle_begins[m] : triangle_count;
+      write_narrow_triangles(d_, numbers.global, out.narrow_triangles + 3 * first_of);
+    }
+#endif
     triangle_count += d_.triangle_count;
     const uint32_t at =
         kBegins && out.vertex_begins ? out.vertex_begins[m] : vertices_ - vertices_before;
     const NewVertices added = {numbers.new_ids, numbers.new_count, at, room};
     write_vertices(d_, streams_, streams, added, out);
 #ifndef MESHLET_NO_BEGINS
-    if (out.narrow_triangles) write_triangles(d_, numbers.global, out.narrow_triangles + corner);
     if (out.attribute_count) write_attributes(d_, streams_, added, out, out.attribute_row + at);
     if (out.bounds) write_bounds(d_, streams_, out.bounds[m - first]);
 #endif

@@ -134,7 +134,7 @@ class Dispatch:
                 if records is not None:
                     self._collect(task, records, queue)
                 elif isinstance(error, KilledWorker | TimeoutError):
-                    lost_jobs += self._lost(task, type(error).__name__)
+                    lost_jobs += self._note_loss(task, type(error).__name__)
                 else:
                     raised = [f"{type(error).__name__}: {error}"] * len(task.jobs)
                     self._again(task.jobs, raised, queue)
@@ -219,10 +219,10 @@ class Dispatch:
                 with contextlib.suppress(Exception):
                     future.cancel()
                 silent = "is silent" if task.worker in self._silent else "is gone"
-                jobs += self._lost(task, silent)
+                jobs += self._note_loss(task, silent)
         return jobs
 
-    def _lost(self, task: _Task, reason: str) -> list[Job]:
+    def _note_loss(self, task: _Task, reason: str) -> list[Job]:
         """Return the jobs of a task whose worker died, which is an event."""
         names = [job.name for job in task.jobs]
         self._progress.tell("lost", worker=task.worker, reason=reason, names=names)

@@ -15,7 +15,8 @@ body { font: 14px/1.5 system-ui, sans-serif; margin: 2em; color: #222; backgroun
 table { border-collapse: collapse; }
 th, td { padding: 4px 12px; text-align: right; border-bottom: 1px solid #ddd; }
 th { position: sticky; top: 0; background: #fff; }
-td:nth-child(2) { text-align: left; word-break: break-all; }
+th:nth-child(2), td:nth-child(2) { text-align: left; }
+td:nth-child(2) { word-break: break-all; }
 td.error { text-align: left; color: #b00020; }
 nav a, nav b { margin-right: 0.6em; }
 small { color: #777; }

@@ -218,7 +218,7 @@ def _require_version_2(properties: Any) -> None:
     default = "1.0" if is_first else gltf.VERSION
     version = str(member(properties, "asset").get("version", default))
     if not version.startswith("2"):
-        raise MeshletError(f"is glTF {version}, not glTF 2.0", CONVERT)
+        raise MeshletError(f"is glTF {version or 'of no version'}, not glTF 2.0", CONVERT)
 
 
 def read_file(path: Path) -> bytes | memoryview:

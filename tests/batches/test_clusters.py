@@ -45,6 +45,10 @@ def ssh_port(monkeypatch):
         def begin_auth(self, username):
             return False
 
+    async def copy(reader, writer):
+        while data := await reader.read(1 << 16):
+            writer.write(data.decode())
+
     async def run(process):
         child = await asyncio.create_subprocess_shell(
             process.command,
@@ -55,7 +59,7 @@ def ssh_port(monkeypatch):
             start_new_session=True,
         )
         children.append(child)
-        await process.redirect(stdout=child.stdout, stderr=child.stderr)
+        await asyncio.gather(copy(child.stdout, process.stdout), copy(child.stderr, process.stderr))
         process.exit(await child.wait())
 
     async def listen():

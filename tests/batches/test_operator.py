@@ -411,3 +411,10 @@ def test_a_job_that_runs_twice_in_a_batch_is_done(source, tmp_path, compress_all
     monkeypatch.setattr(task, "run", twice)
     assert compress_all(source, tmp_path / "out")["totals"]["done"] == 3
     assert compress_all(source, tmp_path / "out")["totals"]["unchanged"] == 3
+
+
+def test_estimates_bound_what_was_measured():
+    """The committed result of bench.batch_memory."""
+    result = json.loads((ROOT / "bench" / "results" / "batch_memory.json").read_text())
+    parts = sorted(row["peak_bytes"] / row["estimate"] for row in result["rows"])
+    assert len(parts) >= 200 and parts[-1] <= 1 and parts[len(parts) // 2] >= 0.4
