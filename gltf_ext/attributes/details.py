@@ -146,8 +146,10 @@ def areas_of(positions: np.ndarray) -> np.ndarray:
     0 for positions that are not finite, which degenerate triangles may have.
     """
     with np.errstate(all="ignore"):
-        sides = positions[:, 1:] - positions[:, :1]
-        areas = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1) / 2
+        (a, b, c), (d, e, f) = (positions[:, 1:] - positions[:, :1]).transpose(1, 2, 0)
+        # np.cross and np.linalg.norm take twice as long for small meshes.
+        x, y, z = b * f - c * e, c * d - a * f, a * e - b * d
+        areas = np.sqrt(x * x + y * y + z * z) / 2
     finite: np.ndarray = np.nan_to_num(areas, nan=0.0, posinf=0.0)
     return finite
 
