@@ -54,6 +54,7 @@ def open_source(model: Model, options: Options) -> tuple[Document, Larges]:
     suffix = path.suffix.lower()
     if suffix not in MESH_SUFFIXES:
         document = open_model(path)
+        _check_unread_fit(document, options)
         return document, _read_bounds(large_primitives(document, path, options), path, options)
     if MEMORY_OF_FILE * os.path.getsize(path) < options.memory - BASE_BYTES:
         return _open_whole(path, options), {}
@@ -122,6 +123,17 @@ def _read_bounds(sources: Larges, path: Path, options: Options) -> Larges:
         for primitive, move in zip(sources.values(), moves):
             read_finite_bounds(primitive, options.non_finite, move)
     return sources
+
+
+def _check_unread_fit(document: Document, options: Options) -> None:
+    """Raise MeshletError when memory does not hold what is decoded as it is read."""
+    needed_bytes = BASE_BYTES + document.unread_bytes
+    if document.unread_bytes and options.memory < needed_bytes:
+        raise MeshletError(
+            f"its data that meshopt compressed take {document.unread_bytes:,} bytes",
+            f"use at least {-(-needed_bytes >> 20)}M",
+            options=("max_memory",),
+        )
 
 
 def _check_result_fits(triangles: int, options: Options) -> None:
