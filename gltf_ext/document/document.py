@@ -112,7 +112,8 @@ class Document:
         buffer = item(self.buffers, index, "buffer")
         if index not in self._buffers_read:
             uri, length = buffer.get("uri"), buffer.get("byteLength")
-            data = self._binary if uri is None else memoryview(self._buffer_of(uri))
+            binary = self._binary if index == 0 else None
+            data = binary if uri is None else memoryview(self._buffer_of(uri))
             if data is None:
                 raise MeshletError(f"buffer {index} has neither a uri nor a binary chunk", DAMAGED)
             if length is None or not 0 <= length <= len(data):
@@ -225,8 +226,9 @@ def _require_version_2(properties: Any) -> None:
     """Raise MeshletError for another version of glTF. Lists of glTF 1.0 are objects by name."""
     is_first = any(member(properties, name) for name in ("accessors", "bufferViews", "meshes"))
     default = "1.0" if is_first else gltf.VERSION
-    version = str(member(properties, "asset").get("version", default))
-    if not version.startswith("2"):
+    version = member(properties, "asset").get("version")
+    version = default if version is None else str(version)
+    if version.split(".")[0] != "2":
         raise MeshletError(f"is glTF {version or 'of no version'}, not glTF 2.0", CONVERT)
 
 

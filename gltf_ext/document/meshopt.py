@@ -112,7 +112,7 @@ def _stream(document: Document, index: int, extension: Any) -> _Stream:
     """Check an extension. Raises MeshletError."""
     fields = extension if isinstance(extension, dict) else {}
     keys = ("buffer", "byteOffset", "byteLength", "count", "byteStride")
-    numbers: Any = [fields.get(key, 0 if key == "byteOffset" else None) for key in keys]
+    numbers: list[Any] = [fields.get(key, 0 if key == "byteOffset" else None) for key in keys]
     mode, filter_ = fields.get("mode"), fields.get("filter", "NONE")
     where = f"bufferView {index}"
     if (
@@ -121,7 +121,8 @@ def _stream(document: Document, index: int, extension: Any) -> _Stream:
         or not isinstance(filter_, str)
     ):
         raise MeshletError(f"{where} is not valid meshopt data", DAMAGED)
-    stream = _Stream(*numbers, mode, filter_)
+    buffer, start, length, count, stride = numbers
+    stream = _Stream(buffer, start, length, count, stride, mode, filter_)
     item(document.buffers, stream.buffer, "buffer")
     is_attribute = mode == MODES[0]
     if (

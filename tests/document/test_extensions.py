@@ -231,6 +231,10 @@ KEPT = {
         "featureTables": {"t": {"properties": {"a": {"arrayOffsetBufferView": view}}}}
     },
     "ULTRA_RigidBodyColliders": lambda view, data: {"colliders": [{"faces": view}]},
+    "BENTLEY_primitive_restart": lambda view, data: {"primitiveGroups": [{"indices": data}]},
+    "EXT_mesh_primitive_edge_visibility": lambda view, data: {
+        "primitives": [{"attributes": {"POSITION": data}}]
+    },
     "MPEG_audio_spatial": lambda view, data: {"sources": [{"pointers": [data]}]},
     "ACME_curves": lambda view, data: {
         "curveAccessors": [data],
@@ -238,6 +242,16 @@ KEPT = {
     },
     "ACME_blobs": lambda view, data: {"blobs": {"a": {"BUFFER_VIEW": view}}},
 }
+
+
+def test_an_extension_that_is_named_extensions(tmp_path):
+    builder, _ = model()
+    view = builder.view(SOUND)
+    value = {"extensions": {"ACME_blobs": {"bufferView": view}}}
+    builder.properties["nodes"][0]["extensions"] = value
+    _, properties = compressed(builder, tmp_path)
+    kept = properties["nodes"][0]["extensions"]["extensions"]["ACME_blobs"]["bufferView"]
+    assert bytes(read_document(tmp_path / "out.glb").bytes_of_view(kept)) == SOUND
 
 
 @pytest.mark.parametrize("lod", [False, True])
@@ -318,3 +332,16 @@ def test_integers_that_may_be_references_stay_and_keep_what_they_name(tmp_path, 
     assert again["triangles"] == 29 * 29 * 2
     plain = read_document(tmp_path / "plain.glb")
     assert np.array_equal(read_accessor(plain, data, "it").ravel(), numbers)
+
+
+def test_numbers_of_what_accessors_hold_may_be_references(tmp_path):
+    builder, _ = model()
+    numbers = np.arange(17, dtype=np.uint8)
+    data = builder.accessor(numbers)
+    value = {"positions": data}
+    builder.properties["nodes"][0]["extensions"] = {"FOO_points": value}
+    report, properties = compressed(builder, tmp_path)
+    assert properties["nodes"][0]["extensions"] == {"FOO_points": value}
+    assert report["warnings"][0].startswith("FOO_points may refer to original accessors")
+    document = read_document(tmp_path / "out.glb")
+    assert np.array_equal(read_accessor(document, data, "it").ravel(), numbers)
