@@ -11,6 +11,7 @@ from gltf_ext.document.gltf2 import Model, is_path, name_of
 from gltf_ext.errors import MeshletError
 from gltf_ext.options import Options
 from gltf_ext.progress import progress_bar, shared_progress
+from gltf_ext.sources import ply
 from gltf_ext.sources.file_arrays import check_unchanged, large_primitives, stamp_of
 from gltf_ext.sources.importers import (
     MESH_SUFFIXES,
@@ -27,8 +28,9 @@ from gltf_ext.sources.row_arrays import FileRows
 from gltf_ext.sources.source import Source
 from gltf_ext.work_files import WorkFile, check_space
 
-# A triangle takes at least 18 bytes in an .obj, .ply or .stl, and 300 while it is encoded.
-MEMORY_OF_FILE = 16
+# A triangle takes at least 18 bytes in an .obj, .ply or .stl, and 300 while it is encoded. Polygons
+# of a binary .ply, and indices of less than four bytes, take less: they are counted.
+MEMORY_OF_FILE, MEMORY_OF_TRIANGLE = 16, 300
 # Of the triangles that memory holds while they are encoded: those of small primitives of such a
 # file, which take a sixth of that before and meanwhile.
 INDEXED_SHARE = 4
@@ -56,7 +58,7 @@ def open_source(model: Model, options: Options) -> tuple[Document, Larges]:
         document = open_model(path)
         _check_unread_fit(document, options)
         return document, _read_bounds(large_primitives(document, path, options), path, options)
-    if MEMORY_OF_FILE * os.path.getsize(path) < options.memory - BASE_BYTES:
+    if _memory_of(path) < options.memory - BASE_BYTES:
         return _open_whole(path, options), {}
     contents = _copy(path, options)
     large = _large(contents, options)
@@ -68,6 +70,12 @@ def open_source(model: Model, options: Options) -> tuple[Document, Larges]:
         path, contents, lambda p: p.sample() if id(p) in in_files else p.indexed()
     )
     return document, _read_bounds(sources, path, options)
+
+
+def _memory_of(path: Path) -> int:
+    """Return the memory that an .obj, .ply or .stl takes, about. Raises MeshletError, OSError."""
+    triangles = ply.most_triangles(path) if path.suffix.lower() == ".ply" else 0
+    return max(MEMORY_OF_FILE * os.path.getsize(path), MEMORY_OF_TRIANGLE * triangles)
 
 
 def _open_whole(model: Model, options: Options) -> Document:

@@ -16,7 +16,7 @@ from gltf_ext.errors import EXPORT_AGAIN, MeshletError
 from gltf_ext.progress import Advance
 from gltf_ext.ranges import numbers_of
 from gltf_ext.sources.colors import Colors
-from gltf_ext.sources.limits import check_vertex_count
+from gltf_ext.sources.limits import check_triangle_count, check_vertex_count
 from gltf_ext.sources.mesh_files import (
     BASE_COLOR,
     Material,
@@ -86,6 +86,19 @@ class Element(NamedTuple):
     def values(self) -> dict[str, np.dtype]:
         """Name -> type of each property that is no list."""
         return {p.name: p.dtype for p in self.properties if p.length is None}
+
+    @property
+    def corner_bytes(self) -> int:
+        """Bytes of each corner of its polygons in binary; 0 without them."""
+        sizes = {p.name: p.dtype.itemsize for p in self.properties if p.length is not None}
+        index = next((sizes[name] for name in INDICES if name in sizes), 0)
+        return index and index + 2 * sizes.get(CORNER_TEXCOORDS, 0)
+
+    def least_bytes(self, is_text: bool) -> int:
+        """Return the fewest bytes that a row can have."""
+        if is_text:  # a digit and a blank or the line's end
+            return 2 * len(self.properties)
+        return sum((p.length or p.dtype).itemsize for p in self.properties)
 
     def first_of(self, names: Sequence[Sequence[str]], count: int) -> tuple[str, ...]:
         """Return the first names of which the properties have at least the first `count`."""
@@ -203,10 +216,44 @@ def blocks(file: BinaryIO, header: Header) -> Iterator[tuple[Element, Columns]]:
 def triangles_in_header(path: Path) -> int:
     """Return the number of triangles, as far as the header tells: one for each face.
 
+    Raises MeshletError, also for more rows than the file has bytes for, OSError.
+    """
+    with open(path, "rb") as file:
+        header = read_header(file)
+        check_vertex_count(header.rows_of("vertex"))
+        count = header.rows_of("face")
+        check_triangle_count(count)
+        if _bytes_of_lists(file, header) < 0:
+            raise MeshletError(CUT_OFF, "get it again")
+        return count
+
+
+def most_triangles(path: Path) -> int:
+    """Return the most triangles that the polygons of a binary file can be; 0 for a text.
+
     Raises MeshletError, OSError.
     """
     with open(path, "rb") as file:
-        return read_header(file).rows_of("face")
+        header = read_header(file)
+        if header.order == "=":
+            return 0
+        elements = [e for e in header.elements if e.name in ("face", STRIPS)]
+        sizes = [element.corner_bytes for element in elements if element.corner_bytes]
+        if not sizes:
+            return 0
+        rows = sum(element.rows for element in elements)
+        return max(_bytes_of_lists(file, header) // min(sizes) - 2 * rows, 0)
+
+
+def _bytes_of_lists(file: BinaryIO, header: Header) -> int:
+    """Return the bytes after the header but those that all rows have; of a text, at most.
+
+    Negative for a file that is cut off.
+    """
+    is_text = header.order == "="
+    size = os.fstat(file.fileno()).st_size - file.tell()
+    used = sum(element.rows * element.least_bytes(is_text) for element in header.elements)
+    return size - used + is_text  # the last line may have no end
 
 
 def read(path: Path, new_rows: NewRows, advance: Advance | None = None) -> MeshFile:

@@ -132,7 +132,7 @@ def test_an_offset_holds_for_floats_too(tmp_path):
         header += "element vertex 3\n" + "".join(f"property {kind} {axis}\n" for axis in "xyz")
     header += "element face 2\nproperty list uchar uchar vertex_indices\nend_header\n"
     first = np.array([[0.1, 0, 0], [1, 0, 0], [0, 1, 0]]) + 1e6
-    second = (first + [0, 0, 1]).astype(np.float32)
+    second = (first + np.array([0, 0, 1])).astype(np.float32)
     faces = bytes([3, 0, 1, 2, 3, 3, 4, 5])
     path = tmp_path / "in.ply"
     path.write_bytes(header.encode() + first.tobytes() + second.tobytes() + faces)
