@@ -11,7 +11,6 @@ from gltf_ext.document.gltf2 import Model, is_path, name_of
 from gltf_ext.errors import MeshletError
 from gltf_ext.options import Options
 from gltf_ext.progress import progress_bar, shared_progress
-from gltf_ext.sources import ply
 from gltf_ext.sources.file_arrays import check_unchanged, large_primitives, stamp_of
 from gltf_ext.sources.importers import (
     MESH_SUFFIXES,
@@ -23,6 +22,7 @@ from gltf_ext.sources.importers import (
 from gltf_ext.sources.limits import check_triangle_count
 from gltf_ext.sources.memory import BASE_BYTES, check_memory, reading_limits, triangles_that_fit
 from gltf_ext.sources.mesh_files import MeshFile, MeshPrimitive
+from gltf_ext.sources.ply_header import most_triangles
 from gltf_ext.sources.repair import read_finite_bounds
 from gltf_ext.sources.row_arrays import FileRows
 from gltf_ext.sources.source import Source
@@ -74,7 +74,7 @@ def open_source(model: Model, options: Options) -> tuple[Document, Larges]:
 
 def _memory_of(path: Path) -> int:
     """Return the memory that an .obj, .ply or .stl takes, about. Raises MeshletError, OSError."""
-    triangles = ply.most_triangles(path) if path.suffix.lower() == ".ply" else 0
+    triangles = most_triangles(path) if path.suffix.lower() == ".ply" else 0
     return max(MEMORY_OF_FILE * os.path.getsize(path), MEMORY_OF_TRIANGLE * triangles)
 
 

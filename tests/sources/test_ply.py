@@ -7,7 +7,7 @@ import gltf_ext
 from gltf_ext.errors import MeshletError
 from gltf_ext.sources import large, text
 from gltf_ext.sources.importers import open_model
-from gltf_ext.sources.ply import most_triangles
+from gltf_ext.sources.ply_header import most_triangles
 from gltf_ext.sources.source import read_primitive
 
 POINTS = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
