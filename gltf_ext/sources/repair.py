@@ -11,6 +11,7 @@ import numpy as np
 from gltf_ext.errors import MeshletError
 from gltf_ext.progress import Advance
 from gltf_ext.sources.attribute_names import is_of_target, semantic
+from gltf_ext.sources.limits import check_vertex_count
 from gltf_ext.sources.row_arrays import Numbering, Rows
 from gltf_ext.sources.source import ArrayRows, Source, blocks
 
@@ -58,6 +59,8 @@ def read_finite_bounds(
             continue
         if name == "POSITION":
             source.replaced[name] += _leave_out(source, numbering, rows)
+        elif name == "NORMAL" and "POSITION" not in numbering[0]:
+            source.replaced[name] += _split_normals(source, numbering, rows)
         else:  # after positions and normals, which others depend on
             values = _replacements(source, name, numbering, rows)
             source.attributes[name] = _Replaced(source.attributes[name], rows, values)
@@ -77,7 +80,9 @@ def _kind(name: str) -> str:
 def _require_few(source: Source, count: int, name: str) -> None:
     """Raise MeshletError for more rows or triangles to repair than bounded memory holds."""
     needed_bytes = REPAIR_BYTES * count + sum(
-        rows.nbytes for rows in source.attributes.values() if isinstance(rows, _Replaced)
+        rows.nbytes
+        for rows in source.attributes.values()
+        if isinstance(rows, (_Replaced, _Extended))
     )
     if not source.is_in_memory and needed_bytes > REPAIR_SHARE * source.room:
         raise _refusal(name, source, "it has too many of them for max_memory: repair it first")
@@ -147,11 +152,15 @@ def _triangles_at(source: Source, name: str, numbering: Numbering, rows: np.ndar
 
 def _without(source: Source, numbering: Numbering, triangles: np.ndarray) -> Numbering:
     names, numbers = numbering
-    numbers = numbers or _Counting(source.attributes[names[0]].count)
-    numbers = _TrianglesWithout(numbers, triangles)
+    numbers = _TrianglesWithout(_numbers_of(source, numbering), triangles)
     if source.is_in_memory:  # read once
         return names, ArrayRows(numbers.rows(0, numbers.count))
     return names, numbers
+
+
+def _numbers_of(source: Source, numbering: Numbering) -> Rows:
+    names, numbers = numbering
+    return numbers or _Counting(source.attributes[names[0]].count)
 
 
 @dataclass(frozen=True)
@@ -224,6 +233,57 @@ class _Replaced:
         return result
 
 
+@dataclass(frozen=True)
+class _Extended:
+    """Rows, then others: values, [n, components]."""
+
+    source: Rows
+    values: np.ndarray
+
+    @property
+    def nbytes(self) -> int:
+        return self.values.nbytes
+
+    @property
+    def count(self) -> int:
+        return self.source.count + len(self.values)
+
+    @property
+    def format(self) -> tuple[np.dtype, int]:
+        return self.source.format
+
+    def rows(self, first: int, last: int) -> np.ndarray:
+        count = self.source.count
+        before = self.source.rows(min(first, count), min(last, count))
+        return np.concatenate([before, self.values[max(first - count, 0) : max(last - count, 0)]])
+
+
+@dataclass(frozen=True)
+class _Split:
+    """Numbers of which some, `bad`, are instead `first` plus the index of a position's number."""
+
+    source: Rows
+    positions: Rows
+    bad: np.ndarray
+    chosen: np.ndarray
+    first: int
+
+    @property
+    def count(self) -> int:
+        return self.source.count
+
+    @property
+    def format(self) -> tuple[np.dtype, int]:
+        return self.source.format
+
+    def rows(self, first: int, last: int) -> np.ndarray:
+        result = np.array(self.source.rows(first, last))
+        is_bad = _find(result, self.bad)[1]
+        positions = self.positions.rows(first, last)[is_bad]
+        result[is_bad] = self.first + np.searchsorted(self.chosen, positions)
+        return result
+
+
 # --- values ---
 
 
@@ -242,18 +302,51 @@ def _replacements(source: Source, name: str, numbering: Numbering, rows: np.ndar
 
 def _normals(source: Source, numbering: Numbering, rows: np.ndarray) -> np.ndarray:
     """Return the normals of the triangles around vertices, weighted by area: [len(rows), 3]."""
+    corners = _chosen(source, numbering, _triangles_at(source, "NORMAL", numbering, rows))
+    return _sums_of_areas(source, corners, *_find(corners, rows), len(rows))
+
+
+def _split_normals(source: Source, numbering: Numbering, rows: np.ndarray) -> int:
+    """Replace rows of normals, which several positions may share, by one for each position.
+
+    Returns their number. Only of a source in files.
+    """
+    names, _ = numbering
     of_positions = next(row for row in source.numberings if "POSITION" in row[0])
-    if numbering is not of_positions:  # one row may be at corners with different normals
-        raise _refusal("NORMAL", source, "repair the model first, or allow it more memory")
     touched = _triangles_at(source, "NORMAL", numbering, rows)
-    corners = np.concatenate(
-        [block[_within(touched, first, len(block))] for first, block in _corners(source, numbering)]
+    corners = _chosen(source, of_positions, touched)
+    is_bad = _find(_chosen(source, numbering, touched), rows)[1]
+    chosen = np.unique(corners[is_bad])
+    indices = np.searchsorted(chosen, corners)
+    normals = _sums_of_areas(source, corners, indices, is_bad, len(chosen))
+    old = source.attributes["NORMAL"]
+    check_vertex_count(old.count + len(chosen), "normals")
+    numbers, positions = _numbers_of(source, numbering), _numbers_of(source, of_positions)
+    split = names, _Split(numbers, positions, rows, chosen, old.count)
+    source.attributes["NORMAL"] = _Extended(old, normals.astype(old.format[0]))
+    source.numberings = [split if row is numbering else row for row in source.numberings]
+    return len(chosen)
+
+
+def _chosen(source: Source, numbering: Numbering, triangles: np.ndarray) -> np.ndarray:
+    """Return the corners of some triangles, [n, 3]. triangles: ascending."""
+    blocks_of_all = _corners(source, numbering)
+    return np.concatenate(
+        [block[_within(triangles, first, len(block))] for first, block in blocks_of_all]
     )
+
+
+def _sums_of_areas(
+    source: Source, corners: np.ndarray, indices: np.ndarray, is_bad: np.ndarray, count: int
+) -> np.ndarray:
+    """Return unit normals, [count, 3]: sums of those of triangles at their bad corners.
+
+    corners: [n, 3], of positions; indices, is_bad: [n, 3], of the sums that they count for.
+    """
     positions = _gather(source.attributes["POSITION"], corners.reshape(-1))
     a, b, c = positions.reshape(-1, 3, 3).astype(np.float64).transpose(1, 0, 2)
     areas = np.repeat(np.cross(b - a, c - a)[:, None], 3, axis=1)
-    indices, is_bad = _find(corners, rows)
-    sums = np.zeros((len(rows), 3))
+    sums = np.zeros((count, 3))
     np.add.at(sums, indices[is_bad], areas[is_bad])
     return _unit(sums)
 
