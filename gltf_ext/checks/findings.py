@@ -9,15 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from gltf_ext._codec import GRID_MAX_BITS
 from gltf_ext.attributes.details import COLLAPSED_PERCENT, Collapse
 from gltf_ext.attributes.extension import Compressed
-from gltf_ext.attributes.streams import SMALLEST_STEP
 from gltf_ext.checks.attribute_errors import Errors
 from gltf_ext.checks.topology import Topology, difference
 from gltf_ext.document.looks import Look
 
-PROMISED_BITS = 11  # of positions: who gives fewer expects triangles to collapse
 SLACK = 1.5  # of an error that bits promise: a distance over two or four components
 OfMeshes = list[tuple[float, list[Errors]]]  # factor from an error to percent, errors; of each mesh
 
@@ -81,11 +78,8 @@ class Findings:
     def add_collapse(self, compressed: Compressed, collapse: Collapse) -> None:
         """Add the triangles of a primitive that the grid collapses."""
         self.collapse.add(collapse)
-        stream = compressed.streams[0]
-        can_be_finer = stream.bits < GRID_MAX_BITS and stream.step > SMALLEST_STEP
-        is_promised = stream.bits >= PROMISED_BITS and can_be_finer
         if 100 * collapse.share >= COLLAPSED_PERCENT:
-            (self.losses if is_promised else self.warnings).append(
+            self.warnings.append(
                 f"{compressed.where}: the grid collapses {collapse.count:,.0f} triangles, "
                 f"{100 * collapse.share:.3g} % of the area: use position bits auto or more bits"
             )

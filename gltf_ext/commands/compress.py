@@ -306,7 +306,9 @@ def _is_torn(job: Job, record_format: RecordFormat) -> bool:
     has_copies = result.source_vertices < result.statistics["vertices"]
     if not (has_copies and source.is_in_memory and joins_vertices(source, record_format)):
         return False
-    before, after = topologies(source, record_format, result.view, result.source_vertices)
+    triangles = record_format.triangles_of(source)
+    joinable, _ = _codec.decode_joinable(result.view)
+    before, after = topologies(triangles, joinable, result.source_vertices)
     return before != after
 
 
