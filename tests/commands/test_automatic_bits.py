@@ -2,12 +2,14 @@
 
 import io
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from PIL import Image
 
 import gltf_ext
+from gltf_ext.attributes import details
 from gltf_ext.errors import MeshletError
 from gltf_ext.options import Options
 from gltf_meshlet.cli import main
@@ -102,6 +104,38 @@ def test_materials_that_are_not_valid_count_as_none(tmp_path, materials):
     builder, primitive = built(*sheet())
     builder.properties["materials"], primitive["material"] = materials, 0
     assert compressed(tmp_path, builder)[1]["TEXCOORD_0"] == 12
+
+
+@pytest.mark.parametrize("mappings", [5, "a", {"material": 0}, [3], [{"material": [1]}]])
+def test_variants_that_are_not_valid_count_as_none(tmp_path, mappings):
+    builder, primitive = built(*sheet())
+    primitive["extensions"] = {"KHR_materials_variants": {"mappings": mappings}}
+    assert compressed(tmp_path, builder)[1]["TEXCOORD_0"] == 12
+
+
+def test_attributes_of_a_sample_are_of_the_same_triangles(monkeypatch):
+    """In an .obj, rows of normals may be far apart where those of positions are not."""
+    positions, triangles = grid_mesh(24, 17)
+    monkeypatch.setattr(details, "NEAR_ROWS", len(positions))
+    shuffled = 10 * np.random.default_rng(1).permutation(len(positions))
+    normals = np.zeros((10 * len(positions), 3), np.float32)
+    normals[shuffled] = positions
+    rows = {"POSITION": memory_rows(positions), "NORMAL": memory_rows(normals)}
+    indices = {"POSITION": triangles.astype(np.int64), "NORMAL": shuffled[triangles]}
+    source = SimpleNamespace(
+        is_in_memory=False,
+        attributes=rows,
+        numberings=[((name,), name) for name in rows],
+        triangle_count=len(triangles),
+        corners=lambda names, numbers, first, last: indices[numbers][first:last],
+    )
+    sample = details.sample_of(source)
+    assert len(sample.positions) > 0
+    np.testing.assert_array_equal(sample.positions, sample.normals)
+
+
+def memory_rows(values):
+    return SimpleNamespace(count=len(values), rows=lambda first, last: values[first:last])
 
 
 def test_positions_and_normals(tmp_path):
