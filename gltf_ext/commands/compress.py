@@ -276,7 +276,8 @@ def _encode_at_once(
 def _mend_torn(jobs: list[Job], options: Options, chunks: Runner) -> None:
     """Encode meshes again that a chosen grid has torn, with finer grids up to one that does not.
 
-    Where none does, the first stays. All primitives of a mesh have the same grid.
+    Where none does, or it has no room for other values, the first stays. All primitives of a mesh
+    have the same grid.
     """
     by_grid: dict[Grid | None, list[Job]] = {}
     for job in jobs:
@@ -288,16 +289,26 @@ def _mend_torn(jobs: list[Job], options: Options, chunks: Runner) -> None:
             continue
         box = boxes_of([(None, job.source) for job in torn])[None]
         torn.sort(key=lambda job: not job.is_torn)
-        count = sum(job.is_torn for job in torn)
-        for grid in finer_grids(coarse, box):
-            again = [Job(job.choice, job.users, DropCounts(), grid) for job in torn]
-            for some in (again[:count], again[count:]):
-                if some and not any(job.is_torn for job in again):
-                    _encode_at_once(some, options, chunks, None)
+        for grid in finer_grids([job.choice for job in torn], coarse, box):
+            try:
+                again = _encode_on(grid, torn, options, chunks)
+            except MeshletError:  # of values that need too many bits there
+                break
             if not any(job.is_torn for job in again):
                 for job, mended in zip(torn, again):
                     job.grid, job.collapse, job.result = grid, mended.collapse, mended.result
+                    job.is_torn = False
                 break
+
+
+def _encode_on(grid: Grid, jobs: list[Job], options: Options, chunks: Runner) -> list[Job]:
+    """Return jobs encoded on another grid, those that were torn first, up to where one is again."""
+    again = [Job(job.choice, job.users, DropCounts(), grid) for job in jobs]
+    count = sum(job.is_torn for job in jobs)
+    for some in (again[:count], again[count:]):
+        if some and not any(job.is_torn for job in again):
+            _encode_at_once(some, options, chunks, None)
+    return again
 
 
 def _is_torn(job: Job, record_format: RecordFormat) -> bool:
@@ -330,6 +341,7 @@ def _finish_document(
     drop_counts = DropCounts()
     for job in jobs:
         drop_counts.add(job.drop_counts)
+        drop_counts.add(job.result.drop_counts)
     drop_counts.non_finite_triangles = sum(source.replaced["POSITION"] for source in sources)
     return {
         "generation": _generation(encoded),
@@ -400,7 +412,6 @@ def _encode_job(
         return
     own_runner = LocalThreads(threads) if source.is_in_memory else chunks
     job.result = encode(source, record_format, options, own_runner, progress)
-    job.drop_counts.add(job.result.drop_counts)
     if not job.result.statistics:
         _keep(job, DEGENERATE)
         return

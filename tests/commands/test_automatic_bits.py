@@ -2,6 +2,7 @@
 
 import io
 import json
+import warnings
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 from PIL import Image
 
 import gltf_ext
-from gltf_ext.attributes import details
+from gltf_ext.attributes import choice, details
 from gltf_ext.errors import MeshletError
 from gltf_ext.options import Options
 from gltf_meshlet.cli import main
@@ -232,6 +233,47 @@ def test_details_of_a_long_object_do_not_collapse(tmp_path, capsys):
     main(["verify", str(original), str(output)])
     printed = capsys.readouterr()
     assert "collapsed by the grid" in printed.out and "the grid collapses" in printed.err
+
+
+def test_displacements_far_larger_than_the_mesh_fit(tmp_path):
+    attributes, triangles = sheet()
+    far = {"POSITION": attributes["POSITION"] * np.float32(1e4)}
+    builder = built(attributes, triangles, targets=[far])[0]
+    _, bits, original, output = compressed(tmp_path, builder)
+    assert 9 <= bits["POSITION"] <= 10
+    assert gltf_ext.verify(original, output)["ok"]
+
+
+def layers(gap, displacement):
+    """Two sheets that lie so close that no grid of 16 bits tells them apart."""
+    positions, triangles = grid_mesh(20, 20)
+    positions = np.concatenate([positions, positions + np.float32([0, 0, gap])])
+    targets = [{"POSITION": np.zeros_like(positions)}]
+    targets[0]["POSITION"][:, 2] = np.tile(np.linspace(-displacement, displacement, 400), 2)
+    return built(
+        {"POSITION": positions},
+        np.concatenate([triangles, triangles[:, ::-1] + 400]).astype(np.uint32),
+        targets=targets,
+    )[0]
+
+
+def test_a_mesh_that_no_grid_mends_keeps_the_first(tmp_path, monkeypatch):
+    _, bits, _, _ = compressed(tmp_path, layers(1e-6, 200))
+    assert bits["POSITION"] == 14
+    monkeypatch.setattr(choice, "_smallest_step", lambda choices: 0.0)
+    assert compressed(tmp_path, layers(1e-6, 200))[1] == bits
+
+
+def test_huge_extents_do_not_overflow(tmp_path):
+    attributes, triangles = sheet()
+    positions = attributes["POSITION"]
+    positions = (positions - positions.mean(axis=0)) / np.ptp(positions, axis=0).max()
+    builder = built(
+        {"POSITION": (positions.astype(np.float64) * 6e38).astype(np.float32)}, triangles
+    )[0]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        compressed(tmp_path, builder)
 
 
 def test_steps_are_in_units_of_the_scene(tmp_path, capsys):
