@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gltf_ext._codec import GRID_MAX_BITS
-from gltf_ext.attributes.details import Sample, sample_of
+from gltf_ext.attributes.details import COLLAPSED_PERCENT, Sample, sample_of
 from gltf_ext.attributes.streams import EXACT, SMALLEST_STEP, Bits, Grid, extent_of, position_grid
 from gltf_ext.document.looks import Look
 from gltf_ext.options import AUTO, MIN_POSITION_BITS, Options
@@ -27,7 +27,8 @@ LEAST_POSITION, LEAST_WITHOUT_NORMALS = 13, 14
 # 90 % of the edges have so many steps, and half of those of flat-shaded primitives.
 STEPS_OF_SHORT, SHORT, STEPS_OF_FLAT = 2, 0.1, 32
 MOST_FOR_FLAT, MOST_FOR_APART = 16, 16  # bits for flat shading, for vertices to stay apart
-MOST_COLLAPSED = 1e-4  # share of the area
+# Shares of the area: of a mesh, and of each of its primitives as far as MOST_FOR_APART bits help.
+MOST_COLLAPSED, MOST_OF_PRIMITIVE = 1e-4, COLLAPSED_PERCENT / 100
 # Normals: 11 bits are off by at most 0.12 degrees, and take less than the bit of positions that 14
 # and 10 spend instead.
 NORMAL, FINE_NORMAL, UNLIT_NORMAL = 11, 12, 8
@@ -160,7 +161,8 @@ def choose_grid(choices: list[Choice], box: Box) -> Grid:
     most = _most_bits(choices, extent)
     first = min(_edge_bits(samples, extent), most)
     bits = _first_bits(first, most, lambda bits: _keeps_area(samples, grid_of(bits)))
-    return grid_of(bits)
+    last = max(bits, min(most, MOST_FOR_APART))
+    return grid_of(_first_bits(bits, last, lambda bits: _keeps_each(samples, grid_of(bits))))
 
 
 def _most_bits(choices: list[Choice], extent: float) -> int:
@@ -233,6 +235,10 @@ def _keeps_area(samples: list[Sample], grid: Grid) -> bool:
         area += sample.factor * collapse.area
         total += sample.factor * collapse.total_area
     return area <= MOST_COLLAPSED * total
+
+
+def _keeps_each(samples: list[Sample], grid: Grid) -> bool:
+    return all(sample.collapse(grid).share < MOST_OF_PRIMITIVE for sample in samples)
 
 
 def _quantile(values: np.ndarray, weights: np.ndarray, share: float) -> float:

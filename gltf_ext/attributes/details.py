@@ -20,6 +20,7 @@ NEAR_ROWS = 1 << 18  # that vertices of a sample in files may span to be read to
 
 
 COLLAPSED_PERCENT = 0.1  # of an area: from there on a warning
+BY_GRID = "the grid makes vertices equal: use more position bits"
 
 
 @dataclass
@@ -40,6 +41,12 @@ class Collapse:
     def share(self) -> float:
         """Share of the area that is lost."""
         return self.area / self.total_area if self.total_area else 0.0
+
+    @property
+    def triangles_text(self) -> str:
+        """The count, for people."""
+        count = round(self.count)
+        return f"{count:,} triangle{'' if count == 1 else 's'}"
 
     def add(self, other: Collapse, factor: float = 1.0) -> None:
         """Add other triangles, each `factor` times."""

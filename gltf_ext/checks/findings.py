@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from gltf_ext.attributes.details import COLLAPSED_PERCENT, Collapse
+from gltf_ext.attributes.details import BY_GRID, COLLAPSED_PERCENT, Collapse
 from gltf_ext.attributes.extension import Compressed
 from gltf_ext.checks.attribute_errors import Errors
 from gltf_ext.checks.topology import Topology, difference
@@ -80,8 +80,8 @@ class Findings:
         self.collapse.add(collapse)
         if 100 * collapse.share >= COLLAPSED_PERCENT:
             self.warnings.append(
-                f"{compressed.where}: the grid collapses {collapse.count:,.0f} triangles, "
-                f"{100 * collapse.share:.3g} % of the area: use position bits auto or more bits"
+                f"{compressed.where}: the grid collapses {collapse.triangles_text}, "
+                f"{100 * collapse.share:.3g} % of the area: use more position bits"
             )
 
     def add_triangles(self, compressed: Compressed, missing: int, extra: int) -> None:
@@ -103,9 +103,7 @@ class Findings:
         if changes:
             self.is_torn |= not is_of_grid
             reason = (
-                "the grid makes vertices equal: use more position bits"
-                if is_of_grid
-                else "no vertices are equal on the grid: compress it again"
+                BY_GRID if is_of_grid else "no vertices are equal on the grid: compress it again"
             )
             self.problems.append(f"{compressed.where}: {changes}; {reason}")
 

@@ -27,6 +27,7 @@ from gltf_ext.commands.losses import (
     range_warnings,
     rounding_warnings,
     steps_of,
+    torn_warnings,
 )
 from gltf_ext.commands.order import drop_numbered
 from gltf_ext.commands.result import Result, output_path
@@ -335,7 +336,7 @@ def _finish_document(
     document.use_extension(EXTENSION, required=not options.fallback)
     warnings += embed_images(document)
     warnings += _settle_extensions(document, encoded)
-    total, losses = _losses(encoded, document.import_rounding)
+    total, losses = _losses(encoded, document.import_rounding, options.chooses_positions)
     warnings += losses
     of_jobs = [{**job.location, "reason": job.reason_kept} for job in jobs if job.reason_kept]
     drop_counts = DropCounts()
@@ -353,19 +354,23 @@ def _finish_document(
     }
 
 
-def _losses(encoded: list[Job], rounding: float) -> tuple[Collapse, list[str]]:
+def _losses(encoded: list[Job], rounding: float, is_auto: bool) -> tuple[Collapse, list[str]]:
     """Return the triangles that grids collapse, and warnings about what is lost.
 
-    rounding: of positions, when they were read.
+    rounding: of positions, when they were read; is_auto: whether the grids were chosen.
     """
-    collapses: dict[int, Collapse] = {}
+    collapses: dict[str, Collapse] = {}
     total, warnings = Collapse(), []
     for job in encoded:
         total.add(job.collapse)
-        collapses.setdefault(job.source.mesh, Collapse()).add(job.collapse)
+        collapses.setdefault(job.source.where, Collapse()).add(job.collapse)
         warnings += range_warnings(job.choice, job.result.plan)
     steps = [job.grid.step for job in encoded if job.grid]
-    lines = [*rounding_warnings(rounding, steps), *collapse_warnings(collapses)]
+    lines = [
+        *rounding_warnings(rounding, steps),
+        *collapse_warnings(collapses, is_auto),
+        *torn_warnings([job.source.where for job in encoded if job.is_torn]),
+    ]
     return total, [*lines, *limited(warnings)]
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from gltf_ext.attributes.choice import Choice
-from gltf_ext.attributes.details import COLLAPSED_PERCENT, Collapse
+from gltf_ext.attributes.details import BY_GRID, COLLAPSED_PERCENT, Collapse
 from gltf_ext.attributes.ranges import visible_error
 from gltf_ext.attributes.streams import GRID, OCT, Plan, octahedral_bound
 from gltf_ext.document.document import Document
@@ -105,21 +105,32 @@ def rounding_warnings(rounding: float, steps: list[float]) -> list[str]:
     ]
 
 
-def collapse_warnings(collapses: dict[int, Collapse]) -> list[str]:
-    """Warn of meshes that lose COLLAPSED_PERCENT of their area. collapses: by mesh."""
-    shares = {mesh: 100 * each.share for mesh, each in collapses.items()}
-    worst = sorted((m for m in shares if shares[m] >= COLLAPSED_PERCENT), key=lambda m: -shares[m])
+def collapse_warnings(collapses: dict[str, Collapse], is_auto: bool) -> list[str]:
+    """Warn of primitives that lose COLLAPSED_PERCENT of their area.
+
+    collapses: by primitive; is_auto: whether the grid was chosen.
+    """
+    shares = {where: 100 * each.share for where, each in collapses.items()}
+    worst = sorted((w for w in shares if shares[w] >= COLLAPSED_PERCENT), key=lambda w: -shares[w])
     if not worst:
         return []
     places = ", ".join(
-        f"{collapses[mesh].count:,.0f} triangles of mesh {mesh} ({shares[mesh]:.3g} % of its area)"
-        for mesh in worst[:MAX_NAMED]
+        f"{collapses[where].triangles_text} of {where} ({shares[where]:.3g} % of its area)"
+        for where in worst[:MAX_NAMED]
     )
-    more = f" and some of {len(worst) - MAX_NAMED} more" if len(worst) > MAX_NAMED else ""
+    more = f" and some of {len(worst) - MAX_NAMED:,} more" if len(worst) > MAX_NAMED else ""
     return [
-        f"the position grid collapses {places}{more}; use position bits auto, more bits, or split "
-        "the model where its parts are far apart"
+        f"the position grid collapses {places}{more}; use {'' if is_auto else 'auto, '}"
+        "more position bits, or split the model where its parts are far apart"
     ]
+
+
+def torn_warnings(places: list[str]) -> list[str]:
+    """Warn of primitives that a chosen grid connects differently. places: of the primitives."""
+    if not places:
+        return []
+    more = f" and {len(places) - MAX_NAMED:,} more" if len(places) > MAX_NAMED else ""
+    return [f"{', '.join(places[:MAX_NAMED])}{more}: connected differently, since {BY_GRID}"]
 
 
 def range_warnings(choice: Choice, plan: Plan) -> list[str]:

@@ -246,22 +246,25 @@ def test_displacements_far_larger_than_the_mesh_fit(tmp_path):
 
 def layers(gap, displacement):
     """Two sheets that lie so close that no grid of 16 bits tells them apart."""
-    positions, triangles = grid_mesh(20, 20)
+    positions, triangles = grid_mesh(60, 60)
+    count = len(positions)
     positions = np.concatenate([positions, positions + np.float32([0, 0, gap])])
     targets = [{"POSITION": np.zeros_like(positions)}]
-    targets[0]["POSITION"][:, 2] = np.tile(np.linspace(-displacement, displacement, 400), 2)
+    targets[0]["POSITION"][:, 2] = np.tile(np.linspace(-displacement, displacement, count), 2)
     return built(
         {"POSITION": positions},
-        np.concatenate([triangles, triangles[:, ::-1] + 400]).astype(np.uint32),
+        np.concatenate([triangles, triangles[:, ::-1] + count]).astype(np.uint32),
         targets=targets,
     )[0]
 
 
 def test_a_mesh_that_no_grid_mends_keeps_the_first(tmp_path, monkeypatch):
-    _, bits, _, _ = compressed(tmp_path, layers(1e-6, 200))
+    report, bits, original, output = compressed(tmp_path, layers(1e-6, 300))
     assert bits["POSITION"] == 14
+    assert "mesh 0 primitive 0: connected differently, since the grid" in report["warnings"][-1]
+    assert details.BY_GRID in gltf_ext.verify(original, output)["problems"][0]
     monkeypatch.setattr(choice, "_smallest_step", lambda choices: 0.0)
-    assert compressed(tmp_path, layers(1e-6, 200))[1] == bits
+    assert compressed(tmp_path, layers(1e-6, 300))[1] == bits
 
 
 def test_huge_extents_do_not_overflow(tmp_path):
@@ -274,6 +277,25 @@ def test_huge_extents_do_not_overflow(tmp_path):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         compressed(tmp_path, builder)
+
+
+def test_small_primitives_of_a_large_mesh_do_not_collapse(tmp_path):
+    """Of the mesh's area a small primitive is next to nothing."""
+    positions, triangles = grid_mesh(40, 40)
+    normals = np.tile(np.float32([0, 0, 1]), (len(positions), 1))
+    builder, _ = built({"POSITION": positions, "NORMAL": normals}, triangles)
+    small, small_triangles = grid_mesh(12, 12)
+    span = np.ptp(positions, axis=0).max() / np.ptp(small, axis=0).max()
+    small = small * np.float32(span / 3000)
+    primitive = builder.mesh({"POSITION": small, "NORMAL": normals[: len(small)]}, small_triangles)
+    builder.properties["meshes"].pop()
+    builder.properties["nodes"] = [{"mesh": 0}]
+    builder.properties["meshes"][0]["primitives"].append(primitive)
+    report, bits, original, output = compressed(tmp_path, builder)
+    assert bits["POSITION"] == 16 and not report["warnings"]
+    assert not gltf_ext.verify(original, output)["warnings"]
+    report = gltf_ext.compress(original, output, position_bits=12)
+    assert "of mesh 0 primitive 1 (99.2 % of its area); use auto, more" in report["warnings"][0]
 
 
 def test_steps_are_in_units_of_the_scene(tmp_path, capsys):
