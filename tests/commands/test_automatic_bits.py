@@ -259,12 +259,12 @@ def layers(gap, displacement):
 
 
 def test_a_mesh_that_no_grid_mends_keeps_the_first(tmp_path, monkeypatch):
-    report, bits, original, output = compressed(tmp_path, layers(1e-6, 300))
+    report, bits, original, output = compressed(tmp_path, layers(1e-6, 300), page_bytes=4096)
     assert bits["POSITION"] == 14
     assert "mesh 0 primitive 0: connected differently, since the grid" in report["warnings"][-1]
     assert details.BY_GRID in gltf_ext.verify(original, output)["problems"][0]
     monkeypatch.setattr(choice, "_smallest_step", lambda choices: 0.0)
-    assert compressed(tmp_path, layers(1e-6, 300))[1] == bits
+    assert compressed(tmp_path, layers(1e-6, 300), page_bytes=4096)[1] == bits
 
 
 def test_huge_extents_do_not_overflow(tmp_path):
