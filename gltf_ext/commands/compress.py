@@ -338,6 +338,7 @@ def _finish_document(
     warnings += _settle_extensions(document, encoded)
     total, losses = _losses(encoded, document.import_rounding, options.chooses_positions)
     warnings += losses
+    mesh_of = {id(primitive): mesh for mesh, _, primitive in all_primitives(document)}
     of_jobs = [{**job.location, "reason": job.reason_kept} for job in jobs if job.reason_kept]
     drop_counts = DropCounts()
     for job in jobs:
@@ -349,7 +350,13 @@ def _finish_document(
         "dropped": vars(drop_counts),
         "kept": [*_without_positions(document), *of_jobs],
         "collapsed": {"triangles": round(total.count), "area_percent": 100 * total.share},
-        "steps": steps_of(document, [(job.source.mesh, job.result.plan) for job in encoded]),
+        "steps": steps_of(
+            document,
+            [
+                ({mesh_of[id(user)] for user in job.users}, job.choice, job.result.plan)
+                for job in encoded
+            ],
+        ),
         "warnings": warnings,
     }
 

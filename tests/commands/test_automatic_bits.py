@@ -336,7 +336,72 @@ def test_a_bad_number_of_bits_is_one_line(capsys):
     assert "argument -vp: invalid int or auto value: 'much'" in capsys.readouterr().err
 
 
+def test_steps_of_shared_primitives_and_integers(tmp_path):
+    """Two meshes show the same data, one 1,000 times as large; colours are shares of white."""
+    attributes, triangles = sheet()
+    colors = np.random.default_rng(1).integers(0, 65536, (len(attributes["POSITION"]), 4))
+    attributes["COLOR_0"] = colors.astype(np.uint16)
+    builder, primitive = built(attributes, triangles, normalized=("COLOR_0",))
+    builder.properties["meshes"].append({"primitives": [dict(primitive)]})
+    builder.properties["nodes"] = [{"mesh": 0}, {"mesh": 1, "scale": [1000] * 3}]
+    builder.properties["scenes"] = [{"nodes": [0, 1]}]
+    report, _, _, _ = compressed(tmp_path, builder, position_bits=8, color_bits=8)
+    assert report["steps"]["POSITION"]["step"] == pytest.approx([2 / 255, 2000 / 255])
+    assert report["steps"]["COLOR"]["step"] == pytest.approx([1 / 255] * 2)
+
+
+def test_dropped_triangles_count_once_after_mending(tmp_path):
+    builder = layers(5e-5, 0)
+    report, bits, _, _ = compressed(tmp_path, builder, page_bytes=4096)
+    assert bits["POSITION"] > 14, "mended"
+    assert report["dropped"]["duplicate_vertices"] == 0
+
+
 # --- verify ---
+
+
+@pytest.mark.parametrize("bits", [4, 5, 6, 7])
+def test_few_bits_of_colours_and_weights_are_as_promised(tmp_path, bits):
+    random = np.random.default_rng(2)
+    attributes, triangles = sheet()
+    count = len(attributes["POSITION"])
+    weights = random.random((count, 4))
+    builder, _ = built(
+        {
+            **attributes,
+            "COLOR_0": random.random((count, 4)).astype(np.float32),
+            "WEIGHTS_0": (weights / weights.sum(axis=1, keepdims=True)).astype(np.float32),
+            "JOINTS_0": np.zeros((count, 4), np.uint8),
+        },
+        triangles,
+    )
+    report, _, original, output = compressed(tmp_path, builder, color_bits=bits, weight_bits=bits)
+    verified = gltf_ext.verify(original, output)
+    assert verified["ok"], verified["losses"]
+    assert not report["warnings"]
+
+
+def test_verify_sees_nodes_that_are_not_valid(tmp_path, capsys):
+    builder, _ = built(*sheet())
+    builder.properties["nodes"] = [{"mesh": 0}]
+    _, _, original, output = compressed(tmp_path, builder)
+    changed(output, lambda properties: properties["nodes"][0].update(children=[0]))
+    assert main(["verify", str(original), str(output)]) == 1
+    printed = capsys.readouterr().out
+    assert "within the bits, WITH OTHER DIFFERENCES" in printed
+    assert "nodes are not valid, those of the original are" in printed
+
+
+def test_percentages_are_of_each_mesh(tmp_path):
+    """Of the smaller mesh an error is as many percent as a larger one of the larger mesh."""
+    positions, triangles = grid_mesh(24, 17)
+    builder, _ = built({"POSITION": positions}, triangles)
+    builder.mesh({"POSITION": positions * np.float32(1000)}, triangles)
+    _, _, original, output = compressed(tmp_path, builder, step=0.1)
+    verified = gltf_ext.verify(original, output)
+    diagonal = np.linalg.norm(np.ptp(positions, axis=0))
+    percent = verified["area_error_percent"]["POSITION"]
+    assert 100 * 0.05 / diagonal < percent <= 1.001 * verified["max_error_percent"]["POSITION"]
 
 
 def changed(output, change):
