@@ -11,7 +11,7 @@ import numpy as np
 from gltf_ext.attributes.records import RecordFormat, weld_rows
 from gltf_ext.attributes.streams import Grid, grid_cells
 from gltf_ext.ranges import first_of_each, occurring
-from gltf_ext.sources.row_arrays import Numbering
+from gltf_ext.sources.row_arrays import Numbering, Rows
 from gltf_ext.sources.source import Source, blocks
 
 # Triangles that stand for all of a primitive, and the places where they are read in files.
@@ -20,6 +20,7 @@ NEAR_ROWS = 1 << 18  # that vertices of a sample in files may span to be read to
 
 
 COLLAPSED_PERCENT = 0.1  # of an area: from there on a warning
+BY_GRID = "the grid makes vertices equal: use more position bits"
 
 
 @dataclass
@@ -40,6 +41,12 @@ class Collapse:
     def share(self) -> float:
         """Share of the area that is lost."""
         return self.area / self.total_area if self.total_area else 0.0
+
+    @property
+    def triangles_text(self) -> str:
+        """The count, for people."""
+        count = round(self.count)
+        return f"{count:,} triangle{'' if count == 1 else 's'}"
 
     def add(self, other: Collapse, factor: float = 1.0) -> None:
         """Add other triangles, each `factor` times."""
@@ -106,9 +113,12 @@ def sample_of(source: Source) -> Sample:
 
     Raises MeshletError, OSError.
     """
-    names = [name for name in ("POSITION", "NORMAL") if name in source.attributes]
-    read = _memory_corners if source.is_in_memory else _file_corners
-    values = {name: read(source, name).astype(np.float64) for name in names}
+    names: list[str] = [name for name in ("POSITION", "NORMAL") if name in source.attributes]
+    if source.is_in_memory:
+        values = {name: _memory_corners(source, name) for name in names}
+    else:
+        values = _file_corners(source, names)
+    values = {name: of_corners.astype(np.float64) for name, of_corners in values.items()}
     count = len(values["POSITION"])
     factor = source.triangle_count / max(count, 1)
     return Sample(values["POSITION"], values.get("NORMAL"), factor)
@@ -124,28 +134,42 @@ def _memory_corners(source: Source, name: str) -> np.ndarray:
     return values
 
 
-def _file_corners(source: Source, name: str) -> np.ndarray:
-    """Return the same of a source in files, from some places of it."""
-    names, numbers = _numbering(source, name)
+def _file_corners(source: Source, names: list[str]) -> dict[str, np.ndarray]:
+    """Return the same of several attributes of a source in files, from some places of it."""
     total, each = source.triangle_count, SAMPLE // PLACES
     firsts = np.arange(0, total, each)
     if total > SAMPLE:
         firsts = np.linspace(0, total - each, PLACES).astype(np.int64)
-    result = []
-    for first in firsts:
-        corners = source.corners(names, numbers, int(first), min(int(first) + each, total))
-        result.append(_read_rows(source, name, corners.astype(np.int64)))
-    return np.concatenate(result)
+    parts = [
+        _file_place(source, names, int(first), min(int(first) + each, total)) for first in firsts
+    ]
+    return {name: np.concatenate([part[name] for part in parts]) for name in names}
 
 
-def _read_rows(source: Source, name: str, corners: np.ndarray) -> np.ndarray:
-    """Return the values of an attribute in some rows; of the first triangles if they are far."""
-    rows = source.attributes[name]
-    low, high = int(corners.min()), int(corners.max()) + 1
-    if high - low <= NEAR_ROWS:
-        near: np.ndarray = rows.rows(low, high)[corners - low]
+def _file_place(source: Source, names: list[str], first: int, last: int) -> dict[str, np.ndarray]:
+    """Return the values at corners of triangles; of the first ones if any of their rows are far.
+
+    All attributes are of the same triangles, though each may have its own rows.
+    """
+    corners = {
+        name: source.corners(*_numbering(source, name), first, last).astype(np.int64)
+        for name in names
+    }
+    if any(_are_far(rows) for rows in corners.values()):
+        corners = {name: rows[:PLACES] for name, rows in corners.items()}
+    return {name: _read_rows(source.attributes[name], rows) for name, rows in corners.items()}
+
+
+def _are_far(corners: np.ndarray) -> bool:
+    return int(corners.max()) - int(corners.min()) >= NEAR_ROWS
+
+
+def _read_rows(rows: Rows, corners: np.ndarray) -> np.ndarray:
+    """Return some rows of an attribute: read together, or one by one if they are far."""
+    if not _are_far(corners):
+        low = int(corners.min())
+        near: np.ndarray = rows.rows(low, int(corners.max()) + 1)[corners - low]
         return near
-    corners = corners[:PLACES]
     different, inverse = np.unique(corners, return_inverse=True)
     values = np.concatenate([rows.rows(int(row), int(row) + 1) for row in different])
     far: np.ndarray = values[inverse.reshape(corners.shape)]

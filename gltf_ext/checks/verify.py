@@ -71,6 +71,7 @@ def verify(
         is_torn: whether the topology differs although the grid makes no vertices equal.
         area_error: attribute -> the error that 99.9 % of the area stays within, in the units of
             max_error, in the worst primitive; None where triangles are missing or read in parts.
+        area_error_percent: the same in percent, as max_error_percent.
         seen_error: attribute -> "unit" ("texels" of the largest texture, at least 1024 in a tile;
             "8-bit steps" of colours and weights), "max" and "area" in it; of values that are
             rounded.
