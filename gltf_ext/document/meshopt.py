@@ -21,6 +21,7 @@ from gltf_ext.document.json_values import member
 from gltf_ext.errors import MeshletError
 
 NAMES = ("EXT_meshopt_compression", "KHR_meshopt_compression")
+OURS = "EXT_meshlet_"
 MODES = ("ATTRIBUTES", "TRIANGLES", "INDICES")
 LARGEST_STRIDE = 256
 # A decoder allocates what the JSON claims: at most so many bytes for each that it reads. A block of
@@ -37,11 +38,12 @@ def unpack_meshopt(document: Document) -> None:
     They are decoded when they are read. Without a decoder they keep the extension; then reading
     their bytes is an error. Raises MeshletError.
     """
+    meshlets = _views_of_meshlets(document)
     views = [
         (index, view, name)
         for index, view in enumerate(document.bufferViews)
         for name in NAMES
-        if gltf.has_extension(view, name)
+        if gltf.has_extension(view, name) and index not in meshlets
     ]
     sums: Counter[int] = Counter()
     for index, view, name in views:
@@ -64,6 +66,19 @@ def unpack_meshopt(document: Document) -> None:
         for buffer in document.buffers:
             gltf.pop_extension(buffer, name)
         document.forget_extension(name)
+
+
+def _views_of_meshlets(document: Document) -> set[int]:
+    """Return the views of our extensions, which no other one may compress."""
+    extensions = [
+        extension
+        for mesh in document.meshes
+        for primitive in mesh["primitives"]
+        for name, extension in primitive.get("extensions", {}).items()
+        if name.startswith(OURS) and isinstance(extension, dict)
+    ]
+    holders = [holder for one in extensions for holder in (one, member(one, "pages"))]
+    return {number for holder in holders if isinstance(number := holder.get("bufferView"), int)}
 
 
 def _require_few(document: Document, sums: Counter[int]) -> None:

@@ -107,7 +107,7 @@ def _take_implicit_ids(
         entries: Any = extension.get(key) if isinstance(extension, dict) else None
         if not isinstance(entries, list):
             continue
-        lost: set[int] = set()
+        excess: set[int] = set()
         for position, entry in enumerate(entries):
             rule = _rule(name, entry)
             if rule is None:
@@ -118,11 +118,11 @@ def _take_implicit_ids(
             ids = FeatureIds(count, offset, min(repeat, max(count, 1)))
             is_lost = is_compressed(primitive) or ids.most > MOST_IDS or room <= 0
             if is_lost:
-                lost.add(position)
+                excess.add(position)
             room -= not is_lost
             result.append((name, entry, None if is_lost else ids))
-        entries[:] = [entry for i, entry in enumerate(entries) if i not in lost]
-        if lost and not entries:
+        entries[:] = [entry for i, entry in enumerate(entries) if i not in excess]
+        if excess and not entries:
             _drop(document, primitive, name, key)
     return result
 

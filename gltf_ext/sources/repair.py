@@ -265,7 +265,7 @@ class _Split:
     source: Rows
     positions: Rows
     bad: np.ndarray
-    chosen: np.ndarray
+    own_rows: np.ndarray
     first: int
 
     @property
@@ -280,7 +280,7 @@ class _Split:
         result = np.array(self.source.rows(first, last))
         is_bad = _find(result, self.bad)[1]
         positions = self.positions.rows(first, last)[is_bad]
-        result[is_bad] = self.first + np.searchsorted(self.chosen, positions)
+        result[is_bad] = self.first + np.searchsorted(self.own_rows, positions)
         return result
 
 
@@ -302,7 +302,7 @@ def _replacements(source: Source, name: str, numbering: Numbering, rows: np.ndar
 
 def _normals(source: Source, numbering: Numbering, rows: np.ndarray) -> np.ndarray:
     """Return the normals of the triangles around vertices, weighted by area: [len(rows), 3]."""
-    corners = _chosen(source, numbering, _triangles_at(source, "NORMAL", numbering, rows))
+    corners = _corners_of(source, numbering, _triangles_at(source, "NORMAL", numbering, rows))
     return _sums_of_areas(source, corners, *_find(corners, rows), len(rows))
 
 
@@ -314,21 +314,21 @@ def _split_normals(source: Source, numbering: Numbering, rows: np.ndarray) -> in
     names, _ = numbering
     of_positions = next(row for row in source.numberings if "POSITION" in row[0])
     touched = _triangles_at(source, "NORMAL", numbering, rows)
-    corners = _chosen(source, of_positions, touched)
-    is_bad = _find(_chosen(source, numbering, touched), rows)[1]
-    chosen = np.unique(corners[is_bad])
-    indices = np.searchsorted(chosen, corners)
-    normals = _sums_of_areas(source, corners, indices, is_bad, len(chosen))
+    corners = _corners_of(source, of_positions, touched)
+    is_bad = _find(_corners_of(source, numbering, touched), rows)[1]
+    own_rows = np.unique(corners[is_bad])
+    indices = np.searchsorted(own_rows, corners)
+    normals = _sums_of_areas(source, corners, indices, is_bad, len(own_rows))
     old = source.attributes["NORMAL"]
-    check_vertex_count(old.count + len(chosen), "normals")
+    check_vertex_count(old.count + len(own_rows), "normals")
     numbers, positions = _numbers_of(source, numbering), _numbers_of(source, of_positions)
-    split = names, _Split(numbers, positions, rows, chosen, old.count)
+    split = names, _Split(numbers, positions, rows, own_rows, old.count)
     source.attributes["NORMAL"] = _Extended(old, normals.astype(old.format[0]))
     source.numberings = [split if row is numbering else row for row in source.numberings]
-    return len(chosen)
+    return len(own_rows)
 
 
-def _chosen(source: Source, numbering: Numbering, triangles: np.ndarray) -> np.ndarray:
+def _corners_of(source: Source, numbering: Numbering, triangles: np.ndarray) -> np.ndarray:
     """Return the corners of some triangles, [n, 3]. triangles: ascending."""
     blocks_of_all = _corners(source, numbering)
     return np.concatenate(
