@@ -264,8 +264,10 @@ def _verdict(report: Report) -> str:
     if topology and topology["original"] != topology["compressed"]:
         by_grid = "" if report["is_torn"] else " by the grid"
         return f"the same triangles, CONNECTED DIFFERENTLY{by_grid}"
-    return "the same triangles, " + (
-        "within the bits" if report["ok"] else "BEYOND WHAT IS PROMISED"
+    if report["losses"] or not report["errors_within_bits"]:
+        return "the same triangles, BEYOND WHAT IS PROMISED"
+    return "the same triangles, within the bits" + (
+        "" if report["ok"] else ", WITH OTHER DIFFERENCES"
     )
 
 
@@ -286,9 +288,9 @@ def _error(report: Report, name: str) -> str:
         return f"{text}, RMS {rms:.3g}"
     if not largest:
         return "exact"
-    percent = report["max_error_percent"][name]
+    percent, area_percent = (report[f"{kind}_error_percent"][name] for kind in ("max", "area"))
     text = f"largest error {percent:.3g} % of the box's diagonal ({largest:.3g})"
-    text += "" if area is None else f", 99.9 % of the area {percent * area / largest:.3g} %"
+    text += "" if area is None else f", 99.9 % of the area {area_percent:.3g} %"
     return f"{text}, RMS {rms:.3g}"
 
 

@@ -14,10 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from gltf_ext._codec import GRID_MAX_BITS
-from gltf_ext.attributes.details import Sample, collapse_of, sample_of
-from gltf_ext.attributes.streams import EXACT, SMALLEST_STEP, Bits, Grid, position_grid
+from gltf_ext.attributes.details import COLLAPSED_PERCENT, Sample, sample_of
+from gltf_ext.attributes.streams import EXACT, SMALLEST_STEP, Bits, Grid, extent_of, position_grid
 from gltf_ext.document.looks import Look
-from gltf_ext.options import AUTO, Options
+from gltf_ext.options import AUTO, MIN_POSITION_BITS, Options
 from gltf_ext.sources.attribute_names import is_of_target, local_name, semantic
 from gltf_ext.sources.source import Box, Source
 
@@ -27,12 +27,13 @@ LEAST_POSITION, LEAST_WITHOUT_NORMALS = 13, 14
 # 90 % of the edges have so many steps, and half of those of flat-shaded primitives.
 STEPS_OF_SHORT, SHORT, STEPS_OF_FLAT = 2, 0.1, 32
 MOST_FOR_FLAT, MOST_FOR_APART = 16, 16  # bits for flat shading, for vertices to stay apart
-MOST_COLLAPSED = 1e-4  # share of the area
+# Shares of the area: of a mesh, and of each of its primitives as far as MOST_FOR_APART bits help.
+MOST_COLLAPSED, MOST_OF_PRIMITIVE = 1e-4, COLLAPSED_PERCENT / 100
 # Normals: 11 bits are off by at most 0.12 degrees, and take less than the bit of positions that 14
 # and 10 spend instead.
 NORMAL, FINE_NORMAL, UNLIT_NORMAL = 11, 12, 8
 TANGENT_LESS, LEAST_TANGENT = 2, 8  # bits: a normal map's slopes scale errors of tangents down
-GENTLE = 1.0  # degrees between normals of a triangle, for a quarter of what is curved
+GENTLE, GENTLE_SHARE = 1.0, 0.25  # degrees between normals of a triangle; of what is curved
 GLOSSY = 0.25  # roughness
 # Texture coordinates: steps of a texel, and the texels of a tile whatever its textures, which may
 # be placeholders.
@@ -127,7 +128,7 @@ def bits_for(bounds: np.ndarray, step: float) -> int:
     One tile in steps of 1/4095 takes 12 bits, not the 13 of 1/4096. EXACT if a grid cannot have as
     many.
     """
-    extent = float((bounds[1].astype(np.float64) - bounds[0]).max())
+    extent = extent_of(*bounds)
     bits = max(1, math.ceil(math.log2(max(extent / step, 1.0)) - ABOUT))
     return bits if bits <= GRID_MAX_BITS else EXACT
 
@@ -137,8 +138,7 @@ def _normal_bits(sample: Sample | None, look: Look) -> int:
         return UNLIT_NORMAL
     if sample is None or sample.normals is None:
         return NORMAL
-    turns, areas = sample.turns()
-    is_gentle = len(turns) > 0 and _quantile(turns, areas, 0.25) < GENTLE
+    is_gentle = sample.gentle_share(GENTLE) >= GENTLE_SHARE
     return FINE_NORMAL if is_gentle or look.roughness < GLOSSY else NORMAL
 
 
@@ -153,21 +153,44 @@ def _tangent_bits(source: Source, normal: int) -> dict[str, int]:
 def choose_grid(choices: list[Choice], box: Box) -> Grid:
     """Return the grid of positions that share it. box: around all of them. Raises MeshletError."""
     samples = [each.sample for each in choices if each.sample]
-    extent = float((box[1].astype(np.float64) - box[0]).max())
+    extent = extent_of(*box)
 
     def grid_of(bits: int) -> Grid:
         return position_grid(*box, bits, None)
 
-    first = _edge_bits(samples, extent)
-    bits = _first_bits(first, GRID_MAX_BITS, lambda bits: _keeps_area(samples, grid_of(bits)))
-    return grid_of(bits)
+    most = _most_bits(choices, extent)
+    first = min(_edge_bits(samples, extent), most)
+    bits = _first_bits(first, most, lambda bits: _keeps_area(samples, grid_of(bits)))
+    last = max(bits, min(most, MOST_FOR_APART))
+    return grid_of(_first_bits(bits, last, lambda bits: _keeps_each(samples, grid_of(bits))))
 
 
-def finer_grids(grid: Grid, box: Box) -> Iterator[Grid]:
+def _most_bits(choices: list[Choice], extent: float) -> int:
+    """Return the bits with which a grid holds the displacements of morph targets, too."""
+    smallest = _smallest_step(choices)
+    if extent <= 0.0 or smallest <= 0.0:
+        return GRID_MAX_BITS
+    bits = math.floor(math.log2(extent / smallest + 1.0))
+    return min(max(bits, MIN_POSITION_BITS), GRID_MAX_BITS)
+
+
+def _smallest_step(choices: list[Choice]) -> float:
+    """Return the smallest step that leaves displacements of morph targets GRID_MAX_BITS bits."""
+    extents = [
+        extent_of(np.minimum(bounds[0], 0), np.maximum(bounds[1], 0))
+        for each in choices
+        for name, bounds in each.source.bounds.items()
+        if is_of_target(name) and local_name(name) == "POSITION" and bounds.dtype.kind == "f"
+    ]
+    return max(extents, default=0.0) / float(2**GRID_MAX_BITS - 2)
+
+
+def finer_grids(choices: list[Choice], grid: Grid, box: Box) -> Iterator[Grid]:
     """Yield grids of half the step each, up to MOST_FOR_APART bits."""
-    extent = float((box[1].astype(np.float64) - box[0]).max())
+    extent = extent_of(*box)
+    smallest = max(_smallest_step(choices), SMALLEST_STEP)
     step = grid.step / 2
-    while extent / step < 2**MOST_FOR_APART and step >= SMALLEST_STEP:
+    while extent / step < 2**MOST_FOR_APART and step >= smallest:
         yield Grid(grid.offset, step)
         step /= 2
 
@@ -208,14 +231,21 @@ def _bits_of_edge(
 def _keeps_area(samples: list[Sample], grid: Grid) -> bool:
     area = total = 0.0
     for sample in samples:
-        collapse = collapse_of(sample.positions, grid)
+        collapse = sample.collapse(grid)
         area += sample.factor * collapse.area
         total += sample.factor * collapse.total_area
     return area <= MOST_COLLAPSED * total
 
 
+def _keeps_each(samples: list[Sample], grid: Grid) -> bool:
+    return all(sample.collapse(grid).share < MOST_OF_PRIMITIVE for sample in samples)
+
+
 def _quantile(values: np.ndarray, weights: np.ndarray, share: float) -> float:
     """Return the smallest value such that values up to it have this share of the weights."""
+    if weights.min() == weights.max():
+        index = max(math.ceil(share * len(values)) - 1, 0)
+        return float(np.partition(values, index)[index])  # a tenth of the time of sorting
     order = np.argsort(values, kind="stable")
     sums = np.cumsum(weights[order])
     index = int(np.searchsorted(sums, share * sums[-1]))

@@ -195,11 +195,7 @@ class RecordFormat:
 
     def vertices_of(self, triangles: Triangles) -> Vertices:
         """Join equal vertices; leaves out triangles with two equal ones, and unused vertices."""
-        numbers, count = weld_rows(triangles.records)
-        corners = numbers if triangles.corners is None else triangles.corners
-        if triangles.corners is not None and count < len(numbers):
-            corners = numbers[corners]
-        corners = np.ascontiguousarray(corners.reshape(-1, 3), np.uint32)
+        corners, numbers, count = join_equal(triangles)
         is_degenerate = has_repeats(corners)
         numbers_left = np.arange(count)
         if is_degenerate.any():
@@ -261,6 +257,18 @@ class RecordFormat:
             )
             for name in names
         }
+
+
+def join_equal(triangles: Triangles) -> tuple[np.ndarray, np.ndarray, int]:
+    """Join equal vertices.
+
+    Returns (uint32[T, 3]: their numbers at corners; the numbers of all records; how many differ).
+    """
+    numbers, count = weld_rows(triangles.records)
+    corners = numbers if triangles.corners is None else triangles.corners
+    if triangles.corners is not None and count < len(numbers):
+        corners = numbers[corners]
+    return np.ascontiguousarray(corners.reshape(-1, 3), np.uint32), numbers, count
 
 
 def weld_rows(rows: np.ndarray) -> tuple[np.ndarray, int]:

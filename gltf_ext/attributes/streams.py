@@ -81,7 +81,7 @@ def position_grid(low: np.ndarray, high: np.ndarray, bits: int, step: float | No
     Its step is `step`, or the longest side / (2^bits - 1). Raises MeshletError for a step that
     needs more than 24 bits.
     """
-    extent = float(np.max(np.asarray(high, np.float64) - low))
+    extent = extent_of(low, high)
     step_used = _step(extent, bits) if step is None else max(float(np.float32(step)), SMALLEST_STEP)
     cells = extent / step_used
     if np.rint(cells) >= 2**GRID_MAX_BITS:
@@ -156,12 +156,13 @@ def _floats(values: np.ndarray) -> tuple[float, ...]:
     return tuple(float(v) for v in values)
 
 
-def _extent(bounds: np.ndarray) -> float:
-    return float(np.max(bounds[1].astype(np.float64) - bounds[0]))
+def extent_of(low: np.ndarray, high: np.ndarray) -> float:
+    """Return the longest side of a box. In float64: floats may be farther apart than any float."""
+    return float(np.max(np.asarray(high, np.float64) - low))
 
 
 def _value_grid(bounds: np.ndarray, bits: int) -> Stream:
-    step = _step(_extent(bounds), bits)
+    step = _step(extent_of(*bounds), bits)
     return Stream(GRID, bounds.shape[1], bits, step, _floats(bounds[0]))
 
 
@@ -413,7 +414,7 @@ def _target_streams(name: str, bounds: np.ndarray, grid: Grid | None, bits: Bits
     if name == "POSITION" and grid is not None:
         step = grid.step
     else:
-        step = _step(_extent(bounds), bits.of(name))
+        step = _step(extent_of(*bounds), bits.of(name))
     return [_delta_grid(name, columns, step) for columns in _split_columns(bounds)]
 
 

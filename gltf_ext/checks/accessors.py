@@ -48,16 +48,20 @@ def accessor_problems(
     return sorted(problems)
 
 
+def _shown_meshes(document: Document) -> list[tuple[int, np.ndarray]]:
+    return [(node["mesh"], matrix) for node, matrix in placed_nodes(document) if "mesh" in node]
+
+
 def moved_nodes(original: Document, document: Document) -> list[str]:
     """Return a line if nodes show meshes at other places than in the original."""
     try:
-        pairs = [
-            [(node["mesh"], matrix) for node, matrix in placed_nodes(d) if "mesh" in node]
-            for d in (original, document)
-        ]
+        before = _shown_meshes(original)
     except MeshletError:  # nodes that are not valid show nothing
         return []
-    before, after = pairs
+    try:
+        after = _shown_meshes(document)
+    except MeshletError as error:
+        return [f"nodes are not valid, those of the original are: {error}"]
     if [mesh for mesh, _ in before] != [mesh for mesh, _ in after]:
         return ["nodes show other meshes than in the original; compress it again"]
     for (mesh, matrix), (_, other) in zip(before, after):

@@ -24,6 +24,7 @@ class Errors:
 
     Attributes:
         max, squares, count: largest distance, sum of squared distances, number of vertices.
+        largest_component: largest difference of a component, of values on grids.
         over_bound: largest error as a fraction of the allowed one.
         degrees: largest angle; None unless it is a direction.
         box: float64[2, components]: the original's smallest and largest values; None if the
@@ -37,6 +38,7 @@ class Errors:
     max: float = 0.0
     squares: float = 0.0
     count: int = 0
+    largest_component: float = 0.0
     over_bound: float = 0.0
     degrees: float | None = None
     box: np.ndarray | None = None
@@ -48,6 +50,7 @@ class Errors:
     def join(self, other: Errors) -> None:
         """Add the errors of other vertices."""
         self.max, self.over_bound = max(self.max, other.max), max(self.over_bound, other.over_bound)
+        self.largest_component = max(self.largest_component, other.largest_component)
         self.squares, self.count = self.squares + other.squares, self.count + other.count
         if other.degrees is not None:
             self.degrees = max(self.degrees or 0.0, other.degrees)
@@ -64,7 +67,7 @@ class Errors:
             corners: [T, 3]: rows at the corners of triangles.
             areas: float64[T].
         """
-        distances = np.concatenate(self.distances)
+        distances = np.concatenate([np.zeros(0, np.float32), *self.distances])
         self.distances = []
         if len(distances) != len(rows) or not areas.sum() > 0.0:
             return
@@ -128,6 +131,7 @@ def _add_grid(
     errors: Errors, source: np.ndarray, result: np.ndarray, stream: Stream, name: str
 ) -> None:
     difference = np.abs(source - result)
+    errors.largest_component = max(errors.largest_component, float(difference.max(initial=0.0)))
     magnitude = np.maximum(np.abs(source).max(axis=0), np.abs(stream.offset))
     if semantic(name) == "WEIGHTS":
         # Rounded up or down so that the sum stays, after the sum is scaled to one.

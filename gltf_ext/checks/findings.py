@@ -9,16 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from gltf_ext._codec import GRID_MAX_BITS
-from gltf_ext.attributes.details import COLLAPSED_PERCENT, Collapse
+from gltf_ext.attributes.details import BY_GRID, COLLAPSED_PERCENT, Collapse
 from gltf_ext.attributes.extension import Compressed
-from gltf_ext.attributes.streams import SMALLEST_STEP
 from gltf_ext.checks.attribute_errors import Errors
 from gltf_ext.checks.topology import Topology, difference
 from gltf_ext.document.looks import Look
 
-PROMISED_BITS = 11  # of positions: who gives fewer expects triangles to collapse
-SLACK = 1.5  # of an error that bits promise: a distance over two or four components
 OfMeshes = list[tuple[float, list[Errors]]]  # factor from an error to percent, errors; of each mesh
 
 
@@ -63,15 +59,19 @@ class Findings:
             self.problems.append(
                 f"{compressed.where}: {name} is off by {errors.max:g}, more than its bits allow"
             )
-        elif errors.limit and errors.max > errors.limit.error * SLACK:
+        elif errors.limit and errors.limit.is_exceeded(errors.largest_component):
             self.losses.append(
-                f"{compressed.where}: {name} is off by {errors.limit.text(errors.max)}, since its "
-                "values span so much; compress with auto or more bits"
+                f"{compressed.where}: {name} is off by "
+                f"{errors.limit.text(errors.largest_component)}, since its values span so much; "
+                "compress with auto or more bits"
             )
 
     def _add_rounding(self, compressed: Compressed, errors: Errors) -> None:
         """Add what reading has lost to the errors of positions: the file has doubles."""
         errors.max += self.rounding
+        errors.squares += errors.count * self.rounding**2
+        if errors.of_area is not None:
+            errors.of_area += self.rounding
         if self.rounding > compressed.streams[0].step / 2:
             self.losses.append(
                 f"{compressed.where}: positions of the original are doubles, which 32-bit floats "
@@ -81,13 +81,10 @@ class Findings:
     def add_collapse(self, compressed: Compressed, collapse: Collapse) -> None:
         """Add the triangles of a primitive that the grid collapses."""
         self.collapse.add(collapse)
-        stream = compressed.streams[0]
-        can_be_finer = stream.bits < GRID_MAX_BITS and stream.step > SMALLEST_STEP
-        is_promised = stream.bits >= PROMISED_BITS and can_be_finer
         if 100 * collapse.share >= COLLAPSED_PERCENT:
-            (self.losses if is_promised else self.warnings).append(
-                f"{compressed.where}: the grid collapses {collapse.count:,.0f} triangles, "
-                f"{100 * collapse.share:.3g} % of the area: use position bits auto or more bits"
+            self.warnings.append(
+                f"{compressed.where}: the grid collapses {collapse.triangles_text}, "
+                f"{100 * collapse.share:.3g} % of the area: use more position bits"
             )
 
     def add_triangles(self, compressed: Compressed, missing: int, extra: int) -> None:
@@ -109,9 +106,7 @@ class Findings:
         if changes:
             self.is_torn |= not is_of_grid
             reason = (
-                "the grid makes vertices equal: use more position bits"
-                if is_of_grid
-                else "no vertices are equal on the grid: compress it again"
+                BY_GRID if is_of_grid else "no vertices are equal on the grid: compress it again"
             )
             self.problems.append(f"{compressed.where}: {changes}; {reason}")
 
@@ -187,7 +182,8 @@ def report_of(findings: Findings) -> dict[str, Any]:
         "max_error_percent": each(lambda meshes: max(e.max * p for p, es in meshes for e in es)),
         "rms_error_percent": each(_rms),
         "max_error_degrees": directions,
-        "area_error": {name: _largest_of_area(errors) for name, errors in flat.items()},
+        "area_error": {name: _largest_of_area([(1.0, flat[name])]) for name in flat},
+        "area_error_percent": {name: _largest_of_area(meshes) for name, meshes in by_name.items()},
         "seen_error": {
             name: seen for name, errors in flat.items() if (seen := _seen(errors)) is not None
         },
@@ -198,9 +194,9 @@ def report_of(findings: Findings) -> dict[str, Any]:
     }
 
 
-def _largest_of_area(errors: list[Errors]) -> float | None:
+def _largest_of_area(meshes: OfMeshes) -> float | None:
     """Return the largest error of most of the area of a primitive; None if none was measured."""
-    measured = [e.of_area for e in errors if e.of_area is not None]
+    measured = [e.of_area * p for p, errors in meshes for e in errors if e.of_area is not None]
     return max(measured) if measured else None
 
 

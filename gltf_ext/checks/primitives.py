@@ -9,14 +9,13 @@ from collections.abc import Iterator
 import numpy as np
 
 from gltf_ext.attributes.details import areas_of, collapse_of_source, joins_vertices, sample_of
-from gltf_ext.attributes.extension import Compressed, malformed_from, read_compressed, source_of
+from gltf_ext.attributes.extension import Compressed, read_compressed, source_of
 from gltf_ext.attributes.ranges import visible_error
 from gltf_ext.attributes.records import RecordFormat
 from gltf_ext.attributes.streams import Grid
 from gltf_ext.checks.accessors import accessor_problems
 from gltf_ext.checks.attribute_errors import Errors, errors_of
 from gltf_ext.checks.findings import Findings
-from gltf_ext.checks.topology import topologies
 from gltf_ext.checks.triangles import Comparison, keys_of
 from gltf_ext.document.document import Document
 from gltf_ext.errors import blaming
@@ -76,20 +75,12 @@ def compare(
     is_same = not (comparison.missing or comparison.extra)
     # The vertices of a source that is compressed itself are the file's, copies included.
     is_plain = not is_compressed(before.primitive(mesh, index))
-    if is_plain and source.is_in_memory and is_same:
-        _compare_topology(source, record_format, compressed, findings)
+    if is_plain and is_same and (pair := comparison.topologies()):
+        is_of_grid = pair[0] != pair[1] and joins_vertices(source, record_format)
+        findings.add_topology(compressed, *pair, is_of_grid)
     findings.rounding = before.import_rounding
     _compare_values(source, record_format, compressed, comparison, findings)
     _add_collapse(source, record_format, compressed, findings)
-
-
-def _compare_topology(
-    source: Source, record_format: RecordFormat, compressed: Compressed, findings: Findings
-) -> None:
-    with malformed_from(compressed.where):
-        pair = topologies(source, record_format, compressed.blob, compressed.source_vertices)
-    is_of_grid = pair[0] != pair[1] and joins_vertices(source, record_format)
-    findings.add_topology(compressed, *pair, is_of_grid)
 
 
 def _add_collapse(
@@ -112,7 +103,7 @@ def _compare_values(
     errors = {name: Errors() for name in formats}
     decoding = dataclasses.replace(record_format, formats=formats)
     if not comparison.missing or source.is_in_memory:
-        known_keys = np.concatenate(comparison.vertices) if comparison.missing else None
+        known_keys = comparison.keys if comparison.missing else None
         for part in _errors_of_parts(source, decoding, known_keys):
             for name, part_errors in part.items():
                 if not source.is_in_memory:

@@ -7,8 +7,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from gltf_ext import _codec
+from gltf_ext._joinable import Joinable
 from gltf_ext.attributes.extension import Compressed, malformed_from, parts_of
-from gltf_ext.attributes.records import HASH, RecordFormat, weld_rows
+from gltf_ext.attributes.records import HASH, RecordFormat, Triangles, weld_rows
+from gltf_ext.checks.topology import Topology, topologies
 from gltf_ext.document.accessors import bounds
 from gltf_ext.encode.primitive import gather_corners
 from gltf_ext.progress import Advance
@@ -30,8 +32,9 @@ class Comparison:
         triangles: number of the source's, without those that a writer may leave out.
         missing, extra: number of triangles that only the source has, and only the compressed one.
         box: uint32[2, 3]: smallest and largest integers of the compressed primitive's positions.
-        vertices: keys of the compressed primitive's vertices, part after part; none for a source
-            that is read in parts, where they might not fit memory.
+        keys: of the compressed primitive's vertices, uint64[V].
+        source_triangles, joinable: both sides, quantised; as `keys` None for a source that is read
+            in parts, where they might not fit memory.
     """
 
     def __init__(
@@ -51,7 +54,9 @@ class Comparison:
         self._buckets = Buckets(TRIANGLE, TRIANGLE.itemsize * count, folder)
         self.triangles = self.missing = self.extra = 0
         self.box: np.ndarray | None = None
-        self.vertices: list[np.ndarray] = []
+        self.keys: np.ndarray | None = None
+        self.source_triangles: Triangles | None = None
+        self.joinable: Joinable | None = None
 
     def run(self, advance: Advance | None) -> None:
         """Set the counts. Raises MeshletError, OSError."""
@@ -62,6 +67,14 @@ class Comparison:
             missing, extra = difference(rows)
             self.missing += missing
             self.extra += extra
+
+    def topologies(self) -> tuple[Topology, Topology] | None:
+        """Return those of both sides; None if it is read in parts. Raises MeshletError."""
+        if self.source_triangles is None or self.joinable is None:
+            return None
+        with malformed_from(self._compressed.where):
+            source_vertices = self._compressed.source_vertices
+            return topologies(self.source_triangles, self.joinable, source_vertices)
 
     def _add_source(self, progress: Advance) -> None:
         for keys, positions, fraction in self._source_corners():
@@ -76,6 +89,7 @@ class Comparison:
         if source.is_in_memory:
             triangles = record_format.triangles_of(source)
             columns = self._columns(triangles.records)
+            self.source_triangles = triangles
             for first, last in blocks(triangles.count):
                 rows = triangles.corners_between(first, last)
                 keys, positions = (column[rows] for column in columns)
@@ -95,17 +109,31 @@ class Comparison:
         return keys_of(streams), records[HASH]
 
     def _add_compressed(self, progress: Advance) -> None:
-        byte_count = 0
-        for part in parts_of(self._compressed.blob):
-            with malformed_from(self._compressed.where):
-                triangles, values = _codec.decode(part)
-            keys = keys_of(values)
-            self._add(keys[triangles], IN_COMPRESSED)
-            self._widen(values[0])
+        for triangles, integers, fraction in self._decoded():
+            keys = np.empty(len(integers[0]), np.uint64)
+            for first, last in blocks(len(keys)):
+                keys[first:last] = keys_of([values[first:last] for values in integers])
+            for first, last in blocks(len(triangles)):
+                self._add(keys[triangles[first:last]], IN_COMPRESSED)
+            self._widen(integers[0])
             if self._source.is_in_memory:
-                self.vertices.append(keys)
+                self.keys = keys
+            progress(fraction)
+
+    def _decoded(self) -> Iterator[tuple[np.ndarray, list[np.ndarray], float]]:
+        """Yield triangles and integers of the compressed primitive, and the progress."""
+        view = self._compressed.blob
+        if self._source.is_in_memory:
+            with malformed_from(self._compressed.where):
+                self.joinable, _ = _codec.decode_joinable(view)
+            yield self.joinable.triangles, self.joinable.integers, 1.0
+            return
+        byte_count = 0
+        for part in parts_of(view):
+            with malformed_from(self._compressed.where):
+                triangles, integers = _codec.decode(part)
             byte_count += len(part)
-            progress(byte_count / len(self._compressed.blob))
+            yield triangles, integers, byte_count / len(view)
 
     def _widen(self, positions: np.ndarray) -> None:
         """Make the box contain positions: uint32[n, 3]."""

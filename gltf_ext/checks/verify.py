@@ -71,6 +71,7 @@ def verify(
         is_torn: whether the topology differs although the grid makes no vertices equal.
         area_error: attribute -> the error that 99.9 % of the area stays within, in the units of
             max_error, in the worst primitive; None where triangles are missing or read in parts.
+        area_error_percent: the same in percent, as max_error_percent.
         seen_error: attribute -> "unit" ("texels" of the largest texture, at least 1024 in a tile;
             "8-bit steps" of colours and weights), "max" and "area" in it; of values that are
             rounded.
@@ -82,10 +83,9 @@ def verify(
             difference to the nearest point of the finest level, at samples of the level. Stated
             errors do not cover it.
         not_measured: mesh and primitive of those whose levels are not measured.
-        problems: one line each; losses: the same for what bits lose so that it shows: 0.1 % of the
-            area without area on the grid, a value that is off by over a texel or an 8-bit step
-            since others are far away. warnings: collapsed area of primitives that take fewer than
-            11 bits for positions, or the finest grid that there is.
+        problems: one line each; losses: the same for what bits lose so that it shows: a value that
+            is off by over a texel or an 8-bit step since others are far away. warnings: the
+            collapsed area of primitives, from 0.1 % on.
 
     Raises:
         MeshletError: a file is malformed, or the second one is not compressed.

@@ -27,6 +27,7 @@ from gltf_ext.commands.losses import (
     range_warnings,
     rounding_warnings,
     steps_of,
+    torn_warnings,
 )
 from gltf_ext.commands.order import drop_numbered
 from gltf_ext.commands.result import Result, output_path
@@ -276,7 +277,8 @@ def _encode_at_once(
 def _mend_torn(jobs: list[Job], options: Options, chunks: Runner) -> None:
     """Encode meshes again that a chosen grid has torn, with finer grids up to one that does not.
 
-    Where none does, the first stays. All primitives of a mesh have the same grid.
+    Where none does, or it has no room for other values, the first stays. All primitives of a mesh
+    have the same grid.
     """
     by_grid: dict[Grid | None, list[Job]] = {}
     for job in jobs:
@@ -288,16 +290,26 @@ def _mend_torn(jobs: list[Job], options: Options, chunks: Runner) -> None:
             continue
         box = boxes_of([(None, job.source) for job in torn])[None]
         torn.sort(key=lambda job: not job.is_torn)
-        count = sum(job.is_torn for job in torn)
-        for grid in finer_grids(coarse, box):
-            again = [Job(job.choice, job.users, DropCounts(), grid) for job in torn]
-            for some in (again[:count], again[count:]):
-                if some and not any(job.is_torn for job in again):
-                    _encode_at_once(some, options, chunks, None)
+        for grid in finer_grids([job.choice for job in torn], coarse, box):
+            try:
+                again = _encode_on(grid, torn, options, chunks)
+            except MeshletError:  # of values that need too many bits there
+                break
             if not any(job.is_torn for job in again):
                 for job, mended in zip(torn, again):
                     job.grid, job.collapse, job.result = grid, mended.collapse, mended.result
+                    job.is_torn = False
                 break
+
+
+def _encode_on(grid: Grid, jobs: list[Job], options: Options, chunks: Runner) -> list[Job]:
+    """Return jobs encoded on another grid, those that were torn first, up to where one is again."""
+    again = [Job(job.choice, job.users, DropCounts(), grid) for job in jobs]
+    count = sum(job.is_torn for job in jobs)
+    for some in (again[:count], again[count:]):
+        if some and not any(job.is_torn for job in again):
+            _encode_at_once(some, options, chunks, None)
+    return again
 
 
 def _is_torn(job: Job, record_format: RecordFormat) -> bool:
@@ -306,7 +318,9 @@ def _is_torn(job: Job, record_format: RecordFormat) -> bool:
     has_copies = result.source_vertices < result.statistics["vertices"]
     if not (has_copies and source.is_in_memory and joins_vertices(source, record_format)):
         return False
-    before, after = topologies(source, record_format, result.view, result.source_vertices)
+    triangles = record_format.triangles_of(source)
+    joinable, _ = _codec.decode_joinable(result.view)
+    before, after = topologies(triangles, joinable, result.source_vertices)
     return before != after
 
 
@@ -322,36 +336,48 @@ def _finish_document(
     document.use_extension(EXTENSION, required=not options.fallback)
     warnings += embed_images(document)
     warnings += _settle_extensions(document, encoded)
-    total, losses = _losses(encoded, document.import_rounding)
+    total, losses = _losses(encoded, document.import_rounding, options.chooses_positions)
     warnings += losses
+    mesh_of = {id(primitive): mesh for mesh, _, primitive in all_primitives(document)}
     of_jobs = [{**job.location, "reason": job.reason_kept} for job in jobs if job.reason_kept]
     drop_counts = DropCounts()
     for job in jobs:
         drop_counts.add(job.drop_counts)
+        drop_counts.add(job.result.drop_counts)
     drop_counts.non_finite_triangles = sum(source.replaced["POSITION"] for source in sources)
     return {
         "generation": _generation(encoded),
         "dropped": vars(drop_counts),
         "kept": [*_without_positions(document), *of_jobs],
         "collapsed": {"triangles": round(total.count), "area_percent": 100 * total.share},
-        "steps": steps_of(document, [(job.source.mesh, job.result.plan) for job in encoded]),
+        "steps": steps_of(
+            document,
+            [
+                ({mesh_of[id(user)] for user in job.users}, job.choice, job.result.plan)
+                for job in encoded
+            ],
+        ),
         "warnings": warnings,
     }
 
 
-def _losses(encoded: list[Job], rounding: float) -> tuple[Collapse, list[str]]:
+def _losses(encoded: list[Job], rounding: float, is_auto: bool) -> tuple[Collapse, list[str]]:
     """Return the triangles that grids collapse, and warnings about what is lost.
 
-    rounding: of positions, when they were read.
+    rounding: of positions, when they were read; is_auto: whether the grids were chosen.
     """
-    collapses: dict[int, Collapse] = {}
+    collapses: dict[str, Collapse] = {}
     total, warnings = Collapse(), []
     for job in encoded:
         total.add(job.collapse)
-        collapses.setdefault(job.source.mesh, Collapse()).add(job.collapse)
+        collapses.setdefault(job.source.where, Collapse()).add(job.collapse)
         warnings += range_warnings(job.choice, job.result.plan)
     steps = [job.grid.step for job in encoded if job.grid]
-    lines = [*rounding_warnings(rounding, steps), *collapse_warnings(collapses)]
+    lines = [
+        *rounding_warnings(rounding, steps),
+        *collapse_warnings(collapses, is_auto),
+        *torn_warnings([job.source.where for job in encoded if job.is_torn]),
+    ]
     return total, [*lines, *limited(warnings)]
 
 
@@ -398,7 +424,6 @@ def _encode_job(
         return
     own_runner = LocalThreads(threads) if source.is_in_memory else chunks
     job.result = encode(source, record_format, options, own_runner, progress)
-    job.drop_counts.add(job.result.drop_counts)
     if not job.result.statistics:
         _keep(job, DEGENERATE)
         return

@@ -12,7 +12,7 @@ from gltf_ext._codec import GRID_MAX_BITS
 from gltf_ext.attributes.choice import Choice, choose, choose_grid
 from gltf_ext.attributes.details import Collapse
 from gltf_ext.attributes.extension import source_of
-from gltf_ext.attributes.streams import SMALLEST_STEP, Grid, position_grid
+from gltf_ext.attributes.streams import SMALLEST_STEP, Grid, extent_of, position_grid
 from gltf_ext.document import gltf
 from gltf_ext.document.document import Document
 from gltf_ext.document.draco import DRACO
@@ -152,7 +152,7 @@ def _grid(box: Box, choices: list[Choice], options: Options) -> Grid:
     bits = options.position_bits if isinstance(options.position_bits, int) else GRID_MAX_BITS
     grid = position_grid(*box, bits, options.step)
     if options.step is not None and _is_coarse(box, grid):
-        extent = float((box[1] - box[0]).max())
+        extent = extent_of(*box)
         raise MeshletError(
             f"step {options.step:g} leaves fewer than {MIN_POSITION_BITS} bits for positions "
             f"in a box of {extent:g}",
@@ -163,7 +163,7 @@ def _grid(box: Box, choices: list[Choice], options: Options) -> Grid:
 
 def _is_coarse(box: Box, grid: Grid) -> bool:
     """Return whether a box that is not a point needs fewer than MIN_POSITION_BITS on the grid."""
-    extent = float((box[1] - box[0]).max())
+    extent = extent_of(*box)
     return 0.0 < extent < (2.0 ** (MIN_POSITION_BITS - 1) - 0.5) * grid.step
 
 

@@ -9,15 +9,14 @@ from typing import Any
 import numpy as np
 
 from gltf_ext.attributes.choice import Choice
-from gltf_ext.attributes.details import COLLAPSED_PERCENT, Collapse
-from gltf_ext.attributes.ranges import visible_error
+from gltf_ext.attributes.details import BY_GRID, COLLAPSED_PERCENT, Collapse
+from gltf_ext.attributes.ranges import full_scale, visible_error
 from gltf_ext.attributes.streams import GRID, OCT, Plan, octahedral_bound
 from gltf_ext.document.document import Document
 from gltf_ext.document.nodes import placed_nodes
 from gltf_ext.errors import MeshletError
 from gltf_ext.sources.attribute_names import is_of_target, semantic
 
-ROUNDING = 1.01  # of a step to a 32-bit float, and more
 MAX_NAMED = 3  # places that a warning names
 # Semantic -> what its step is printed as.
 LABELS = {
@@ -41,30 +40,40 @@ class Steps:
         self.bits = [min([bits, *self.bits]), max([bits, *self.bits])]
 
 
-def steps_of(document: Document, plans: Iterable[tuple[int, Plan]]) -> dict[str, dict[str, Any]]:
+def steps_of(
+    document: Document, encoded: Iterable[tuple[set[int], Choice, Plan]]
+) -> dict[str, dict[str, Any]]:
     """Return semantic -> "step" and "bits", smallest and largest of all primitives.
 
     Positions in units of the scene: as large as nodes show them. Normals in degrees, the largest
-    error. Of attributes on grids and of directions; none of exact ones.
+    error. Integers as shares of their full scale. Of attributes on grids and of directions; none of
+    exact ones.
 
     Args:
         document: the model.
-        plans: mesh and streams of each primitive.
+        encoded: meshes that show it, values and streams of each primitive.
     """
     scales = _scales(document)
     result: dict[str, Steps] = {}
-    for mesh, plan in plans:
+    for meshes, choice, plan in encoded:
+        of_mesh = {scales.get(mesh, 1.0) for mesh in meshes}
         for name in plan.attributes:
             if is_of_target(name) or semantic(name) not in LABELS:
                 continue
             stream, kind = plan.streams_of(name)[0], semantic(name)
+            units = (
+                of_mesh
+                if kind == "POSITION"
+                else {1.0 / full_scale(choice.source.bounds[name].dtype)}
+            )
             if stream.kind == OCT:
-                step = float(np.degrees(octahedral_bound(stream.bits)))
+                steps = [float(np.degrees(octahedral_bound(stream.bits)))]
             elif stream.kind == GRID and stream.step != 1.0:
-                step = stream.step * (scales.get(mesh, 1.0) if kind == "POSITION" else 1.0)
+                steps = [stream.step * unit for unit in units]
             else:
                 continue
-            result.setdefault(kind, Steps()).add(step, stream.bits)
+            for step in steps:
+                result.setdefault(kind, Steps()).add(step, stream.bits)
     return {name: {"step": each.steps, "bits": each.bits} for name, each in result.items()}
 
 
@@ -105,21 +114,32 @@ def rounding_warnings(rounding: float, steps: list[float]) -> list[str]:
     ]
 
 
-def collapse_warnings(collapses: dict[int, Collapse]) -> list[str]:
-    """Warn of meshes that lose COLLAPSED_PERCENT of their area. collapses: by mesh."""
-    shares = {mesh: 100 * each.share for mesh, each in collapses.items()}
-    worst = sorted((m for m in shares if shares[m] >= COLLAPSED_PERCENT), key=lambda m: -shares[m])
+def collapse_warnings(collapses: dict[str, Collapse], is_auto: bool) -> list[str]:
+    """Warn of primitives that lose COLLAPSED_PERCENT of their area.
+
+    collapses: by primitive; is_auto: whether the grid was chosen.
+    """
+    shares = {where: 100 * each.share for where, each in collapses.items()}
+    worst = sorted((w for w in shares if shares[w] >= COLLAPSED_PERCENT), key=lambda w: -shares[w])
     if not worst:
         return []
     places = ", ".join(
-        f"{collapses[mesh].count:,.0f} triangles of mesh {mesh} ({shares[mesh]:.3g} % of its area)"
-        for mesh in worst[:MAX_NAMED]
+        f"{collapses[where].triangles_text} of {where} ({shares[where]:.3g} % of its area)"
+        for where in worst[:MAX_NAMED]
     )
-    more = f" and some of {len(worst) - MAX_NAMED} more" if len(worst) > MAX_NAMED else ""
+    more = f" and some of {len(worst) - MAX_NAMED:,} more" if len(worst) > MAX_NAMED else ""
     return [
-        f"the position grid collapses {places}{more}; use position bits auto, more bits, or split "
-        "the model where its parts are far apart"
+        f"the position grid collapses {places}{more}; use {'' if is_auto else 'auto, '}"
+        "more position bits, or split the model where its parts are far apart"
     ]
+
+
+def torn_warnings(places: list[str]) -> list[str]:
+    """Warn of primitives that a chosen grid connects differently. places: of the primitives."""
+    if not places:
+        return []
+    more = f" and {len(places) - MAX_NAMED:,} more" if len(places) > MAX_NAMED else ""
+    return [f"{', '.join(places[:MAX_NAMED])}{more}: connected differently, since {BY_GRID}"]
 
 
 def range_warnings(choice: Choice, plan: Plan) -> list[str]:
@@ -131,7 +151,7 @@ def range_warnings(choice: Choice, plan: Plan) -> list[str]:
         stream, bounds = plan.streams_of(name)[0], choice.source.bounds[name]
         low, high = bounds[0].min(), bounds[1].max()
         limit = visible_error(name, stream, choice.look, bounds.dtype)
-        if limit is not None and stream.step / 2 > ROUNDING * limit.error:
+        if limit is not None and limit.is_exceeded(stream.step / 2):
             warnings.append(
                 f"{name} of {choice.source.where} reaches from {low:g} to {high:g}, "
                 f"so {stream.bits} bits leave steps of {limit.text(stream.step)}; use auto or more"

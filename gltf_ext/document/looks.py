@@ -97,7 +97,8 @@ class Looks:
 def _materials(primitive: gltf.Primitive) -> list[Any]:
     """Return the indices of a primitive's materials, those of its variants too; None for none."""
     mappings = member(member(primitive, "extensions"), VARIANTS).get("mappings", [])
-    variants = [m.get("material") for m in mappings if isinstance(m, dict)] if mappings else []
+    mappings = mappings if isinstance(mappings, list) else []
+    variants = [mapping.get("material") for mapping in mappings if isinstance(mapping, dict)]
     return [primitive.get("material"), *variants]
 
 

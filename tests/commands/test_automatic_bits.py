@@ -2,12 +2,15 @@
 
 import io
 import json
+import warnings
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from PIL import Image
 
 import gltf_ext
+from gltf_ext.attributes import choice, details
 from gltf_ext.errors import MeshletError
 from gltf_ext.options import Options
 from gltf_meshlet.cli import main
@@ -104,6 +107,38 @@ def test_materials_that_are_not_valid_count_as_none(tmp_path, materials):
     assert compressed(tmp_path, builder)[1]["TEXCOORD_0"] == 12
 
 
+@pytest.mark.parametrize("mappings", [5, "a", {"material": 0}, [3], [{"material": [1]}]])
+def test_variants_that_are_not_valid_count_as_none(tmp_path, mappings):
+    builder, primitive = built(*sheet())
+    primitive["extensions"] = {"KHR_materials_variants": {"mappings": mappings}}
+    assert compressed(tmp_path, builder)[1]["TEXCOORD_0"] == 12
+
+
+def test_attributes_of_a_sample_are_of_the_same_triangles(monkeypatch):
+    """In an .obj, rows of normals may be far apart where those of positions are not."""
+    positions, triangles = grid_mesh(24, 17)
+    monkeypatch.setattr(details, "NEAR_ROWS", len(positions))
+    shuffled = 10 * np.random.default_rng(1).permutation(len(positions))
+    normals = np.zeros((10 * len(positions), 3), np.float32)
+    normals[shuffled] = positions
+    rows = {"POSITION": memory_rows(positions), "NORMAL": memory_rows(normals)}
+    indices = {"POSITION": triangles.astype(np.int64), "NORMAL": shuffled[triangles]}
+    source = SimpleNamespace(
+        is_in_memory=False,
+        attributes=rows,
+        numberings=[((name,), name) for name in rows],
+        triangle_count=len(triangles),
+        corners=lambda names, numbers, first, last: indices[numbers][first:last],
+    )
+    sample = details.sample_of(source)
+    assert len(sample.positions) > 0
+    np.testing.assert_array_equal(sample.positions, sample.normals)
+
+
+def memory_rows(values):
+    return SimpleNamespace(count=len(values), rows=lambda first, last: values[first:last])
+
+
 def test_positions_and_normals(tmp_path):
     attributes, triangles = sheet()
     bits = compressed(tmp_path, built(attributes, triangles)[0])[1]
@@ -195,8 +230,72 @@ def test_details_of_a_long_object_do_not_collapse(tmp_path, capsys):
     assert bits["POSITION"] == 12 and report["collapsed"]["area_percent"] > 50
     assert "the position grid collapses" in report["warnings"][0]
     assert "triangles of mesh 0" in report["warnings"][0]
-    assert main(["verify", str(original), str(output)]) == 1
-    assert "collapsed by the grid" in capsys.readouterr().out
+    main(["verify", str(original), str(output)])
+    printed = capsys.readouterr()
+    assert "collapsed by the grid" in printed.out and "the grid collapses" in printed.err
+
+
+def test_displacements_far_larger_than_the_mesh_fit(tmp_path):
+    attributes, triangles = sheet()
+    far = {"POSITION": attributes["POSITION"] * np.float32(1e4)}
+    builder = built(attributes, triangles, targets=[far])[0]
+    _, bits, original, output = compressed(tmp_path, builder)
+    assert 9 <= bits["POSITION"] <= 10
+    assert gltf_ext.verify(original, output)["ok"]
+
+
+def layers(gap, displacement):
+    """Two sheets that lie so close that no grid of 16 bits tells them apart."""
+    positions, triangles = grid_mesh(60, 60)
+    count = len(positions)
+    positions = np.concatenate([positions, positions + np.float32([0, 0, gap])])
+    targets = [{"POSITION": np.zeros_like(positions)}]
+    targets[0]["POSITION"][:, 2] = np.tile(np.linspace(-displacement, displacement, count), 2)
+    return built(
+        {"POSITION": positions},
+        np.concatenate([triangles, triangles[:, ::-1] + count]).astype(np.uint32),
+        targets=targets,
+    )[0]
+
+
+def test_a_mesh_that_no_grid_mends_keeps_the_first(tmp_path, monkeypatch):
+    report, bits, original, output = compressed(tmp_path, layers(1e-6, 300), page_bytes=4096)
+    assert bits["POSITION"] == 14
+    assert "mesh 0 primitive 0: connected differently, since the grid" in report["warnings"][-1]
+    assert details.BY_GRID in gltf_ext.verify(original, output)["problems"][0]
+    monkeypatch.setattr(choice, "_smallest_step", lambda choices: 0.0)
+    assert compressed(tmp_path, layers(1e-6, 300), page_bytes=4096)[1] == bits
+
+
+def test_huge_extents_do_not_overflow(tmp_path):
+    attributes, triangles = sheet()
+    positions = attributes["POSITION"]
+    positions = (positions - positions.mean(axis=0)) / np.ptp(positions, axis=0).max()
+    builder = built(
+        {"POSITION": (positions.astype(np.float64) * 6e38).astype(np.float32)}, triangles
+    )[0]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        compressed(tmp_path, builder)
+
+
+def test_small_primitives_of_a_large_mesh_do_not_collapse(tmp_path):
+    """Of the mesh's area a small primitive is next to nothing."""
+    positions, triangles = grid_mesh(40, 40)
+    normals = np.tile(np.float32([0, 0, 1]), (len(positions), 1))
+    builder, _ = built({"POSITION": positions, "NORMAL": normals}, triangles)
+    small, small_triangles = grid_mesh(12, 12)
+    span = np.ptp(positions, axis=0).max() / np.ptp(small, axis=0).max()
+    small = small * np.float32(span / 3000)
+    primitive = builder.mesh({"POSITION": small, "NORMAL": normals[: len(small)]}, small_triangles)
+    builder.properties["meshes"].pop()
+    builder.properties["nodes"] = [{"mesh": 0}]
+    builder.properties["meshes"][0]["primitives"].append(primitive)
+    report, bits, original, output = compressed(tmp_path, builder)
+    assert bits["POSITION"] == 16 and not report["warnings"]
+    assert not gltf_ext.verify(original, output)["warnings"]
+    report = gltf_ext.compress(original, output, position_bits=12)
+    assert "of mesh 0 primitive 1 (99.2 % of its area); use auto, more" in report["warnings"][0]
 
 
 def test_steps_are_in_units_of_the_scene(tmp_path, capsys):
@@ -237,7 +336,72 @@ def test_a_bad_number_of_bits_is_one_line(capsys):
     assert "argument -vp: invalid int or auto value: 'much'" in capsys.readouterr().err
 
 
+def test_steps_of_shared_primitives_and_integers(tmp_path):
+    """Two meshes show the same data, one 1,000 times as large; colours are shares of white."""
+    attributes, triangles = sheet()
+    colors = np.random.default_rng(1).integers(0, 65536, (len(attributes["POSITION"]), 4))
+    attributes["COLOR_0"] = colors.astype(np.uint16)
+    builder, primitive = built(attributes, triangles, normalized=("COLOR_0",))
+    builder.properties["meshes"].append({"primitives": [dict(primitive)]})
+    builder.properties["nodes"] = [{"mesh": 0}, {"mesh": 1, "scale": [1000] * 3}]
+    builder.properties["scenes"] = [{"nodes": [0, 1]}]
+    report, _, _, _ = compressed(tmp_path, builder, position_bits=8, color_bits=8)
+    assert report["steps"]["POSITION"]["step"] == pytest.approx([2 / 255, 2000 / 255])
+    assert report["steps"]["COLOR"]["step"] == pytest.approx([1 / 255] * 2)
+
+
+def test_dropped_triangles_count_once_after_mending(tmp_path):
+    builder = layers(5e-5, 0)
+    report, bits, _, _ = compressed(tmp_path, builder, page_bytes=4096)
+    assert bits["POSITION"] > 14, "mended"
+    assert report["dropped"]["duplicate_vertices"] == 0
+
+
 # --- verify ---
+
+
+@pytest.mark.parametrize("bits", [4, 5, 6, 7])
+def test_few_bits_of_colours_and_weights_are_as_promised(tmp_path, bits):
+    random = np.random.default_rng(2)
+    attributes, triangles = sheet()
+    count = len(attributes["POSITION"])
+    weights = random.random((count, 4))
+    builder, _ = built(
+        {
+            **attributes,
+            "COLOR_0": random.random((count, 4)).astype(np.float32),
+            "WEIGHTS_0": (weights / weights.sum(axis=1, keepdims=True)).astype(np.float32),
+            "JOINTS_0": np.zeros((count, 4), np.uint8),
+        },
+        triangles,
+    )
+    report, _, original, output = compressed(tmp_path, builder, color_bits=bits, weight_bits=bits)
+    verified = gltf_ext.verify(original, output)
+    assert verified["ok"], verified["losses"]
+    assert not report["warnings"]
+
+
+def test_verify_sees_nodes_that_are_not_valid(tmp_path, capsys):
+    builder, _ = built(*sheet())
+    builder.properties["nodes"] = [{"mesh": 0}]
+    _, _, original, output = compressed(tmp_path, builder)
+    changed(output, lambda properties: properties["nodes"][0].update(children=[0]))
+    assert main(["verify", str(original), str(output)]) == 1
+    printed = capsys.readouterr().out
+    assert "within the bits, WITH OTHER DIFFERENCES" in printed
+    assert "nodes are not valid, those of the original are" in printed
+
+
+def test_percentages_are_of_each_mesh(tmp_path):
+    """Of the smaller mesh an error is as many percent as a larger one of the larger mesh."""
+    positions, triangles = grid_mesh(24, 17)
+    builder, _ = built({"POSITION": positions}, triangles)
+    builder.mesh({"POSITION": positions * np.float32(1000)}, triangles)
+    _, _, original, output = compressed(tmp_path, builder, step=0.1)
+    verified = gltf_ext.verify(original, output)
+    diagonal = np.linalg.norm(np.ptp(positions, axis=0))
+    percent = verified["area_error_percent"]["POSITION"]
+    assert 100 * 0.05 / diagonal < percent <= 1.001 * verified["max_error_percent"]["POSITION"]
 
 
 def changed(output, change):
