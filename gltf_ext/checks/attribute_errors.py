@@ -67,6 +67,8 @@ class Errors:
             corners: [T, 3]: rows at the corners of triangles.
             areas: float64[T].
         """
+        if not self.distances:  # no vertex is used
+            return
         distances = np.concatenate(self.distances)
         self.distances = []
         if len(distances) != len(rows) or not areas.sum() > 0.0:
