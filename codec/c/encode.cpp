@@ -203,6 +203,9 @@ std::vector<uint8_t> encode_view(const gltf_meshlet_mesh& m, const EncodeOptions
   const std::vector<Stream> streams = streams_of(m);
   check_input(mesh, streams);  // before values are read by the streams' elements
   const VertexValues values = values_of(m, streams);
+  require(m.order || (!m.disk_begin && !m.meshlet_begin && !m.group_begin && !m.disk_begin_count &&
+                      !m.meshlet_begin_count && !m.group_begin_count),
+          "there are meshlets without an order of triangles");
   if (!m.order && !page_bytes) return encode(mesh, streams, values, all, stats);
   std::vector<Bytes> blobs;
   if (m.order) {

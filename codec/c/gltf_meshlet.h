@@ -66,7 +66,8 @@ enum {
   GLTF_MESHLET_GRID = 0,    /* floats: offset + integer * step */
   GLTF_MESHLET_OCT = 1,     /* unit vectors of three floats, from two integers */
   GLTF_MESHLET_INTEGER = 2, /* the integers */
-  GLTF_MESHLET_FLOAT32 = 3, /* floats, bit for bit */
+  GLTF_MESHLET_FLOAT32 = 3, /* floats: of the bits b, the integer is b >> 31 ? ~b : b ^ 0x80000000,
+                               and b is the integer >> 31 ? integer ^ 0x80000000 : ~integer */
   GLTF_MESHLET_SIGN = 4     /* -1 or 1, of tangents */
 };
 
@@ -179,10 +180,10 @@ enum {
   GLTF_MESHLET_F16 = 1, /* the nearest half, ties to even */
   GLTF_MESHLET_SNORM8 = 2,
   GLTF_MESHLET_UNORM8 = 3,  /* normalised: the nearest integer of the value, which is cut off at */
-  GLTF_MESHLET_SNORM16 = 4, /* -1 or 0 and 1, times 127, 255, 32767 or 65535 */
-  GLTF_MESHLET_UNORM16 = 5,
-  GLTF_MESHLET_U8 = 6,  /* the integer of the stream, whose bits must fit: for joints, and to */
-  GLTF_MESHLET_U16 = 7, /* dequantise positions, normals and others on the GPU */
+  GLTF_MESHLET_SNORM16 = 4, /* -1 or 0 and 1, times 127, 255, 32767 or 65535. Halves go away from */
+  GLTF_MESHLET_UNORM16 = 5, /* 0; NaN gives -1 or 0 */
+  GLTF_MESHLET_U8 = 6,      /* the integer of the stream, whose bits must fit: for joints, and to */
+  GLTF_MESHLET_U16 = 7,     /* dequantise positions, normals and others on the GPU */
   GLTF_MESHLET_U32 = 8
 };
 
@@ -218,8 +219,9 @@ typedef struct gltf_meshlet_arrays {
   uint32_t* shared; /* null, or for gltf_meshlet_join_vertices: per vertex, itself or an earlier one
                        that has its position by a reference. Only gltf_meshlet_decode writes it */
   const gltf_meshlet_attribute* attributes; /* or null; at most 64 */
-  gltf_meshlet_bounds* bounds;              /* null, or for each meshlet: of the view, with begins
-                                               or gltf_meshlet_decode, else of the range */
+  gltf_meshlet_bounds* bounds;              /* null, or room for one of each meshlet: of the view,
+                                               with begins or gltf_meshlet_decode, else of the
+                                               range */
   uint16_t* triangles_16; /* in place of `triangles`, for at most 2^16 vertices; or null */
   uint32_t attribute_count, reserved;
 } gltf_meshlet_arrays;
@@ -256,7 +258,7 @@ typedef struct gltf_meshlet_meshlet_arrays {
   uint32_t* integers; /* room for 64 x (sum of all streams' elements): 64 x elements of stream 0, of
                          which its vertices x elements are written; then those of stream 1, .. */
   const gltf_meshlet_attribute* attributes; /* vertex v at data + stride * (64 * i + v) */
-  gltf_meshlet_bounds* bounds;
+  gltf_meshlet_bounds* bounds;              /* null, or one for each meshlet of the call */
 } gltf_meshlet_meshlet_arrays;
 
 /* Decodes `count` meshlets alone, in any order. scratch: as above. */
@@ -312,7 +314,7 @@ GLTF_MESHLET_API int gltf_meshlet_unpack(const void* packed, size_t size, int32_
 
 typedef struct gltf_meshlet_packed_page {
   uint64_t offset;       /* of the stored bytes, in the packed view */
-  uint32_t stored_bytes; /* equal to page_bytes: it is not packed */
+  uint32_t stored_bytes; /* equal to page_bytes: it is not packed, and needs no unpacking */
   uint32_t page_bytes;
 } gltf_meshlet_packed_page;
 
@@ -337,9 +339,11 @@ GLTF_MESHLET_API int gltf_meshlet_unpack_page(gltf_meshlet_scratch* scratch, con
 typedef struct gltf_meshlet_tables {
   uint32_t size;
   uint32_t page_count, coarse_page_count, group_count, run_count;
-  uint32_t root_page_count; /* 0 if the object has none */
-  const void* bytes;        /* all, or the first ones: pages, then the groups of whole pages */
-  const void* runs;         /* null if `bytes` are all; else the first runs, of these groups */
+  uint32_t root_page_count; /* 0 if the object has none; a prefix needs it */
+  const void* bytes;        /* all; or a prefix: pages, then groups, those of root pages at least. A
+                               page whose groups are there in part counts as not known */
+  const void* runs; /* null if `bytes` are all; else the first runs, of these groups or more:
+                       firstRun (bytes 20 to 23 of a group) + runs (byte 31) of the last */
   uint64_t byte_count, run_bytes;
 } gltf_meshlet_tables;
 
@@ -362,12 +366,13 @@ typedef struct gltf_meshlet_level_page {
 
 typedef struct gltf_meshlet_group {
   uint32_t size;
-  float centre[3], radius; /* a sphere around all that the group replaces or that replaces it */
+  float centre[3], radius; /* a sphere around its meshlets and those of all finer groups below it */
   float error;             /* of its replacement; infinite for a top group */
   uint32_t page, first_meshlet, meshlets;
 } gltf_meshlet_group;
 
-/* Copies the tables and checks all that the specification demands of them. */
+/* Copies the tables and checks all that the specification demands of them. A prefix that is too
+ * short is a mistake of the caller (GLTF_MESHLET_ARGUMENT), not of the file. */
 GLTF_MESHLET_API int gltf_meshlet_open_levels(const gltf_meshlet_tables* tables,
                                               gltf_meshlet_levels** levels);
 
@@ -379,7 +384,8 @@ GLTF_MESHLET_API int gltf_meshlet_get_group(const gltf_meshlet_levels* levels, u
                                             gltf_meshlet_group* out);
 
 /* Fails unless the view is that page by its counts, and has the streams of `other`, which is null
- * or any view of the primitive. Call it before the page counts as resident. */
+ * or any view of the primitive. Call it before the page counts as resident. Refuses a page that is
+ * not known yet. */
 GLTF_MESHLET_API int gltf_meshlet_check_page(const gltf_meshlet_levels* levels, uint32_t page,
                                              const gltf_meshlet_view* view,
                                              const gltf_meshlet_view* other);
@@ -394,23 +400,25 @@ typedef struct gltf_meshlet_cut {
   uint32_t size;
   uint32_t is_orthographic; /* 1: eye and least_distance have no meaning */
   double eye[3];
-  double pixels_per_unit;  /* of a unit at distance one: height / (2 tan(vertical angle / 2)); if it
-                              is orthographic, at any distance. 1: `threshold` is in units */
-  double threshold;        /* pixels: groups of larger errors are not replaced */
-  double least_distance;   /* to the sphere of a group; 0: a millionth of that to its centre */
-  const double* matrix;    /* null, or 16 numbers, column by column: from POSITION to the eye's
-                              coordinates */
+  double pixels_per_unit; /* of a unit at distance one: height / (2 tan(vertical angle / 2)); if it
+                             is orthographic, at any distance. 1: `threshold` is in units */
+  double threshold;       /* pixels: groups of larger errors are not replaced, top groups never */
+  double least_distance;  /* to the sphere of a group, as of the camera's near plane; 0: a millionth
+                             of the largest radius in the root pages, by the scale of `matrix` */
+  const double* matrix;   /* null, or 16 numbers, column by column: from POSITION to the eye's
+                             coordinates */
   const uint8_t* resident; /* per page: 0 if it is not in memory; null: all are */
-  uint8_t* active;         /* per known group: becomes 1 or 0 */
-  float* urgency;          /* null, or per page: the largest error in pixels of its needed groups is
-                              put there if it is larger than what is there; infinite for root pages.
-                              Set to 0 before the first instance of a frame */
+  uint8_t* active; /* per known group: becomes 1 or 0; top groups: 1 if root pages are here */
+  float* urgency;  /* null, or per page: the largest error in pixels of its needed groups is
+                      put there if it is larger than what is there; infinite for root pages.
+                      Set to 0 before the first instance of a frame */
   gltf_meshlet_draw* draws; /* null, or what to draw */
   uint64_t draw_room;       /* at least most_draws */
   /* Results. */
   uint64_t draw_count;
   double error;           /* of the cut, in pixels; more than the threshold while pages lack */
-  uint32_t groups_needed; /* more than known_groups: a longer prefix may give a finer cut */
+  uint32_t groups_needed; /* more than known_groups: a prefix with so many groups, which are those
+                             of whole pages, may give a finer cut */
   uint32_t reserved;
 } gltf_meshlet_cut;
 
@@ -421,7 +429,8 @@ GLTF_MESHLET_API int gltf_meshlet_make_cut(const gltf_meshlet_levels* levels,
 
 /* Writes the numbers of all pages with an urgency above 0 to `order`, the most urgent first, and
  * how many these are; and how many of the first ones have at most `budget` bytes together: load or
- * keep those. bytes: of each page, in whatever form they count. For several primitives their arrays
+ * keep those. If the root pages are more, nothing can be drawn by this budget: load them all the
+ * same. bytes: of each page, in whatever form they count. For several primitives their arrays
  * follow on one another. Takes no memory. */
 GLTF_MESHLET_API int gltf_meshlet_rank_pages(const float* urgency, const uint32_t* bytes,
                                              size_t count, uint64_t budget, uint32_t* order,
@@ -446,14 +455,14 @@ typedef struct gltf_meshlet_mesh {
    * those of the begins, one more than of disks, meshlets, groups.
    * Without disk_begin, meshlet m is order[meshlet_begin[m]] .. order[meshlet_begin[m + 1]]: any
    * triangles, which are cut into disks, and into several meshlets if they are too many for one.
-   * Without group_begin, all are one group. */
+   * Without group_begin, all are one group. Begins without order are refused. */
   const uint32_t *order, *disk_begin, *meshlet_begin, *group_begin;
   uint64_t disk_begin_count, meshlet_begin_count, group_begin_count;
   const uint16_t* triangles_16; /* in place of `triangles`, or null */
   /* In place of `values`, or null: per stream, its integers in the caller's layout, in one of the
    * formats _U8, _U16, _U32. They are only read. */
   const gltf_meshlet_attribute* attributes;
-  size_t position_stride; /* in bytes; 0: 12 */
+  size_t position_stride; /* in bytes, at least 12; 0: 12 */
 } gltf_meshlet_mesh;
 
 typedef struct gltf_meshlet_options { /* 0 is the default of each */

@@ -15,19 +15,25 @@ struct OpenLevels : Object {
   OpenLevels() : Object(kKind) {}
 };
 
-// A page of levels that exists, its number and the view of its blob.
+// A page of levels that is known, its number and the view of its blob.
 Problem check_counts(const LevelTables& tables, uint32_t number, const View& view) {
   const LevelPage& page = tables.page(number);
   if (view.blobs.size() != 1) return {"page # is not one blob", number};
   const ViewBlob& blob = view.blobs[0];
   if (blob.size != page.bytes || blob.triangle_count != page.triangles ||
-      blob.vertex_count != page.vertices ||
-      (tables.knows_page(number) && blob.meshlet_count != tables.page_clusters(number)))
+      blob.vertex_count != page.vertices || blob.meshlet_count != tables.page_clusters(number))
     return {"page # has other counts than the tables say", number};
   return {};
 }
 
 bool is_finite(double x) { return x - x == 0; }
+
+// Mistakes with a prefix are the caller's: the file breaks no rule.
+int fail_to_open(const Problem& problem) {
+  for (const char* mistake : {kPrefixEnds, kPrefixRuns, kPrefixRoots})
+    if (problem.text == mistake) return bad_argument(mistake);
+  return fail(problem);
+}
 
 // Returns what is wrong, or null.
 const char* problem_of(const gltf_meshlet_cut& cut, const LevelTables& tables) {
@@ -64,7 +70,7 @@ int gltf_meshlet_open_levels(const gltf_meshlet_tables* tables, gltf_meshlet_lev
                                 t.root_page_count};
     const LevelBytes bytes = {static_cast<const uint8_t*>(t.bytes), t.byte_count,
                               static_cast<const uint8_t*>(t.runs), t.run_bytes};
-    if (const Problem p = opened->tables.open(counts, bytes)) return fail(p);
+    if (const Problem p = opened->tables.open(counts, bytes)) return fail_to_open(p);
     return give_object(std::move(opened), levels);
   });
 }
@@ -116,6 +122,8 @@ int gltf_meshlet_check_page(const gltf_meshlet_levels* levels, uint32_t page,
     const auto* const sibling = object_of<const OpenView>(other);
     if (!opened || (other && !sibling)) return bad_argument(kWrongObject);
     if (page >= open.tables.counts().pages) return no_such("there is no such page");
+    if (!open.tables.knows_page(page))
+      return bad_argument("the groups of the page are not in the prefix");
     if (const Problem p = check_counts(open.tables, page, opened->view)) return fail(p);
     if (sibling && !same_streams(opened->view.streams, sibling->view.streams))
       return fail({"page # has other streams than the primitive", page});
@@ -128,12 +136,15 @@ int gltf_meshlet_make_cut(const gltf_meshlet_levels* levels, gltf_meshlet_cut* c
     gltf_meshlet_cut c;
     if (!take(cut, c)) return bad_argument(kWrongSize);
     if (const char* problem = problem_of(c, open.tables)) return bad_argument(problem);
+    const double scale = c.matrix ? largest_scale(c.matrix) : 1;
+    if (!is_finite(scale)) return bad_argument("the matrix is too large");
     const CutCamera camera = {c.is_orthographic != 0,
                               {c.eye[0], c.eye[1], c.eye[2]},
                               c.pixels_per_unit,
                               c.least_distance,
                               c.threshold,
-                              c.matrix};
+                              c.matrix,
+                              scale};
     const CutResult result =
         make_cut(open.tables, camera,
                  {c.resident, c.active, c.urgency, reinterpret_cast<CutDraw*>(c.draws)});

@@ -69,6 +69,7 @@ struct PlainMesh {
       require(elements <= STREAM_MAX_ELEMENTS, "a stream has not 1 to 4 elements");
       const size_t bytes = elements * component_bytes(VertexFormat(a.format));
       const size_t stride = a.stride ? a.stride : bytes;
+      require(stride >= bytes, "an attribute's stride is less than its bytes");
       values_.push_back(a.format == GLTF_MESHLET_U8
                             ? wide<uint8_t>(a.data, m.vertex_count, elements, stride)
                         : a.format == GLTF_MESHLET_U16
@@ -80,6 +81,7 @@ struct PlainMesh {
   }
 
   void widen_positions() {
+    require(m.position_stride >= 12, "the stride of the positions is less than 12 bytes");
     const auto* row = reinterpret_cast<const uint8_t*>(m.positions);
     positions_.resize(3 * size_t(m.vertex_count));
     for (uint64_t v = 0; v < m.vertex_count; v++, row += m.position_stride)

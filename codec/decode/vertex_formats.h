@@ -67,14 +67,15 @@ inline uint16_t half_of(float value) {
   return uint16_t(sign | (rebiased + 0xFFFu + (rebiased >> 13 & 1u)) >> 13);
 }
 
-// The nearest integer of value * scale, from -scale or 0 to scale. No number gives the least one.
-inline int32_t snorm_of(float value, float scale) {
+// The nearest integer of value * scale, from -scale or 0 to scale; halves away from 0. No number
+// gives the least one. In double the product and the sum are exact.
+inline int32_t snorm_of(float value, double scale) {
   const float bound = !(value > -1.0f) ? -1.0f : value > 1.0f ? 1.0f : value;
-  return int32_t(bound * scale + (bound < 0.0f ? -0.5f : 0.5f));
+  return int32_t(double(bound) * scale + (bound < 0.0f ? -0.5 : 0.5));
 }
-inline uint32_t unorm_of(float value, float scale) {
+inline uint32_t unorm_of(float value, double scale) {
   const float bound = !(value > 0.0f) ? 0.0f : value > 1.0f ? 1.0f : value;
-  return uint32_t(bound * scale + 0.5f);
+  return uint32_t(double(bound) * scale + 0.5);
 }
 
 template <class Component, class Value, class Convert>
@@ -97,13 +98,13 @@ inline void pack_values(VertexFormat format, const float* values, uint32_t verti
   switch (format) {
     case VertexFormat::kHalf: return pack(uint16_t(), half_of);
     case VertexFormat::kSnorm8:
-      return pack(int8_t(), [](float x) { return int8_t(snorm_of(x, 127.0f)); });
+      return pack(int8_t(), [](float x) { return int8_t(snorm_of(x, 127.0)); });
     case VertexFormat::kUnorm8:
-      return pack(uint8_t(), [](float x) { return uint8_t(unorm_of(x, 255.0f)); });
+      return pack(uint8_t(), [](float x) { return uint8_t(unorm_of(x, 255.0)); });
     case VertexFormat::kSnorm16:
-      return pack(int16_t(), [](float x) { return int16_t(snorm_of(x, 32767.0f)); });
+      return pack(int16_t(), [](float x) { return int16_t(snorm_of(x, 32767.0)); });
     case VertexFormat::kUnorm16:
-      return pack(uint16_t(), [](float x) { return uint16_t(unorm_of(x, 65535.0f)); });
+      return pack(uint16_t(), [](float x) { return uint16_t(unorm_of(x, 65535.0)); });
     default: return pack(float(), [](float x) { return x; });
   }
 }

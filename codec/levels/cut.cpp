@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr float kLargest = std::numeric_limits<float>::max();
-constexpr double kLeastShare = 1e-6;  // of the distance to a sphere's centre
+constexpr double kLeastShare = 1e-6;  // of the largest radius in root pages
 constexpr int kSweeps = 12;           // Jacobi's method has settled after 6
 
 // Makes a[p][q] of a symmetric matrix 0.
@@ -30,20 +30,7 @@ void rotate(double (&a)[3][3], int p, int q) {
   }
 }
 
-// The largest singular value of the upper left 3 x 3 part: the root of the largest eigenvalue of
-// the products of its columns.
-double largest_scale(const double* m) {
-  double a[3][3];
-  for (int i = 0; i < 3; i++)
-    for (int j = 0; j < 3; j++)
-      a[i][j] = m[4 * i] * m[4 * j] + m[4 * i + 1] * m[4 * j + 1] + m[4 * i + 2] * m[4 * j + 2];
-  for (int sweep = 0; sweep < kSweeps; sweep++) {
-    rotate(a, 0, 1);
-    rotate(a, 0, 2);
-    rotate(a, 1, 2);
-  }
-  return std::sqrt(std::max(std::max(a[0][0], a[1][1]), std::max(a[2][2], 0.0)));
-}
+bool is_top(const LevelGroup& group) { return group.error > kLargest; }
 
 class Cutter {
  public:
@@ -51,7 +38,7 @@ class Cutter {
       : tables_(tables),
         camera_(camera),
         arrays_(arrays),
-        scale_(camera.matrix ? largest_scale(camera.matrix) : 1) {}
+        least_distance_(camera.least_distance > 0 ? camera.least_distance : least_distance()) {}
 
   CutResult run() {
     const uint32_t known = tables_.known_groups();
@@ -60,11 +47,21 @@ class Cutter {
     for (uint32_t g = 0; g < known; g++) decide(g, has_roots);
     for (uint32_t g = 0; g < known; g++)
       if (arrays_.active[g]) draw(g);
+    if (result_.groups)
+      result_.groups = tables_.page_end_group(tables_.page_of(result_.groups - 1));
     return result_;
   }
 
  private:
   bool is_resident(uint32_t page) const { return !arrays_.resident || arrays_.resident[page]; }
+
+  // One for all groups: a finer one must not be more urgent than what it replaces.
+  double least_distance() const {
+    float largest = 0;
+    for (uint32_t g = 0; g < tables_.page_end_group(tables_.root_pages() - 1); g++)
+      largest = std::max(largest, tables_.group(g).radius);
+    return kLeastShare * double(largest) * camera_.scale;
+  }
 
   // Returns whether all root pages are resident. Nothing is more urgent.
   bool ask_for_roots() {
@@ -82,7 +79,7 @@ class Cutter {
     uint8_t& active = arrays_.active[g];
     if (active) {
       const double error = pixels(group);
-      const bool needed = error > camera_.threshold;
+      const bool needed = is_top(group) || error > camera_.threshold;
       if (needed && arrays_.urgency)
         arrays_.urgency[group.page] = std::max(arrays_.urgency[group.page], float(error));
       active = needed && has_roots && is_resident(group.page);
@@ -110,14 +107,14 @@ class Cutter {
   const LevelTables& tables_;
   const CutCamera& camera_;
   const CutArrays& arrays_;
-  const double scale_;
+  const double least_distance_;
   CutResult result_{0, 0, 0};
 };
 
 // The error of a group on the screen, at the nearest point of its sphere.
 double Cutter::pixels(const LevelGroup& group) const {
-  if (group.error > kLargest) return kInfinity;
-  const double error = double(group.error) * scale_ * camera_.pixels_per_unit;
+  if (is_top(group)) return kInfinity;
+  const double error = double(group.error) * camera_.scale * camera_.pixels_per_unit;
   if (camera_.orthographic || !(error > 0)) return error;
   double x = group.centre[0], y = group.centre[1], z = group.centre[2];
   if (const double* m = camera_.matrix) {
@@ -130,9 +127,9 @@ double Cutter::pixels(const LevelGroup& group) const {
   y -= camera_.eye[1];
   z -= camera_.eye[2];
   const double distance = std::sqrt((x * x + y * y) + z * z);
-  const double least = camera_.least_distance > 0 ? camera_.least_distance : kLeastShare * distance;
-  const double nearest = std::max(distance - double(group.radius) * scale_, least);
-  return nearest > 0 ? error / nearest : kInfinity;
+  const double nearest = std::max(distance - double(group.radius) * camera_.scale, least_distance_);
+  const double pixels = nearest > 0 ? error / nearest : kInfinity;
+  return pixels >= 0 ? pixels : kInfinity;  // beyond double
 }
 
 // Draws the clusters of an active group that no active group replaces.
@@ -160,6 +157,28 @@ void Cutter::add(const CutDraw& draw, bool follows) {
 }
 
 }  // namespace
+
+// The root of the largest eigenvalue of the products of the columns. Entries are divided by the
+// largest one, so that products neither overflow nor vanish.
+double largest_scale(const double* m) {
+  double largest = 0;
+  for (int i = 0; i < 12; i++)
+    if (i % 4 < 3) largest = std::max(largest, std::fabs(m[i]));
+  if (largest == 0) return 0;
+  double columns[3][3], a[3][3];
+  for (int i = 0; i < 3; i++)
+    for (int k = 0; k < 3; k++) columns[i][k] = m[4 * i + k] / largest;
+  for (int i = 0; i < 3; i++)
+    for (int j = 0; j < 3; j++)
+      a[i][j] = columns[i][0] * columns[j][0] + columns[i][1] * columns[j][1] +
+                columns[i][2] * columns[j][2];
+  for (int sweep = 0; sweep < kSweeps; sweep++) {
+    rotate(a, 0, 1);
+    rotate(a, 0, 2);
+    rotate(a, 1, 2);
+  }
+  return largest * std::sqrt(std::max(std::max(a[0][0], a[1][1]), a[2][2]));
+}
 
 CutResult make_cut(const LevelTables& tables, const CutCamera& camera, const CutArrays& arrays) {
   return Cutter(tables, camera, arrays).run();

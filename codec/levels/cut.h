@@ -11,11 +11,15 @@ struct CutCamera {
   bool orthographic;
   double eye[3];
   double pixels_per_unit;
-  double least_distance;  // to a sphere; 0: a millionth of that to its centre
+  double least_distance;  // to a sphere; 0: a millionth of the largest radius in root pages
   double threshold;       // groups of more pixels are needed
   const double* matrix;  // 16 numbers, column by column, from POSITION to the eye's coordinates, or
                          // null
+  double scale;          // largest_scale(matrix); 1 without one
 };
+
+// The largest singular value of the upper left 3 x 3 part; infinite if it is beyond double.
+double largest_scale(const double* matrix);
 
 // Clusters [first, first + count) of a page, of one group.
 struct CutDraw {
@@ -32,7 +36,7 @@ struct CutArrays {
 
 struct CutResult {
   size_t draws;
-  uint32_t groups;  // that have to be known for the finest such cut: up to the last finer one
+  uint32_t groups;  // of whole pages, that have to be known for the finest such cut
   double error;     // at most, in pixels
 };
 

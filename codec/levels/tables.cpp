@@ -58,25 +58,48 @@ Problem LevelTables::copy(const LevelBytes& b) {
   const uint64_t page_end = sizeof(LevelPage) * uint64_t(counts_.pages),
                  group_end = page_end + sizeof(LevelGroup) * uint64_t(counts_.groups),
                  end = group_end + sizeof(LevelRun) * uint64_t(counts_.runs);
-  if (b.runs ? b.size < page_end || b.size > group_end : b.size != end)
+  if (b.runs && b.size < page_end) return {kPrefixEnds};
+  if (b.runs ? b.size > group_end : b.size != end)
     return {"the tables of the levels have another length than their counts say"};
   const uint64_t known = ((b.runs ? b.size : group_end) - page_end) / sizeof(LevelGroup);
   if (!copy_rows(b.bytes, counts_.pages, pages_) || !begins_.resize(counts_.pages))
     return {kNoMemory};
   if (const Problem problem = check_pages()) return problem;
-  uint32_t groups = 0;  // of whole pages
+  const uint32_t groups = groups_of_whole_pages(known);
+  if (const Problem problem = check_prefix(groups)) return problem;
+  if (!copy_rows(b.bytes + page_end, groups, groups_)) return {kNoMemory};
+  return copy_runs(b, b.bytes + group_end);
+}
+
+uint32_t LevelTables::groups_of_whole_pages(uint64_t known) const {
+  uint32_t groups = 0;
   for (uint32_t p = 0; p < counts_.pages && page_end_group(p) <= known; p++)
     groups = page_end_group(p);
-  if (groups == 0) return {"the tables of the levels are too short for their first page"};
-  if (!copy_rows(b.bytes + page_end, groups, groups_)) return {kNoMemory};
+  return groups;
+}
+
+// Without all top groups, cuts would have holes.
+Problem LevelTables::check_prefix(uint32_t groups) const {
+  if (groups == counts_.groups) return {};
+  if (!counts_.root_pages) return {kPrefixRoots};
+  return groups < page_end_group(counts_.root_pages - 1) ? Problem{kPrefixEnds} : Problem{};
+}
+
+// all: where the runs are in tables that are no prefix.
+Problem LevelTables::copy_runs(const LevelBytes& b, const uint8_t* all) {
   uint64_t runs = 0;
   for (const LevelGroup& group : groups_) runs += group.runs;
-  const uint64_t there = b.runs ? b.runs_size / sizeof(LevelRun) : counts_.runs;
-  if (runs > std::min<uint64_t>(there, counts_.runs) ||
-      (groups == counts_.groups && runs != counts_.runs))
+  if (runs > counts_.runs || (known_groups() == counts_.groups && runs != counts_.runs))
     return {"the groups of the levels have other runs than there are"};
-  return copy_rows(b.runs ? b.runs : b.bytes + group_end, size_t(runs), runs_) ? Problem{}
-                                                                               : Problem{kNoMemory};
+  if (b.runs && b.runs_size / sizeof(LevelRun) < runs) return {kPrefixRuns};
+  return copy_rows(b.runs ? b.runs : all, size_t(runs), runs_) ? Problem{} : Problem{kNoMemory};
+}
+
+uint32_t LevelTables::page_of(uint32_t g) const {
+  const auto next = std::upper_bound(
+      pages_.begin(), pages_.end(), g,
+      [](uint32_t group, const LevelPage& page) { return group < page.first_group; });
+  return uint32_t(next - pages_.begin()) - 1;
 }
 
 Problem LevelTables::check_pages() {

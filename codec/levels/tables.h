@@ -38,6 +38,12 @@ struct LevelBytes {
   uint64_t runs_size;
 };
 
+// Not broken rules but mistakes of who passes a prefix.
+inline constexpr char kPrefixEnds[] = "the prefix ends before the groups of the root pages do";
+inline constexpr char kPrefixRuns[] = "the prefix has fewer runs than its groups";
+inline constexpr char kPrefixRoots[] =
+    "a prefix needs the number of root pages: without rootPageCount open all of the tables";
+
 // Copied and checked. Does not change once it is open: threads share it.
 class LevelTables {
  public:
@@ -59,6 +65,8 @@ class LevelTables {
   }
   // Are the groups of the page there?
   bool knows_page(uint32_t p) const { return page_end_group(p) <= known_groups(); }
+  // The page that lists group g.
+  uint32_t page_of(uint32_t g) const;
   // Meshlets of a page that is known.
   uint32_t page_clusters(uint32_t p) const {
     const LevelGroup& last = groups_[page_end_group(p) - 1];
@@ -70,6 +78,9 @@ class LevelTables {
  private:
   Problem check_counts() const;
   Problem copy(const LevelBytes& bytes);
+  Problem copy_runs(const LevelBytes& bytes, const uint8_t* all);
+  uint32_t groups_of_whole_pages(uint64_t known) const;
+  Problem check_prefix(uint32_t groups) const;
   Problem check_pages();
   Problem check_groups();
   Problem check_group(uint32_t g, uint32_t page) const;

@@ -11,7 +11,8 @@ from gltf_ext.batches.storage import folder_of
 from gltf_ext.document import gltf
 from gltf_ext.document.container import CHUNK_HEADER, GLB_HEADER
 from gltf_ext.options import Options
-from gltf_ext.sources import ply, stl
+from gltf_ext.sources import stl
+from gltf_ext.sources.ply_header import read_header
 
 # Measured for compress and verify (bench/batch_memory.py): up to 240 bytes of a triangle of a large
 # primitive, 290 to 423 with levels of detail, both with the file; less for many primitives.
@@ -51,7 +52,7 @@ def _content(url: str, size: int) -> tuple[int, int]:
         case "gltf":
             return _of_gltf(folder.read(name))
         case "ply":
-            header = ply.read_header(io.BytesIO(folder.read(name, 0, HEADER)))
+            header = read_header(io.BytesIO(folder.read(name, 0, HEADER)))
             return min(size, header.rows_of("face")), 0
         case "stl":
             return size // stl.TRIANGLE.itemsize, 0

@@ -67,9 +67,7 @@ class Errors:
             corners: [T, 3]: rows at the corners of triangles.
             areas: float64[T].
         """
-        if not self.distances:  # no vertex is used
-            return
-        distances = np.concatenate(self.distances)
+        distances = np.concatenate([np.zeros(0, np.float32), *self.distances])
         self.distances = []
         if len(distances) != len(rows) or not areas.sum() > 0.0:
             return

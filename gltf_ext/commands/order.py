@@ -17,6 +17,7 @@ from gltf_ext.sources.primitives import all_primitives
 
 # Extension of a primitive or a mesh -> what it numbers. Feature ids are rewritten (features.py).
 NUMBERED = {
+    "BENTLEY_primitive_restart": "vertices",
     "CESIUM_primitive_outline": "vertices",
     "EXT_mesh_manifold": "vertices",
     "EXT_mesh_polygon": "triangles",

@@ -6,9 +6,10 @@ import base64
 import binascii
 import mmap
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Final, TypeVar
 from urllib.parse import unquote, unquote_to_bytes
@@ -31,13 +32,19 @@ MESHOPT_REMEDY = "install a decoder: pip install gltf-meshlet[meshopt]"
 class NewBytes:
     """Bytes of a buffer view that is not in a buffer yet.
 
+    source: these, or what returns them when they are read for the first time.
     fallback: they go to the fallback's buffer, not to the binary chunk.
     packed: what is written instead of them, see transport.py.
     """
 
-    data: memoryview
+    source: memoryview | Callable[[], memoryview]
     fallback: bool
     packed: bytes | None = None
+
+    @cached_property
+    def data(self) -> memoryview:
+        """The bytes. Raises MeshletError."""
+        return self.source if isinstance(self.source, memoryview) else self.source()
 
 
 class Document:
@@ -52,6 +59,7 @@ class Document:
         import_rounding: the largest difference of a coordinate to that in the file, a double.
         import_files: the other files that were read then, such as materials and textures.
         was_packed: the file had packed views (transport.py).
+        unread_bytes: what all views take that are decoded when they are read (meshopt.py).
     """
 
     def __init__(
@@ -82,6 +90,7 @@ class Document:
         self.import_rounding = 0.0
         self.import_files: tuple[Path, ...] = ()
         self.was_packed = False
+        self.unread_bytes = 0
         self._binary = binary
         self._buffers_read: dict[int, memoryview] = {}
 
@@ -103,7 +112,8 @@ class Document:
         buffer = item(self.buffers, index, "buffer")
         if index not in self._buffers_read:
             uri, length = buffer.get("uri"), buffer.get("byteLength")
-            data = self._binary if uri is None else memoryview(self._buffer_of(uri))
+            binary = self._binary if index == 0 else None
+            data = binary if uri is None else memoryview(self._buffer_of(uri))
             if data is None:
                 raise MeshletError(f"buffer {index} has neither a uri nor a binary chunk", DAMAGED)
             if length is None or not 0 <= length <= len(data):
@@ -216,8 +226,9 @@ def _require_version_2(properties: Any) -> None:
     """Raise MeshletError for another version of glTF. Lists of glTF 1.0 are objects by name."""
     is_first = any(member(properties, name) for name in ("accessors", "bufferViews", "meshes"))
     default = "1.0" if is_first else gltf.VERSION
-    version = str(member(properties, "asset").get("version", default))
-    if not version.startswith("2"):
+    version = member(properties, "asset").get("version")
+    version = default if version is None else str(version)
+    if version.split(".")[0] != "2":
         raise MeshletError(f"is glTF {version or 'of no version'}, not glTF 2.0", CONVERT)
 
 

@@ -6,8 +6,11 @@ wheels, or meshoptimizer, which is compiled from its sources. Filters are undone
 
 from __future__ import annotations
 
-import importlib.util
+import functools
+import importlib
+from collections import Counter
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -18,37 +21,76 @@ from gltf_ext.document.json_values import member
 from gltf_ext.errors import MeshletError
 
 NAMES = ("EXT_meshopt_compression", "KHR_meshopt_compression")
+OURS = "EXT_meshlet_"
 MODES = ("ATTRIBUTES", "TRIANGLES", "INDICES")
 LARGEST_STRIDE = 256
 # A decoder allocates what the JSON claims: at most so many bytes for each that it reads. A block of
 # 256 equal elements takes a quarter of a byte for each byte of one element.
 BYTES_PER_BYTE, LEAST_BYTES = 2048, 1 << 16
+# All views, some of which may share data: for each byte of their buffers, and beside.
+SUM_PER_BYTE, LEAST_SUM = 64, 64 << 20
+FILTER_ROWS = 1 << 16  # whose filter is undone at a time
 
 
 def unpack_meshopt(document: Document) -> None:
     """Give views that meshopt has compressed their plain bytes, and remove the extension.
 
-    Without a decoder they keep it; then reading their bytes is an error. Raises MeshletError.
+    They are decoded when they are read. Without a decoder they keep the extension; then reading
+    their bytes is an error. Raises MeshletError.
     """
+    meshlets = _views_of_meshlets(document)
     views = [
         (index, view, name)
         for index, view in enumerate(document.bufferViews)
         for name in NAMES
-        if gltf.has_extension(view, name)
+        if gltf.has_extension(view, name) and index not in meshlets
     ]
+    sums: Counter[int] = Counter()
     for index, view, name in views:
         extension = view["extensions"].pop(name)
-        if _has_fallback(document, index) or _decode(document, index, view, extension):
-            if not view["extensions"]:
-                del view["extensions"]
-        else:
-            view["extensions"][name] = extension
+        if not _has_fallback(document, index):
+            if _decoder() is None:
+                view["extensions"][name] = extension
+                continue
+            stream = _stream(document, index, extension)
+            sums[stream.buffer] += stream.decoded_bytes
+            read = functools.partial(_decode, document, stream, f"bufferView {index}")
+            document.new_bytes[index] = NewBytes(read, False)
+        if not view["extensions"]:
+            del view["extensions"]
+    _require_few(document, sums)
+    document.unread_bytes = sums.total()
     if any("meshopt" in key for view in document.bufferViews for key in view.get("extensions", {})):
         return
     for name in NAMES:
         for buffer in document.buffers:
             gltf.pop_extension(buffer, name)
         document.forget_extension(name)
+
+
+def _views_of_meshlets(document: Document) -> set[int]:
+    """Return the views of our extensions, which no other one may compress."""
+    extensions = [
+        extension
+        for mesh in document.meshes
+        for primitive in mesh["primitives"]
+        for name, extension in primitive.get("extensions", {}).items()
+        if name.startswith(OURS) and isinstance(extension, dict)
+    ]
+    holders = [holder for one in extensions for holder in (one, member(one, "pages"))]
+    return {number for holder in holders if isinstance(number := holder.get("bufferView"), int)}
+
+
+def _require_few(document: Document, sums: Counter[int]) -> None:
+    """Raise MeshletError for views that take far more than their buffers. sums: of each buffer."""
+    excess = sum(
+        max(0, count - SUM_PER_BYTE * document.buffers[buffer].get("byteLength", 0))
+        for buffer, count in sums.items()
+    )
+    if excess > LEAST_SUM:
+        raise MeshletError(
+            f"its meshopt data claim to be {sums.total():,} bytes, far more than they can", DAMAGED
+        )
 
 
 def _has_fallback(document: Document, index: int) -> bool:
@@ -64,45 +106,87 @@ def _has_fallback(document: Document, index: int) -> bool:
     return True
 
 
-def _decode(document: Document, index: int, view: gltf.BufferView, extension: Any) -> bool:
-    """Decode a view; returns False if no decoder is installed. Raises MeshletError."""
-    decode = _decoder()
-    if decode is None:
-        return False
-    where = f"bufferView {index}"
+@dataclass(frozen=True)
+class _Stream:
+    """What the extension says of a view's data, checked."""
+
+    buffer: int
+    start: int
+    length: int
+    count: int
+    stride: int
+    mode: str
+    filter: str
+
+    @property
+    def decoded_bytes(self) -> int:
+        return self.count * self.stride
+
+
+def _stream(document: Document, index: int, extension: Any) -> _Stream:
+    """Check an extension. Raises MeshletError."""
     fields = extension if isinstance(extension, dict) else {}
-    count, stride, mode = (fields.get(name) for name in ("count", "byteStride", "mode"))
-    source: Any = {
-        name: fields[name] for name in ("buffer", "byteOffset", "byteLength") if name in fields
-    }
-    data = document.bytes_at(source, where)
+    keys = ("buffer", "byteOffset", "byteLength", "count", "byteStride")
+    numbers: list[Any] = [fields.get(key, 0 if key == "byteOffset" else None) for key in keys]
+    mode, filter_ = fields.get("mode"), fields.get("filter", "NONE")
+    where = f"bufferView {index}"
     if (
-        type(count) is not int
-        or type(stride) is not int
+        any(type(number) is not int or number < 0 for number in numbers)
         or mode not in MODES
-        or not (0 < stride <= LARGEST_STRIDE and count >= 0)
-        or (stride % 4 if mode == MODES[0] else stride not in (2, 4))
-        or count * stride > max(LEAST_BYTES, BYTES_PER_BYTE * len(data))
-        or view.get("byteLength") != count * stride
+        or not isinstance(filter_, str)
     ):
         raise MeshletError(f"{where} is not valid meshopt data", DAMAGED)
+    buffer, start, length, count, stride = numbers
+    stream = _Stream(buffer, start, length, count, stride, mode, filter_)
+    item(document.buffers, stream.buffer, "buffer")
+    is_attribute = mode == MODES[0]
+    if (
+        not 0 < stream.stride <= LARGEST_STRIDE
+        or (stream.stride % 4 if is_attribute else stream.stride not in (2, 4))
+        or stream.decoded_bytes > max(LEAST_BYTES, BYTES_PER_BYTE * stream.length)
+        or document.bufferViews[index].get("byteLength") != stream.decoded_bytes
+    ):
+        raise MeshletError(f"{where} is not valid meshopt data", DAMAGED)
+    if filter_ != "NONE" and not (is_attribute and _is_filter_of(filter_, stream.stride)):
+        raise MeshletError(f"{where} has no valid meshopt filter ({filter_:.20})", DAMAGED)
+    return stream
+
+
+def _decode(document: Document, stream: _Stream, where: str) -> memoryview:
+    """Decode a view. Raises MeshletError."""
+    decode = _decoder()
+    assert decode is not None
+    source: gltf.BufferView = {
+        "buffer": stream.buffer,
+        "byteOffset": stream.start,
+        "byteLength": stream.length,
+    }
+    data = document.bytes_at(source, where)
     try:
-        rows = decode(mode, bytes(data), count, stride)
+        rows = decode(stream.mode, bytes(data), stream.count, stream.stride)
     except Exception:  # the packages raise several
         raise MeshletError(f"{where}: its meshopt data cannot be decoded", DAMAGED) from None
-    rows = _unfiltered(rows, fields.get("filter", "NONE"), where)
-    document.new_bytes[index] = NewBytes(memoryview(rows.tobytes()), False)
-    return True
+    if stream.filter != "NONE":
+        rows = np.array(rows)
+        for first in range(0, len(rows), FILTER_ROWS):  # each takes many times its bytes
+            some = slice(first, first + FILTER_ROWS)
+            rows[some] = _unfiltered(rows[some], stream.filter)
+    return memoryview(rows.tobytes())
 
 
 Decoder = Callable[[str, bytes, int, int], np.ndarray]  # of mode, data, count and stride
 
 
+@functools.cache
 def _decoder() -> Decoder | None:
     """Return a function for the bytes of elements, uint8[count, stride]; None without a package."""
-    if importlib.util.find_spec("meshopt") is not None:
-        return _with_meshopt
-    return _with_meshoptimizer if importlib.util.find_spec("meshoptimizer") is not None else None
+    for name, decoder in (("meshopt", _with_meshopt), ("meshoptimizer", _with_meshoptimizer)):
+        try:
+            importlib.import_module(name)
+        except Exception:  # it is not there, or broken
+            continue
+        return decoder
+    return None
 
 
 def _with_meshopt(mode: str, data: bytes, count: int, stride: int) -> np.ndarray:
@@ -127,15 +211,15 @@ def _with_meshoptimizer(mode: str, data: bytes, count: int, stride: int) -> np.n
 # --- filters: appendix B of KHR_meshopt_compression ---
 
 
-def _unfiltered(rows: np.ndarray, name: Any, where: str) -> np.ndarray:
-    """Return the elements, uint8[count, stride], with a filter undone. Raises MeshletError."""
-    stride = rows.shape[1]
-    sizes = {"NONE": (stride,), "EXPONENTIAL": (stride,), "QUATERNION": (8,)}
-    if stride not in sizes.get(name, (4, 8)) or name not in (*sizes, "OCTAHEDRAL", "COLOR"):
-        raise MeshletError(f"{where} has a meshopt filter {name!s:.20} that cannot be", DAMAGED)
-    if name == "NONE":
-        return rows
-    bits = 8 * stride // 4
+def _is_filter_of(name: str, stride: int) -> bool:
+    """Return whether a filter is one of elements of so many bytes, which are a multiple of 4."""
+    strides = {"QUATERNION": (8,), "OCTAHEDRAL": (4, 8), "COLOR": (4, 8)}
+    return name == "EXPONENTIAL" or stride in strides.get(name, ())
+
+
+def _unfiltered(rows: np.ndarray, name: str) -> np.ndarray:
+    """Return the elements, uint8[count, stride], with a filter undone."""
+    bits = 8 * rows.shape[1] // 4
     with np.errstate(all="ignore"):  # results for invalid elements are unspecified
         if name == "EXPONENTIAL":
             return _exponential(rows.view("<i4"))

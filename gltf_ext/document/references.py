@@ -14,8 +14,13 @@ Renumber = Callable[[int], int]
 # A key of any extension that says that its value refers to one: bufferView, arrayOffsetBufferView,
 # accessors, dataAccessorIndex. A value out of range is no reference, but for a bufferView.
 NAMED = re.compile(r"(?i)(?:.*[a-z_])?(accessor|buffer_?view)(?:s|_?ind(?:ex|ices)|_?ids?)?")
-# Keys that glTF uses for accessors. In an unknown extension their integers may be anything.
-AMBIGUOUS = ("attributes", "indices", "inverseBindMatrices", "input", "output", "values")
+# Keys that glTF uses for accessors, and what accessors hold. In an unknown extension their integers
+# may be anything.
+AMBIGUOUS = (
+    *("attributes", "indices", "inverseBindMatrices", "input", "output", "values"),
+    *("positions", "normals", "tangents", "colors", "texcoords", "uvs", "weights", "joints"),
+    *("vertices", "points", "triangles", "faces", "edges"),
+)
 
 
 @dataclass(frozen=True)
@@ -29,10 +34,13 @@ class Schema:
 NONE = Schema()
 MICROMAP = Schema(("mapIndices", "directions", "directionBounds", "primitiveFlags"))
 SCHEMAS = {
+    "BENTLEY_primitive_restart": Schema(("indices",)),
     "CESIUM_primitive_outline": Schema(("indices",)),
     "EXT_mesh_gpu_instancing": Schema(("attributes",)),
     "EXT_mesh_manifold": Schema(("attributes", "indices", "mergeIndices", "mergeValues")),
-    "EXT_mesh_primitive_edge_visibility": Schema(("visibility", "silhouetteNormals", "indices")),
+    "EXT_mesh_primitive_edge_visibility": Schema(
+        ("visibility", "silhouetteNormals", "indices", "attributes")
+    ),
     "EXT_mesh_primitive_restart": Schema(("indices",)),
     "EXT_structural_metadata": Schema(views=("values", "arrayOffsets", "stringOffsets")),
     "MPEG_audio_spatial": Schema(("pointers",)),
@@ -48,7 +56,7 @@ SCHEMAS = {
 KNOWN_PREFIXES = (
     "ADOBE_materials_",
     "AGI_",
-    "BENTLEY_",
+    "BENTLEY_materials_",
     "CESIUM_RTC",
     "EXT_feature_metadata",
     "EXT_instance_features",
@@ -87,9 +95,12 @@ def extensions_of(value: Any) -> Iterator[tuple[str, Any]]:
         children = value
     elif isinstance(value, dict):
         inner = value.get("extensions")
+        children = [child for key, child in value.items() if key not in ("extensions", "extras")]
         if isinstance(inner, dict):
             yield from inner.items()
-        children = [child for key, child in value.items() if key != "extras"]
+            children += inner.values()
+        else:
+            children.append(inner)
     else:
         return
     for child in children:

@@ -15,7 +15,7 @@ from gltf_ext.lod.tables import GROUP, RUN_BYTES, Tables
 # What web/stream reads, see there: bytes of the first request, bytes of the pages of the first
 # picture, and groups of a part of the tables, at least.
 HEAD_BYTES, FIRST_BYTES, MIN_PART_GROUPS = 32768, 96 * 1024, 128
-NEAR = 1e-6  # least distance to a sphere, as a fraction of the viewer's distance to its centre
+NEAR = 1e-6  # least distance to a sphere, as a fraction of the largest radius in root pages
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,9 @@ class View:
         if self.eye is None:
             return error * self.pixels_per_unit
         distance = np.linalg.norm(centre - np.asarray(self.eye, np.float64), axis=1)
-        nearest = np.maximum(distance - radius, NEAR * distance)
+        # One for all groups: errors on the screen then grow from fine to coarse.
+        near = NEAR * radius[groups["page"] < tables.root_pages].max()
+        nearest = np.maximum(distance - radius, near)
         with np.errstate(divide="ignore", invalid="ignore"):
             pixels = error * self.pixels_per_unit / nearest
         return np.where(error > 0.0, np.where(nearest > 0.0, pixels, np.inf), 0.0)

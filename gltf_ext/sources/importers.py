@@ -22,6 +22,7 @@ from gltf_ext.sources.mesh_files import (
     beside,
     to_document,
 )
+from gltf_ext.sources.ply_header import read_header
 from gltf_ext.sources.row_arrays import MemoryRows, NewRows
 
 GLTF_SUFFIXES = (".glb", ".gltf")
@@ -59,7 +60,7 @@ def referenced_files(path: Path) -> list[Path]:
         return mtl.referenced_files(path)
     if suffix == ".ply":
         with open(path, "rb") as file:
-            texture = ply.read_header(file).texture
+            texture = read_header(file).texture
         return beside(path.parent, texture) if texture else []
     return read_document(path).files() if suffix in GLTF_SUFFIXES else []
 

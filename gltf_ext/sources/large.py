@@ -22,13 +22,15 @@ from gltf_ext.sources.importers import (
 from gltf_ext.sources.limits import check_triangle_count
 from gltf_ext.sources.memory import BASE_BYTES, check_memory, reading_limits, triangles_that_fit
 from gltf_ext.sources.mesh_files import MeshFile, MeshPrimitive
+from gltf_ext.sources.ply_header import most_triangles
 from gltf_ext.sources.repair import read_finite_bounds
 from gltf_ext.sources.row_arrays import FileRows
 from gltf_ext.sources.source import Source
 from gltf_ext.work_files import WorkFile, check_space
 
-# A triangle takes at least 18 bytes in an .obj, .ply or .stl, and 300 while it is encoded.
-MEMORY_OF_FILE = 16
+# A triangle takes at least 18 bytes in an .obj, .ply or .stl, and 300 while it is encoded. Polygons
+# of a binary .ply, and indices of less than four bytes, take less: they are counted.
+MEMORY_OF_FILE, MEMORY_OF_TRIANGLE = 16, 300
 # Of the triangles that memory holds while they are encoded: those of small primitives of such a
 # file, which take a sixth of that before and meanwhile.
 INDEXED_SHARE = 4
@@ -54,8 +56,9 @@ def open_source(model: Model, options: Options) -> tuple[Document, Larges]:
     suffix = path.suffix.lower()
     if suffix not in MESH_SUFFIXES:
         document = open_model(path)
+        _check_unread_fit(document, options)
         return document, _read_bounds(large_primitives(document, path, options), path, options)
-    if MEMORY_OF_FILE * os.path.getsize(path) < options.memory - BASE_BYTES:
+    if _memory_of(path) < options.memory - BASE_BYTES:
         return _open_whole(path, options), {}
     contents = _copy(path, options)
     large = _large(contents, options)
@@ -67,6 +70,12 @@ def open_source(model: Model, options: Options) -> tuple[Document, Larges]:
         path, contents, lambda p: p.sample() if id(p) in in_files else p.indexed()
     )
     return document, _read_bounds(sources, path, options)
+
+
+def _memory_of(path: Path) -> int:
+    """Return the memory that an .obj, .ply or .stl takes, about. Raises MeshletError, OSError."""
+    triangles = most_triangles(path) if path.suffix.lower() == ".ply" else 0
+    return max(MEMORY_OF_FILE * os.path.getsize(path), MEMORY_OF_TRIANGLE * triangles)
 
 
 def _open_whole(model: Model, options: Options) -> Document:
@@ -122,6 +131,17 @@ def _read_bounds(sources: Larges, path: Path, options: Options) -> Larges:
         for primitive, move in zip(sources.values(), moves):
             read_finite_bounds(primitive, options.non_finite, move)
     return sources
+
+
+def _check_unread_fit(document: Document, options: Options) -> None:
+    """Raise MeshletError when memory does not hold what is decoded as it is read."""
+    needed_bytes = BASE_BYTES + document.unread_bytes
+    if document.unread_bytes and options.memory < needed_bytes:
+        raise MeshletError(
+            f"its data that meshopt compressed take {document.unread_bytes:,} bytes",
+            f"use at least {-(-needed_bytes >> 20)}M",
+            options=("max_memory",),
+        )
 
 
 def _check_result_fits(triangles: int, options: Options) -> None:

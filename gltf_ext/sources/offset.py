@@ -38,7 +38,7 @@ class Offset:
         """Return positions, [n, 3] of any type, without the offset as float32[n, 3]."""
         if self._values is None and len(positions):
             self._values = _choose(positions)
-        if self._values is None or positions.dtype == np.float32:
+        if self._values is None or (positions.dtype == np.float32 and not self._values.any()):
             return to_floats(positions)
         values = positions.astype(np.float64) - self._values
         local = to_floats(values)

@@ -14,16 +14,33 @@ import numpy as np
 import pytest
 
 from gltf_ext import _codec, _library
+from gltf_ext.lod import open_lod
 from tests.helpers.environment import ROOT
 from tests.helpers.native import program_of
 
 HEADER = ROOT / "codec" / "c" / "gltf_meshlet.h"
 INTERNAL = HEADER.with_name("gltf_meshlet_internal.h")
 LIBRARY = Path(_library.library._name)
+LEVELS = ROOT / "spec" / "lod_vectors" / "lod_levels.glb"
 VECTOR = ROOT / "spec" / "vectors" / "valid_group_tables.bin"
 
 
 # --- the manual's programs ---
+
+
+def program_of_the_manual(language, compiler, marks, tmp_path):
+    """Compiles the one program in a language that has these words."""
+    if shutil.which(compiler[0]) is None:
+        pytest.skip(f"{compiler[0]} is not installed")
+    manual = (ROOT / "docs" / "c.md").read_text()
+    blocks = re.findall(rf"^```{language}\n(.*?)^```", manual, re.M | re.S)
+    (code,) = (block for block in blocks if "int main(" in block and marks in block)
+    source, program = tmp_path / f"program.{language}", tmp_path / "program"
+    source.write_text(code)
+    flags = ["-Wall", "-Wextra", "-Werror", f"-I{HEADER.parent}", source]
+    link = [f"-L{LIBRARY.parent}", "-lgltf_meshlet", f"-Wl,-rpath,{LIBRARY.parent}"]
+    subprocess.run([*compiler, *flags, *link, "-o", program], check=True)
+    return program
 
 
 @pytest.mark.parametrize(
@@ -34,16 +51,7 @@ VECTOR = ROOT / "spec" / "vectors" / "valid_group_tables.bin"
     ],
 )
 def test_program_of_the_manual(language, compiler, printed, tmp_path):
-    if shutil.which(compiler[0]) is None:
-        pytest.skip(f"{compiler[0]} is not installed")
-    manual = (ROOT / "docs" / "c.md").read_text()
-    blocks = re.findall(rf"^```{language}\n(.*?)^```", manual, re.M | re.S)
-    (code,) = (block for block in blocks if "int main(" in block)
-    source, program = tmp_path / f"program.{language}", tmp_path / "program"
-    source.write_text(code)
-    flags = ["-Wall", "-Wextra", "-Werror", f"-I{HEADER.parent}", source]
-    link = [f"-L{LIBRARY.parent}", "-lgltf_meshlet", f"-Wl,-rpath,{LIBRARY.parent}"]
-    subprocess.run([*compiler, *flags, *link, "-o", program], check=True)
+    program = program_of_the_manual(language, compiler, "gltf_meshlet_get_counts(view", tmp_path)
     done = subprocess.run([program, VECTOR], check=True, capture_output=True, text=True, timeout=60)
     assert printed in done.stdout
     if language == "cpp":
@@ -51,6 +59,27 @@ def test_program_of_the_manual(language, compiler, printed, tmp_path):
         assert done.stdout.startswith(f"{count} of {count} triangles")
         refused = subprocess.run([program], capture_output=True, text=True, timeout=60)
         assert (refused.returncode, refused.stderr) == (2, "give the name of a file to read\n")
+
+
+def test_program_for_levels_of_the_manual(tmp_path):
+    compiler = ["cc", "-std=c99", "-pedantic"]
+    program = program_of_the_manual("c", compiler, "gltf_meshlet_make_cut", tmp_path)
+    primitive = max(open_lod(LEVELS), key=lambda p: len(p.tables.groups))
+    tables = primitive.tables
+    pages = [primitive.page(p) for p in range(len(tables.pages))]
+    coarse = tables.coarse_pages
+    views = [tables.to_bytes(), b"".join(pages[:coarse]), b"".join(pages[coarse:])]
+    files = [tmp_path / name for name in ("tables", "coarse", "fine")]
+    for file, view in zip(files, views):
+        file.write_bytes(view)
+    counts = len(pages), coarse, len(tables.groups), len(tables.run_group), tables.root_pages
+    done = subprocess.run(
+        [program, *files, *map(str, counts)], capture_output=True, text=True, timeout=60
+    )
+    assert done.returncode == 0, done.stderr
+    drawn = [int(n) for n in re.findall(r": (\d+) triangles", done.stdout)]
+    level_0 = int(tables.pages["triangles"][coarse:].sum())
+    assert drawn[0] == 0 and sorted(drawn) == drawn and 0 < drawn[1] < drawn[-1] <= level_0
 
 
 # --- Python's side ---

@@ -234,6 +234,8 @@ def test_damaged_containers(small, damage, message):
             "POSITION is not an integer",
         ),
         ({"asset": {"version": "1.0"}}, "not glTF 2.0"),
+        ({"asset": {"version": "20"}}, "is glTF 20, not glTF 2.0"),
+        ({"asset": {"version": None}, "meshes": {}, "accessors": {"a": {}}}, "is glTF 1.0"),
         ({"extensions": 3}, "extensions is not an object"),
     ],
 )
@@ -280,3 +282,13 @@ def test_attributes_may_have_any_name(tmp_path, name):
         "POSITION",
         name,
     }
+
+
+def test_only_the_first_buffer_is_the_binary_chunk():
+    properties = {"asset": {"version": "2.0"}, "buffers": [{"byteLength": 4}] * 2}
+    document = parse_glb(glb_bytes(properties, b"abcd"))
+    assert bytes(document.bytes_of_buffer(0)) == b"abcd"
+    with pytest.raises(
+        gltf_ext.MeshletError, match="buffer 1 has neither a uri nor a binary chunk"
+    ):
+        document.bytes_of_buffer(1)

@@ -9,7 +9,7 @@ import gltf_ext
 from gltf_ext.commands.order import NUMBERED
 from gltf_ext.document.accessors import read_accessor
 from gltf_ext.document.container import read_document
-from gltf_ext.document.gltf2 import to_gltf2
+from gltf_ext.document.gltf2 import read_gltf2, to_gltf2
 from tests.helpers.gltf_builder import Builder, glb_json, grid_mesh
 
 SOUND = b"a sound of 17 B.."
@@ -157,6 +157,7 @@ def test_feature_ids_of_what_is_compressed_already_are_dropped(tmp_path):
     extensions[FEATURES] = {"featureIds": [{"featureCount": 900}]}
     report = gltf_ext.compress(to_gltf2(document)[0])
     assert any("feature ids follow from the order" in line for line in report["warnings"])
+    assert FEATURES not in json.dumps(read_gltf2(report["gltf"]).json)
 
 
 def test_feature_ids_of_a_primitive_larger_than_memory(tmp_path):
@@ -172,6 +173,51 @@ def test_feature_ids_of_a_primitive_larger_than_memory(tmp_path):
         assert ids.dtype == np.float32 and len(np.unique(ids)) == len(positions)
 
 
+@pytest.mark.parametrize("entry", [{"repeat": 10**30}, {"offset": 1, "repeat": 900}])
+def test_one_feature_of_all_vertices(tmp_path, entry):
+    builder, primitive = model()
+    primitive["extensions"] = {FEATURES: {"featureIds": [entry]}}
+    offset = entry.get("offset", 0)
+    compressed(builder, tmp_path)
+    ids = gltf_ext.load(tmp_path / "out.glb")[0].attributes["_FEATURE_ID_0"]
+    assert (ids == offset).all()
+
+
+def test_feature_ids_of_more_vertices_than_there_are(tmp_path):
+    builder, primitive = model()
+    primitive["extensions"] = {FEATURES: {"featureIds": [{"repeat": 2**40}]}}
+    position = primitive["attributes"]["POSITION"]
+    builder.properties["accessors"][position]["count"] = 2**45
+    with pytest.raises(gltf_ext.MeshletError, match="reaches beyond bufferView"):
+        gltf_ext.compress(builder.write(tmp_path / "in.glb"), tmp_path / "out.glb")
+
+
+def test_more_feature_ids_than_streams_are_dropped(tmp_path):
+    builder, primitive = model()
+    entries = [{"featureCount": 900} for _ in range(100_000)]
+    primitive["extensions"] = {FEATURES: {"featureIds": entries}}
+    report, properties = compressed(builder, tmp_path)
+    assert [line for line in report["warnings"] if "feature ids follow" in line] == [
+        f"{FEATURES} of mesh 0 primitive 0: feature ids follow from the order of vertices, which "
+        "changes; dropped"
+    ]
+    (result,) = properties["meshes"][0]["primitives"]
+    assert [entry["attribute"] for entry in result["extensions"][FEATURES]["featureIds"]] == list(
+        range(62)
+    )
+    assert len(result["attributes"]) == 64 and not report["kept"]
+
+
+def test_degenerate_triangles_with_feature_ids_in_files(tmp_path):
+    builder = Builder()
+    triangles = np.zeros((100_000, 3), np.uint32)
+    primitive = builder.mesh({"POSITION": np.eye(3, dtype=np.float32)}, triangles)
+    primitive["extensions"] = {FEATURES: {"featureIds": [{"featureCount": 3}]}}
+    path = builder.write(tmp_path / "in.glb")
+    with pytest.raises(gltf_ext.MeshletError, match="degenerate"):
+        gltf_ext.compress(path, tmp_path / "out.glb", max_memory="96M")
+
+
 # --- references ---
 
 # Extension -> its JSON: with `view`, a buffer view, and `data`, an accessor.
@@ -185,6 +231,10 @@ KEPT = {
         "featureTables": {"t": {"properties": {"a": {"arrayOffsetBufferView": view}}}}
     },
     "ULTRA_RigidBodyColliders": lambda view, data: {"colliders": [{"faces": view}]},
+    "BENTLEY_primitive_restart": lambda view, data: {"primitiveGroups": [{"indices": data}]},
+    "EXT_mesh_primitive_edge_visibility": lambda view, data: {
+        "primitives": [{"attributes": {"POSITION": data}}]
+    },
     "MPEG_audio_spatial": lambda view, data: {"sources": [{"pointers": [data]}]},
     "ACME_curves": lambda view, data: {
         "curveAccessors": [data],
@@ -192,6 +242,16 @@ KEPT = {
     },
     "ACME_blobs": lambda view, data: {"blobs": {"a": {"BUFFER_VIEW": view}}},
 }
+
+
+def test_an_extension_that_is_named_extensions(tmp_path):
+    builder, _ = model()
+    view = builder.view(SOUND)
+    value = {"extensions": {"ACME_blobs": {"bufferView": view}}}
+    builder.properties["nodes"][0]["extensions"] = value
+    _, properties = compressed(builder, tmp_path)
+    kept = properties["nodes"][0]["extensions"]["extensions"]["ACME_blobs"]["bufferView"]
+    assert bytes(read_document(tmp_path / "out.glb").bytes_of_view(kept)) == SOUND
 
 
 @pytest.mark.parametrize("lod", [False, True])
@@ -272,3 +332,16 @@ def test_integers_that_may_be_references_stay_and_keep_what_they_name(tmp_path, 
     assert again["triangles"] == 29 * 29 * 2
     plain = read_document(tmp_path / "plain.glb")
     assert np.array_equal(read_accessor(plain, data, "it").ravel(), numbers)
+
+
+def test_numbers_of_what_accessors_hold_may_be_references(tmp_path):
+    builder, _ = model()
+    numbers = np.arange(17, dtype=np.uint8)
+    data = builder.accessor(numbers)
+    value = {"positions": data}
+    builder.properties["nodes"][0]["extensions"] = {"FOO_points": value}
+    report, properties = compressed(builder, tmp_path)
+    assert properties["nodes"][0]["extensions"] == {"FOO_points": value}
+    assert report["warnings"][0].startswith("FOO_points may refer to original accessors")
+    document = read_document(tmp_path / "out.glb")
+    assert np.array_equal(read_accessor(document, data, "it").ravel(), numbers)

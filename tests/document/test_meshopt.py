@@ -1,12 +1,14 @@
 """Buffer views that meshopt compressed: from their fallback, or through a decoder."""
 
 import importlib.util
+import sys
 
 import numpy as np
 import pytest
 
 import gltf_ext
 from gltf_ext.document import meshopt
+from gltf_ext.sources.importers import referenced_files
 from tests.helpers.gltf_builder import Builder, glb_bytes, glb_json, grid_mesh
 
 EXT, KHR = meshopt.NAMES
@@ -110,6 +112,8 @@ def test_decoders(tmp_path, monkeypatch, name, package):
         {"count": 2**40}, {"count": -1}, {"count": "x"}, {"byteStride": 0}, {"byteStride": 3},
         {"mode": "NONE"}, {"byteLength": 3}, {"filter": "X"}, {"filter": "QUATERNION"},
         {"byteOffset": 10**9}, {"buffer": 9}, {"count": 399},
+        {"byteOffset": "x"}, {"byteOffset": {}}, {"byteLength": float("nan")}, {"byteLength": None},
+        {"filter": []}, {"filter": None}, {"filter": {}}, {"filter": "OCTAHEDRAL"},
     ],
 )  # fmt: skip
 def test_damaged_data_is_refused_in_one_line(tmp_path, change):
@@ -121,13 +125,69 @@ def test_damaged_data_is_refused_in_one_line(tmp_path, change):
         gltf_ext.compress(path, tmp_path / "out.glb")
 
 
+@pytest.mark.parametrize("filter_", ["EXPONENTIAL", "OCTAHEDRAL"])
+def test_indices_have_no_filter(tmp_path, filter_):
+    pytest.importorskip("meshoptimizer")
+    builder, second, plain = model(EXT, encode, fallback=False)
+    builder.properties["bufferViews"][1]["extensions"][EXT]["filter"] = filter_
+    path = write(tmp_path, builder, second, plain)
+    with pytest.raises(gltf_ext.MeshletError, match=f"no valid meshopt filter .{filter_}"):
+        gltf_ext.compress(path, tmp_path / "out.glb")
+
+
+def bomb(folder, package, views=40):
+    """Views that nothing uses and that share a stream of 40 kB, 200 times smaller than they."""
+    builder, second, plain = model(EXT, encode, fallback=False)
+    rows = np.zeros((1 << 17, 16), np.float32)
+    data = bytes(package.encode_vertex_buffer(rows))
+    start = len(builder.binary)
+    builder.binary += data
+    for _ in range(views):
+        extension = {"buffer": 0, "byteOffset": start, "byteLength": len(data), "byteStride": 64,
+                     "count": len(rows), "mode": "ATTRIBUTES"}  # fmt: skip
+        view = {"buffer": 1, "byteLength": rows.nbytes, "extensions": {EXT: extension}}
+        builder.properties["bufferViews"].append(view)
+    second["byteLength"] = 1 << 30
+    return write(folder, builder, second, plain)
+
+
+def test_views_that_share_data_are_bounded_together(tmp_path):
+    package = pytest.importorskip("meshoptimizer")
+    path = bomb(tmp_path, package)
+    with pytest.raises(gltf_ext.MeshletError, match="far more than they can"):
+        gltf_ext.compress(path, tmp_path / "out.glb")
+
+
+def test_only_views_in_use_are_decoded(tmp_path, monkeypatch):
+    package = pytest.importorskip("meshoptimizer")
+    path, decoded = bomb(tmp_path, package, views=4), []
+    decoder = meshopt._decoder()
+
+    def decode(mode, data, count, stride):
+        decoded.append(count)
+        return decoder(mode, data, count, stride)
+
+    monkeypatch.setattr(meshopt, "_decoder", lambda: decode)
+    assert referenced_files(path) == [] and not decoded
+    gltf_ext.compress(path, tmp_path / "out.glb")
+    assert decoded == [400, 19 * 19 * 6]
+    with pytest.raises(gltf_ext.MeshletError, match=r"take 33,5.* bytes; use at least 113M"):
+        gltf_ext.compress(path, tmp_path / "out.glb", max_memory="110M")
+
+
+def test_a_broken_package_is_none(monkeypatch):
+    monkeypatch.setitem(sys.modules, "meshopt", None)
+    monkeypatch.setitem(sys.modules, "meshoptimizer", None)
+    assert meshopt._decoder.__wrapped__() is None
+
+
 # --- filters ---
 
 
 def both(function, encoded, **arguments):
     """What a filter gives here, and in the package meshoptimizer."""
     package = pytest.importorskip("meshoptimizer")
-    ours = meshopt._unfiltered(encoded.copy().view(np.uint8), function, "it")
+    ours = meshopt._unfiltered(encoded.copy().view(np.uint8), function)
     theirs = {"OCTAHEDRAL": package.decode_filter_oct, "QUATERNION": package.decode_filter_quat,
               "EXPONENTIAL": package.decode_filter_exp}[function]  # fmt: skip
     expected = np.ascontiguousarray(encoded.copy())
@@ -176,7 +236,7 @@ def test_color_filter(kind, bits):
     chroma = (green - base) // 2
     luma = base + chroma
     encoded = np.stack([luma, orange, chroma, alpha | (full + 1 >> 1)], axis=1).astype(kind)
-    ours = meshopt._unfiltered(encoded.view(np.uint8), "COLOR", "it").view(kind).astype(int)
+    ours = meshopt._unfiltered(encoded.view(np.uint8), "COLOR").view(kind).astype(int)
     scale = limit / full
     expected = np.stack([luma + orange - chroma, luma + chroma, luma - orange - chroma], axis=1)
     assert np.abs(ours[:, :3] - np.clip(expected * scale, 0, limit)).max() <= 1

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from gltf_ext import _codec
+from gltf_ext._library import Handle
 from gltf_ext.errors import MeshletError
 from gltf_ext.lod import View, open_lod
 from gltf_ext.lod.cuts import cut_of
@@ -17,6 +18,7 @@ from spec.make_lod_vectors import FOLDER
 from tests.helpers.c_levels import (
     CGroup,
     CLevelPage,
+    CTables,
     Levels,
     call,
     compare_at_random,
@@ -226,3 +228,113 @@ def test_cameras_are_checked(change):
     view = View((change.get("eye", 0.0), 0.0, 0.0), change.get("pixels", 1.0))
     with pytest.raises(ValueError):
         Levels.of(tables).cut(tables, view, change.get("threshold", 1.0))
+
+
+def test_the_largest_threshold_draws_the_top_groups():
+    tables = primitives_of("lod_levels")[0].tables
+    top = np.isinf(tables.groups["error"])
+    for view in (View((0.0, 0.0, 9.0), 1.0), View(None, 1.0)):
+        made = Levels.of(tables).cut(tables, view, np.inf)
+        np.testing.assert_array_equal(made.active, top)
+        assert made.drawn.any() and np.isfinite(made.error)
+
+
+def test_finer_groups_are_not_more_urgent():
+    """With the eye inside of spheres, where the least distance decides."""
+    random, inside = np.random.default_rng(3), 0
+    for primitive in primitives_of("lod_levels"):
+        tables = primitive.tables
+        levels, groups, owner = Levels.of(tables), tables.groups, tables.run_owner
+        page_of = groups["page"].astype(int)
+        for _ in range(200):
+            g = random.integers(len(groups))
+            eye = groups["centre"][g] + random.normal(size=3) * groups["radius"][g] / 4
+            view = View(tuple(map(float, eye)), 1000.0)
+            pixels = view.pixels(tables)
+            assert (pixels[owner] >= pixels[tables.run_group] * (1 - 1e-9)).all()
+            inside += (pixels[np.isfinite(groups["error"])] > 1e6).any()
+            urgency = levels.cut(tables, view, 0.0).urgency
+            finite = np.isfinite(pixels) & (pixels > 0)
+            assert (urgency[page_of[finite]] >= pixels[finite] * (1 - 1e-6)).all()
+    assert inside > 100
+
+
+# --- prefixes ---
+
+
+def open_prefix(tables, known_groups, run_count=None, **changes):
+    """Opens a prefix with so many runs, of all by default."""
+    data = np.frombuffer(tables.to_bytes(), np.uint8)
+    groups_begin = 16 * len(tables.pages)
+    runs_begin = groups_begin + 32 * len(tables.groups)
+    head = data[: groups_begin + 32 * known_groups].copy()
+    runs = data[runs_begin:].copy()
+    fields = {
+        "page_count": len(tables.pages),
+        "coarse_page_count": tables.coarse_pages,
+        "group_count": len(tables.groups),
+        "run_count": len(tables.run_group),
+        "root_page_count": tables.root_pages,
+    }
+    run_bytes = len(runs) if run_count is None else 4 * run_count
+    arrays = {"bytes": head, "runs": runs, "byte_count": len(head), "run_bytes": run_bytes}
+    opened = Handle()
+    call("open_levels", CTables(**(fields | changes), **arrays), opened.out)
+    return opened
+
+
+def test_prefixes_that_are_too_short_are_a_mistake_of_the_caller():
+    tables = primitives_of("lod_levels")[0].tables
+    ends = np.append(tables.pages["firstGroup"][1:], len(tables.groups)).astype(int)
+    roots = int(ends[tables.root_pages - 1])
+    assert roots < len(tables.groups)
+    open_prefix(tables, roots)  # with more runs than it needs
+    needed = int(tables.run_begin[roots])
+    open_prefix(tables, roots, needed)
+    for known in (0, roots - 1):
+        with pytest.raises(ValueError, match="the prefix ends before the groups of the root pages"):
+            open_prefix(tables, known)
+    with pytest.raises(ValueError, match="the prefix has fewer runs than its groups"):
+        open_prefix(tables, roots, needed - 1)
+    with pytest.raises(ValueError, match="a prefix needs the number of root pages"):
+        open_prefix(tables, roots, root_page_count=0)
+    open_prefix(tables, len(tables.groups), root_page_count=0)
+
+
+def test_a_prefix_of_the_groups_needed_is_enough():
+    for primitive in primitives_of("lod_levels"):
+        tables = primitive.tables
+        ends = np.append(tables.pages["firstGroup"][1:], len(tables.groups)).astype(int)
+        view, known = View(None, 1e9), int(ends[tables.root_pages - 1])
+        steps = 0
+        while (levels := Levels.of(tables, known)).cut(tables, view, 0.0).groups_needed > known:
+            known = levels.cut(tables, view, 0.0).groups_needed
+            assert known in ends
+            steps += 1
+        assert known == levels.counts.known_groups and steps > 0
+
+
+def test_pages_that_a_prefix_does_not_know_are_not_checked():
+    primitive = primitives_of("lod_levels")[0]
+    tables = primitive.tables
+    known = int(tables.pages["firstGroup"][tables.root_pages])
+    levels, last = Levels.of(tables, known), len(tables.pages) - 1
+    view = _codec._View(primitive.page(last))
+    with pytest.raises(ValueError, match="the groups of the page are not in the prefix"):
+        call("check_page", levels, last, view, None)
+
+
+# --- matrices ---
+
+
+@pytest.mark.parametrize("scale", [1e-200, 1e-5, 1e200])
+def test_matrices_of_any_scale(scale):
+    tables = primitives_of("lod_levels")[0].tables
+    matrix = np.diag([scale, scale / 2, scale / 3, 1.0])
+    errors = np.unique(tables.groups["error"])
+    threshold = float(errors[len(errors) // 2 - 1 :][:2].mean())
+    made = Levels.of(tables).cut(tables, View(None, 1.0), threshold * scale, None, matrix)
+    plain = Levels.of(tables).cut(tables, View(None, 1.0), threshold)
+    np.testing.assert_array_equal(made.active, plain.active)
+    with pytest.raises(ValueError, match="the matrix is too large"):
+        Levels.of(tables).cut(tables, View(None, 1.0), 1.0, None, np.full((4, 4), 1.7e308))

@@ -123,3 +123,21 @@ def test_verify_sees_a_node_that_moved(tmp_path):
     verified = gltf_ext.verify(path, output)
     assert not verified["ok"]
     assert "shows mesh 0 elsewhere, by 0.5" in verified["problems"][0]
+
+
+def test_an_offset_holds_for_floats_too(tmp_path):
+    """Of two lists of vertices, one of doubles and one of floats."""
+    header = "ply\nformat binary_little_endian 1.0\n"
+    for kind in ("double", "float"):
+        header += "element vertex 3\n" + "".join(f"property {kind} {axis}\n" for axis in "xyz")
+    header += "element face 2\nproperty list uchar uchar vertex_indices\nend_header\n"
+    first = np.array([[0.1, 0, 0], [1, 0, 0], [0, 1, 0]]) + 1e6
+    second = (first + np.array([0, 0, 1])).astype(np.float32)
+    faces = bytes([3, 0, 1, 2, 3, 3, 4, 5])
+    path = tmp_path / "in.ply"
+    path.write_bytes(header.encode() + first.tobytes() + second.tobytes() + faces)
+    gltf_ext.compress(path, tmp_path / "out.glb")
+    (node,) = glb_json(tmp_path / "out.glb")["nodes"]
+    (decoded,) = gltf_ext.load(tmp_path / "out.glb")
+    world = decoded.attributes["POSITION"].astype(np.float64) + node["translation"]
+    assert (np.abs(world - 1e6) < 1.1).all()

@@ -482,6 +482,10 @@ void test_encoding() {
   ENCODE_REFUSES((m.give_triangles(), m.mesh.disk_begin_count = 2));
   ENCODE_REFUSES((m.give_triangles(), m.two[1] = 3));
   ENCODE_REFUSES((m.give_triangles(), m.order[1] = 0));
+  ENCODE_REFUSES((m.give_triangles(), m.mesh.order = nullptr));
+  ENCODE_REFUSES((m.mesh.disk_begin = m.two, m.mesh.disk_begin_count = 2));
+  ENCODE_REFUSES((m.mesh.group_begin = m.begin, m.mesh.group_begin_count = 2));
+  ENCODE_REFUSES(m.mesh.meshlet_begin_count = 2);
   ENCODE_REFUSES((m.mesh.positions = nullptr, m.stream.kind = GLTF_MESHLET_INTEGER));
   ENCODE_REFUSES((m.mesh.position_ids = nullptr, m.mesh.values = nullptr));
   ENCODE_REFUSES((m.give_layout(), m.mesh.triangles = m.triangles));
@@ -492,6 +496,8 @@ void test_encoding() {
   ENCODE_REFUSES((m.give_layout(), m.attribute.data = nullptr));
   ENCODE_REFUSES((m.give_layout(), m.stream.elements = 5));
   ENCODE_REFUSES((m.give_layout(), m.narrow[5] = 4));
+  ENCODE_REFUSES((m.give_layout(), m.attribute.stride = 2));
+  ENCODE_REFUSES((m.give_layout(), m.mesh.position_stride = 11));
   ENCODE_REFUSES((m.give_meshlets(), m.mesh.disk_begin_count = 1));
   ENCODE_REFUSES((m.give_meshlets(), m.begin[1] = 2));
   Mesh m;

@@ -85,7 +85,7 @@ static int is_right(uint32_t format, const uint8_t* at, double value, uint32_t i
     const double got = low == 0                  ? (double)word
                        : bytes_of[format] == 1 ? (double)(int8_t)word
                                                : (double)(int16_t)word;
-    return fabs(got - wanted * scale_of[format]) <= 0.505;
+    return fabs(got - wanted * scale_of[format]) <= 0.5; /* exact in double */
   }
 }
 
