@@ -350,11 +350,17 @@ def test_steps_of_shared_primitives_and_integers(tmp_path):
     assert report["steps"]["COLOR"]["step"] == pytest.approx([1 / 255] * 2)
 
 
-def test_dropped_triangles_count_once_after_mending(tmp_path):
-    builder = layers(5e-5, 0)
-    report, bits, _, _ = compressed(tmp_path, builder, page_bytes=4096)
-    assert bits["POSITION"] > 14, "mended"
-    assert report["dropped"]["duplicate_vertices"] == 0
+def test_dropped_vertices_count_once_for_each_grid(tmp_path):
+    """Two meshes share a primitive, which is encoded on the grid of each."""
+    attributes, triangles = sheet()
+    attributes = {name: np.concatenate([rows, rows[:1] + 9]) for name, rows in attributes.items()}
+    builder, primitive = built(attributes, triangles)
+    positions, more = grid_mesh(8, 8)
+    builder.mesh({"POSITION": positions * np.float32(10)}, more)
+    builder.properties["meshes"][1]["primitives"].append(dict(primitive))
+    report, _, _, _ = compressed(tmp_path, builder)
+    assert len(report["primitives"]) == 3
+    assert report["dropped"]["unreferenced_vertices"] == 2
 
 
 # --- verify ---
