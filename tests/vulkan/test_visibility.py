@@ -9,7 +9,7 @@ import pytest
 
 import gltf_ext
 from tests.helpers.gltf_builder import Builder, grid_mesh
-from tests.helpers.vulkan_scenes import ball, open_renderer, zoo
+from tests.helpers.vulkan_scenes import BITS, ball, open_renderer, zoo
 
 WIDTH, HEIGHT = 331, 257
 SUBPIXEL = 1 / 256  # both rasterisers round vertices to this part of a pixel
@@ -54,7 +54,7 @@ def made(path, positions, triangles, **material):
         nodes=[{"mesh": 0}, {"mesh": 1, "scale": [0, 0, 0]}],
         scenes=[{"nodes": [0, 1]}],
     )
-    gltf_ext.compress(builder.write(path.with_name("raw.glb")), path)
+    gltf_ext.compress(builder.write(path.with_name("raw.glb")), path, **BITS)
     return load_scene(path)
 
 
