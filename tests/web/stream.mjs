@@ -573,18 +573,6 @@ const tasks = {
     return results;
   },
 
-  // Requests of a file of many small primitives, until all of it is there, and its pages.
-  async smallPrimitives([file]) {
-    const server = await serveFile(readFileSync(file));
-    const streamer = await open(server.url);
-    await rest(streamer, viewOf(streamer, 1.05), { pixels: 1e-9 });
-    const { complete } = streamer;
-    const result = { complete, requests: server.log.length, ...streamer.statistics };
-    streamer.close();
-    server.close();
-    return result;
-  },
-
   // Places of a flight, far and near, at which a stream at rest draws another cut than whole tables
   // say; known: the share of the groups at each place.
   async tableFlight([file]) {

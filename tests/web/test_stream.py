@@ -16,7 +16,6 @@ from gltf_ext.lod import cut_at_error, open_lod
 from gltf_ext.lod.cuts import known_groups
 from tests.helpers import environment
 from tests.helpers.environment import NODE_MODULES, ROOT
-from tests.helpers.gltf_builder import Builder, grid_mesh
 from tests.helpers.large import moved_beyond_4_gib
 
 WEB = ROOT / "web"
@@ -65,22 +64,6 @@ def many_groups(tmp_path_factory) -> Path:
     options = {"page_bytes": 4096, "lod_group": 4, **bits}
     compress(folder / "ball.glb", folder / "lod.glb", lod=True, **options)
     return folder / "lod.glb"
-
-
-def test_pages_of_small_primitives_share_requests(tmp_path):
-    """Each has a page or two, of less than a thousand bytes."""
-    environment.need_package("meshoptimizer")
-    builder = Builder()
-    positions, triangles = grid_mesh(16, 16)
-    count = 60
-    for number in range(count):
-        builder.mesh({"POSITION": positions + np.float32(number * 0.01)}, triangles)
-    builder.properties["nodes"] = [{"mesh": number} for number in range(count)]
-    builder.properties["scenes"] = [{"nodes": list(range(count))}]
-    compress(builder.write(tmp_path / "in.glb"), tmp_path / "lod.glb", lod=True)
-    result = stream("smallPrimitives", tmp_path / "lod.glb")
-    assert result["complete"] and result["pages"] == 2 * count
-    assert result["requests"] < 8
 
 
 def test_groups_are_known_by_whole_pages(many_groups):

@@ -130,7 +130,7 @@ export class Document {
     const base =
       this.#place instanceof Blob ? undefined : new URL(this.#place, globalThis.location?.href);
     const source = await openSource(new URL(uri, base), this.#options);
-    source.number = this.#sources.push(source);
+    this.#sources.push(source);
     return source;
   }
 

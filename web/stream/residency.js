@@ -10,8 +10,6 @@ const REQUEST_BYTES = 131_072; // of neighbouring pages, if that many may wait
 const TRIES = 3; // of a page that is malformed or kills its Worker, and of what the server refuses
 const INSERT_MS = 3; // a frame, for copying decoded pages
 
-const end = ({ begin, length }) => begin + length;
-
 // What has failed, {tries, retryAt}, is tried again: calls again() then. It is given up after a few
 // times if that does not promise to help. Returns whether there is another try.
 export function postpone(it, error, again) {
@@ -41,10 +39,7 @@ export class Residency {
     this.#given = given;
     this.#wasmBytes = given.budget.wasm;
     this.pools = pools;
-    // In the order of their files: small primitives have a page or two, which share requests.
-    this.pages = primitives
-      .flatMap(({ pages }) => pages)
-      .sort((a, b) => a.source.number - b.source.number || a.begin - b.begin);
+    this.pages = primitives.flatMap(({ pages }) => pages);
     this.#stored = this.pages.reduce((sum, { bytes }) => sum + (bytes?.length ?? 0), 0);
     this.changes = 0; // of what is resident
   }
@@ -80,21 +75,21 @@ export class Residency {
       if (request.pages.every(({ wanted }) => wanted === 0)) request.abort.abort();
   }
 
-  // A page with those of its neighbours in the file that are wanted, too, also of other primitives:
-  // at most so many bytes, if it has less. Buffer views begin at multiples of 4 or 8 bytes.
+  // A page with those of its neighbours that are wanted, too: at most so many bytes, if it has less.
   #withNeighbours(page, most) {
-    const { pages } = this;
+    const { pages } = page.owner;
+    const end = ({ begin, length }) => begin + length;
     const now = performance.now();
     const joins = (next) =>
       next?.state === NONE && next.wanted > 0 && next.retryAt <= now && next.source === page.source;
-    let first = pages.indexOf(page);
-    let last = first;
+    let [first, last] = [page, page];
     for (;;) {
-      const [before, after] = [pages[first - 1], pages[last + 1]];
-      const [{ begin }, to] = [pages[first], end(pages[last])];
-      if (joins(after) && after.begin - to < 8 && end(after) - begin <= most) last++;
-      else if (joins(before) && begin - end(before) < 8 && to - before.begin <= most) first--;
-      else return pages.slice(first, last + 1);
+      const [before, after] = [pages[first.number - 1], pages[last.number + 1]];
+      if (joins(after) && after.begin === end(last) && end(after) - first.begin <= most)
+        last = after;
+      else if (joins(before) && end(before) === first.begin && end(last) - before.begin <= most)
+        first = before;
+      else return pages.slice(first.number, last.number + 1);
     }
   }
 
@@ -105,14 +100,14 @@ export class Residency {
     const decoding = Math.max(this.#decodingBytes, decodingBytes(page));
     const most = Math.min(budget.waiting - document.held, this.#memory - decoding);
     const pages = this.#withNeighbours(page, Math.min(REQUEST_BYTES, most));
-    const [{ begin }] = pages;
-    const length = end(pages.at(-1)) - begin;
+    const length = pages.reduce((sum, one) => sum + one.length, 0);
     const before = this.#requested + this.#waiting;
     if (before > 0 && before + length > most) return;
     this.#requested += length;
     const request = { pages, abort: new AbortController() };
     this.#requests.add(request);
     for (const one of pages) one.state = REQUESTED;
+    const [{ begin }] = pages;
     page.source
       .read(begin, begin + length, request.abort.signal)
       .then(
