@@ -153,6 +153,11 @@ def _declare(value: Any, flag: str, help: str, **settings: Any) -> Any:
     return dataclasses.field(default=value, metadata={"option": Option(flag, help, **settings)})
 
 
+def _bits(flag: str, help: str) -> Any:
+    """Return a field for bits of an attribute's elements; by default `compress` chooses them."""
+    return _declare(AUTO, flag, help, type=int, limits=(4, 16), automatic=True)
+
+
 def bytes_of(text: str) -> int:
     """Return the bytes that a text such as 2G, 800M, 16k or 4096 means. Raises ValueError."""
     match = re.fullmatch(r"(\d{1,15})([KMG]?)", text.strip().upper())
@@ -174,38 +179,14 @@ class Options:
         automatic=True,
         default=AUTO,
     )
-    normal_bits: int | Literal["auto"] = _declare(
-        AUTO,
-        "-vn",
-        "bits of each of the two elements of a normal or tangent",
-        type=int,
-        limits=(4, 16),
-        automatic=True,
+    normal_bits: int | Literal["auto"] = _bits(
+        "-vn", "bits of each of the two elements of a normal or tangent"
     )
-    texcoord_bits: int | Literal["auto"] = _declare(
-        AUTO,
-        "-vt",
-        "bits of each texture coordinate",
-        type=int,
-        limits=(4, 16),
-        automatic=True,
+    texcoord_bits: int | Literal["auto"] = _bits("-vt", "bits of each texture coordinate")
+    color_bits: int | Literal["auto"] = _bits(
+        "-vc", "bits of each colour component that is not stored in 8 bits"
     )
-    color_bits: int | Literal["auto"] = _declare(
-        AUTO,
-        "-vc",
-        "bits of each colour component that is not stored in 8 bits",
-        type=int,
-        limits=(4, 16),
-        automatic=True,
-    )
-    weight_bits: int | Literal["auto"] = _declare(
-        AUTO,
-        "-vw",
-        "bits of each float skin weight",
-        type=int,
-        limits=(4, 16),
-        automatic=True,
-    )
+    weight_bits: int | Literal["auto"] = _bits("-vw", "bits of each float skin weight")
     step: float | None = _declare(
         None,
         "--step",

@@ -11,7 +11,7 @@ import numpy as np
 from gltf_ext.attributes.records import RecordFormat, weld_rows
 from gltf_ext.attributes.streams import Grid, grid_cells
 from gltf_ext.ranges import first_of_each, occurring
-from gltf_ext.sources.row_arrays import Numbering, Rows
+from gltf_ext.sources.row_arrays import Rows
 from gltf_ext.sources.source import Source, blocks
 
 # Triangles that stand for all of a primitive, and the places where they are read in files.
@@ -126,7 +126,7 @@ def sample_of(source: Source) -> Sample:
 
 def _memory_corners(source: Source, name: str) -> np.ndarray:
     """Return the values of an attribute at corners of triangles, [T, 3, components]."""
-    names, numbers = _numbering(source, name)
+    names, numbers = source.numbering_of(name)
     corners = source.corners(names, numbers, 0, source.triangle_count)
     corners = corners[:: -(-len(corners) // SAMPLE) or 1].astype(np.intp)
     rows = source.attributes[name]
@@ -152,7 +152,7 @@ def _file_place(source: Source, names: list[str], first: int, last: int) -> dict
     All attributes are of the same triangles, though each may have its own rows.
     """
     corners = {
-        name: source.corners(*_numbering(source, name), first, last).astype(np.int64)
+        name: source.corners(*source.numbering_of(name), first, last).astype(np.int64)
         for name in names
     }
     if any(_are_far(rows) for rows in corners.values()):
@@ -174,11 +174,6 @@ def _read_rows(rows: Rows, corners: np.ndarray) -> np.ndarray:
     values = np.concatenate([rows.rows(int(row), int(row) + 1) for row in different])
     far: np.ndarray = values[inverse.reshape(corners.shape)]
     return far
-
-
-def _numbering(source: Source, name: str) -> Numbering:
-    """Return the numbers of an attribute at corners, as `Source.numberings` has them."""
-    return next(pair for pair in source.numberings if name in pair[0])
 
 
 def _dots(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -223,7 +218,7 @@ def collapse_of_source(source: Source, grid: Grid, sample: Sample) -> Collapse:
     if not source.is_in_memory or sample.factor == 1.0:
         result.add(sample.collapse(grid), sample.factor)
         return result
-    names, numbers = _numbering(source, "POSITION")
+    names, numbers = source.numbering_of("POSITION")
     rows = source.attributes["POSITION"]
     positions = rows.rows(0, rows.count)
     cells = grid_cells(positions, grid.offset, grid.step)

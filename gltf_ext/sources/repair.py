@@ -53,7 +53,7 @@ def read_finite_bounds(
     if non_finite == REFUSE:
         raise _refusal(names[0], source, "repair the model first")
     for name in sorted(names, key=lambda name: (name != "POSITION", name)):
-        numbering = next(row for row in source.numberings if name in row[0])
+        numbering = source.numbering_of(name)
         rows = _bad_rows(source, name, numbering)
         if not len(rows):  # their triangles are left out
             continue
@@ -175,19 +175,29 @@ class _Counting:
 
 
 @dataclass(frozen=True)
-class _TrianglesWithout:
-    """The corners of triangles without some of these. Read in whole triangles."""
+class _Derived:
+    """Rows made of others: as many of the same format, unless a subclass has another count."""
 
     source: Rows
+
+    @property
+    def count(self) -> int:
+        return self.source.count
+
+    @property
+    def format(self) -> tuple[np.dtype, int]:
+        return self.source.format
+
+
+@dataclass(frozen=True)
+class _TrianglesWithout(_Derived):
+    """The corners of triangles without some of these. Read in whole triangles."""
+
     triangles: np.ndarray
 
     @property
     def count(self) -> int:
         return self.source.count - self.source.count % 3 - 3 * len(self.triangles)
-
-    @property
-    def format(self) -> tuple[np.dtype, int]:
-        return self.source.format
 
     def rows(self, first: int, last: int) -> np.ndarray:
         if first >= last:
@@ -203,28 +213,19 @@ class _TrianglesWithout:
 
 
 @dataclass(frozen=True)
-class _Replaced:
+class _Replaced(_Derived):
     """Rows of which some have other values.
 
     Attributes:
         indices: their numbers, ascending; values: [len(indices), components].
     """
 
-    source: Rows
     indices: np.ndarray
     values: np.ndarray
 
     @property
     def nbytes(self) -> int:
         return self.indices.nbytes + self.values.nbytes
-
-    @property
-    def count(self) -> int:
-        return self.source.count
-
-    @property
-    def format(self) -> tuple[np.dtype, int]:
-        return self.source.format
 
     def rows(self, first: int, last: int) -> np.ndarray:
         result = np.array(self.source.rows(first, last))
@@ -234,10 +235,9 @@ class _Replaced:
 
 
 @dataclass(frozen=True)
-class _Extended:
+class _Extended(_Derived):
     """Rows, then others: values, [n, components]."""
 
-    source: Rows
     values: np.ndarray
 
     @property
@@ -248,10 +248,6 @@ class _Extended:
     def count(self) -> int:
         return self.source.count + len(self.values)
 
-    @property
-    def format(self) -> tuple[np.dtype, int]:
-        return self.source.format
-
     def rows(self, first: int, last: int) -> np.ndarray:
         count = self.source.count
         before = self.source.rows(min(first, count), min(last, count))
@@ -259,22 +255,13 @@ class _Extended:
 
 
 @dataclass(frozen=True)
-class _Split:
+class _Split(_Derived):
     """Numbers of which some, `bad`, are instead `first` plus the index of a position's number."""
 
-    source: Rows
     positions: Rows
     bad: np.ndarray
     own_rows: np.ndarray
     first: int
-
-    @property
-    def count(self) -> int:
-        return self.source.count
-
-    @property
-    def format(self) -> tuple[np.dtype, int]:
-        return self.source.format
 
     def rows(self, first: int, last: int) -> np.ndarray:
         result = np.array(self.source.rows(first, last))
@@ -312,7 +299,7 @@ def _split_normals(source: Source, numbering: Numbering, rows: np.ndarray) -> in
     Returns their number. Only of a source in files.
     """
     names, _ = numbering
-    of_positions = next(row for row in source.numberings if "POSITION" in row[0])
+    of_positions = source.numbering_of("POSITION")
     touched = _triangles_at(source, "NORMAL", numbering, rows)
     corners = _corners_of(source, of_positions, touched)
     is_bad = _find(_corners_of(source, numbering, touched), rows)[1]

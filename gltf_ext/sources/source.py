@@ -280,6 +280,10 @@ class Source:
         whole = self.vertices(names, 0, self.attributes[names[0]].count)
         return {name: values[rows] for name, values in whole.items()}
 
+    def numbering_of(self, name: str) -> Numbering:
+        """Return the names that share the numbers of an attribute, and these."""
+        return next(numbering for numbering in self.numberings if name in numbering[0])
+
     def corners(
         self, names: tuple[str, ...], numbers: Rows | None, first: int, last: int
     ) -> np.ndarray:

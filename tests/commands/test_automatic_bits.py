@@ -126,7 +126,7 @@ def test_attributes_of_a_sample_are_of_the_same_triangles(monkeypatch):
     source = SimpleNamespace(
         is_in_memory=False,
         attributes=rows,
-        numberings=[((name,), name) for name in rows],
+        numbering_of=lambda name: ((name,), name),
         triangle_count=len(triangles),
         corners=lambda names, numbers, first, last: indices[numbers][first:last],
     )
