@@ -20,7 +20,13 @@ from gltf_ext.sources.importers import (
     triangles_in_header,
 )
 from gltf_ext.sources.limits import check_triangle_count
-from gltf_ext.sources.memory import BASE_BYTES, check_memory, reading_limits, triangles_that_fit
+from gltf_ext.sources.memory import (
+    BASE_BYTES,
+    check_memory,
+    reading_limits,
+    too_little,
+    triangles_that_fit,
+)
 from gltf_ext.sources.mesh_files import MeshFile, MeshPrimitive
 from gltf_ext.sources.ply_header import most_triangles
 from gltf_ext.sources.repair import read_finite_bounds
@@ -137,20 +143,16 @@ def _check_unread_fit(document: Document, options: Options) -> None:
     """Raise MeshletError when memory does not hold what is decoded as it is read."""
     needed_bytes = BASE_BYTES + document.unread_bytes
     if document.unread_bytes and options.memory < needed_bytes:
-        raise MeshletError(
-            f"its data that meshopt compressed take {document.unread_bytes:,} bytes",
-            f"use at least {-(-needed_bytes >> 20)}M",
-            options=("max_memory",),
-        )
+        problem = f"its data that meshopt compressed take {document.unread_bytes:,} bytes"
+        raise too_little(problem, needed_bytes)
 
 
 def _check_result_fits(triangles: int, options: Options) -> None:
     """Raise MeshletError when memory does not hold the result of so many triangles."""
     needed_bytes = BASE_BYTES + RESULT_BYTES * triangles
     if options.memory < needed_bytes:
-        raise MeshletError(
+        raise too_little(
             f"max_memory is {options.max_memory}, less than the result of {triangles:,} "
             "triangles takes",
-            f"use at least {-(-needed_bytes >> 20)}M",
-            options=("max_memory",),
+            needed_bytes,
         )

@@ -65,8 +65,9 @@ def _triangle_bytes(options: Options) -> int:
 def _needs(options: Options, triangles: int) -> MeshletError:
     """Return the error for less memory than a chunk of so many triangles takes."""
     needed_bytes = BASE_BYTES + triangles * _triangle_bytes(options)
-    return MeshletError(
-        f"max_memory is {options.max_memory}",
-        f"use at least {-(-needed_bytes >> 20)}M",
-        options=("max_memory",),
-    )
+    return too_little(f"max_memory is {options.max_memory}", needed_bytes)
+
+
+def too_little(problem: str, needed_bytes: int) -> MeshletError:
+    """Return the error for a max_memory of fewer bytes than are needed."""
+    return MeshletError(problem, f"use at least {-(-needed_bytes >> 20)}M", options=("max_memory",))
