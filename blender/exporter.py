@@ -62,7 +62,7 @@ def _result(export_settings, options):
         export_settings["gltf_format"], export_settings["gltf_draco_mesh_compression"]
     )
     if not problem:
-        from gltf_ext.commands.losses import steps_text
+        from gltf_ext import steps_text
 
         try:
             report = _compress(path, options)

@@ -63,7 +63,7 @@ def compress_summary(report: Report) -> str:
 
 def steps_line(report: Report) -> str:
     """The steps of the attributes, in one line."""
-    from gltf_ext.commands.losses import steps_text  # --help is quicker without
+    from gltf_ext import steps_text  # --help is quicker without
 
     return steps_text(report["steps"])
 
