@@ -8,6 +8,7 @@
 import { compileDecoder, createDecoder, MalformedError } from './decoder.js';
 
 const MOST_WORKERS = 8;
+const START_MS = 30_000; // until a Worker has to answer
 // The heads of one, two, three .. Workers have the first share of parts that grow by this factor:
 // the page's thread copies a blob in about a fifth of the time that decoding it takes.
 const GROWTH = 1.25;
@@ -23,15 +24,37 @@ export async function createDecoderPool({ workers, source, createWorker = module
 }
 
 function moduleWorker() {
-  if (typeof Worker === 'undefined') return nodeWorker(new URL('./worker.js', import.meta.url));
-  return new Worker(new URL('./worker.js', import.meta.url), { type: 'module' });
+  // Bundlers look for this expression.
+  const start = () => new Worker(new URL('./worker.js', import.meta.url), { type: 'module' });
+  return startWorker(new URL('./worker.js', import.meta.url), start);
 }
 
-// A Worker in Node. For gltf-meshlet/stream, too.
-export async function nodeWorker(url) {
-  const node = 'node:worker_threads'; // in a variable, so that bundlers leave it alone
-  const threads = await import(/* @vite-ignore */ node);
-  return new threads.Worker(url);
+// Starts a Worker of a file of ours, in Node or by start() in a browser. For gltf-meshlet/stream, too.
+export async function startWorker(url, start) {
+  let worker;
+  if (typeof Worker === 'undefined') {
+    const node = 'node:worker_threads'; // in a variable, so that bundlers leave it alone
+    const threads = await import(/* @vite-ignore */ node);
+    worker = new threads.Worker(url);
+  } else {
+    worker = isForeign(url) ? new Worker(importing(url), { type: 'module' }) : start();
+  }
+  return Object.assign(worker, { url: String(url) }); // for messages
+}
+
+// Whether a file comes from another server than the page, as from a CDN: a Worker must not.
+const isForeign = ({ origin, protocol }) =>
+  protocol.startsWith('http') && origin !== globalThis.location?.origin;
+
+const imports = new Map(); // URL -> that of a script that imports it
+
+function importing(url) {
+  const place = String(url);
+  if (!imports.has(place)) {
+    const script = new Blob([`import ${JSON.stringify(place)};`], { type: 'text/javascript' });
+    imports.set(place, URL.createObjectURL(script));
+  }
+  return imports.get(place);
 }
 
 class DecoderPool {
@@ -158,12 +181,20 @@ class Member {
   #worker;
   #pool;
   #job = null;
+  #starting; // ends the wait for its first answer
 
   constructor(worker, module, pool) {
     this.#worker = worker;
     this.#pool = pool;
-    const failed = ({ message }) =>
-      pool.replace(this, new Error(`a decoder's Worker failed: ${message ?? 'not loaded'}`));
+    const name = worker.url ? ` (${worker.url})` : '';
+    const failed = ({ message }) => {
+      clearTimeout(this.#starting);
+      const problem = message ?? 'its file was not loaded';
+      pool.replace(this, new Error(`a decoder's Worker${name} failed: ${problem}`));
+    };
+    const silent = `no answer in ${START_MS / 1000} seconds; does its file import the package's?`;
+    this.#starting = setTimeout(() => failed({ message: silent }), START_MS);
+    this.#starting.unref?.();
     if (worker.on) {
       worker.on('message', (answer) => this.#receive(answer)).on('error', failed); // Node
     } else {
@@ -186,11 +217,14 @@ class Member {
   }
 
   end(error) {
+    clearTimeout(this.#starting);
     this.#job?.reject(error);
     this.#worker.terminate();
   }
 
-  #receive({ triangles, result, error }) {
+  #receive({ started, triangles, result, error }) {
+    clearTimeout(this.#starting);
+    if (started) return;
     const { onTriangles, resolve, reject } = this.#job;
     if (triangles !== undefined) {
       try {

@@ -1,6 +1,6 @@
 // A Worker of pool.js, in browsers and in Node. The first message is {module}, the compiled
-// decoder; each further one is a job, {task, bytes, options}. The answers are {triangles}, their
-// number in each step, and {result}, or {error}.
+// decoder, and the answer {started}; each further one is a job, {task, bytes, options}. Its answers
+// are {triangles}, their number in each step, and {result}, or {error}.
 import { createDecoder, MalformedError } from './decoder.js';
 
 const inNode = typeof WorkerGlobalScope === 'undefined';
@@ -30,6 +30,7 @@ function arraysOf(result) {
 async function receive({ data: { module, task, bytes, options } }) {
   if (module) {
     decoder = createDecoder(module);
+    port.postMessage({ started: true });
     return;
   }
   try {
