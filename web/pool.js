@@ -31,30 +31,19 @@ function moduleWorker() {
 
 // Starts a Worker of a file of ours, in Node or by start() in a browser. For gltf-meshlet/stream, too.
 export async function startWorker(url, start) {
-  let worker;
   if (typeof Worker === 'undefined') {
     const node = 'node:worker_threads'; // in a variable, so that bundlers leave it alone
     const threads = await import(/* @vite-ignore */ node);
-    worker = new threads.Worker(url);
-  } else {
-    worker = isForeign(url) ? new Worker(importing(url), { type: 'module' }) : start();
+    return new threads.Worker(url);
   }
-  return Object.assign(worker, { url: String(url) }); // for messages
-}
-
-// Whether a file comes from another server than the page, as from a CDN: a Worker must not.
-const isForeign = ({ origin, protocol }) =>
-  protocol.startsWith('http') && origin !== globalThis.location?.origin;
-
-const imports = new Map(); // URL -> that of a script that imports it
-
-function importing(url) {
-  const place = String(url);
-  if (!imports.has(place)) {
-    const script = new Blob([`import ${JSON.stringify(place)};`], { type: 'text/javascript' });
-    imports.set(place, URL.createObjectURL(script));
+  try {
+    return start();
+  } catch (error) {
+    // From another server than the page, as a CDN: what a script of the page imports may be.
+    if (error.name !== 'SecurityError') throw error;
+    const script = new Blob([`import '${url}'`], { type: 'text/javascript' });
+    return new Worker(URL.createObjectURL(script), { type: 'module' });
   }
-  return imports.get(place);
 }
 
 class DecoderPool {
@@ -186,11 +175,10 @@ class Member {
   constructor(worker, module, pool) {
     this.#worker = worker;
     this.#pool = pool;
-    const name = worker.url ? ` (${worker.url})` : '';
     const failed = ({ message }) => {
       clearTimeout(this.#starting);
       const problem = message ?? 'its file was not loaded';
-      pool.replace(this, new Error(`a decoder's Worker${name} failed: ${problem}`));
+      pool.replace(this, new Error(`a decoder's Worker failed: ${problem}`));
     };
     const silent = `no answer in ${START_MS / 1000} seconds; does its file import the package's?`;
     this.#starting = setTimeout(() => failed({ message: silent }), START_MS);

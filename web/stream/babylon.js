@@ -18,7 +18,6 @@ import '@babylonjs/loaders/glTF/2.0/index.js';
 import { MeshletExtension } from '../babylon.js';
 import { ARRAYS, EXTENSION } from '../gltf.js';
 import { View } from './cut.js';
-import { checkNumber } from './options.js';
 import { forStreamed, Session } from './session.js';
 
 const KINDS = {
@@ -35,7 +34,6 @@ let loads = 0;
 
 export class MeshletStream extends TransformNode {
   #session;
-  #pixels;
   #container = null; // what the loader made
   #meshes = []; // StreamedMesh
   #geometries = new Map(); // pool -> Geometry
@@ -69,15 +67,6 @@ export class MeshletStream extends TransformNode {
 
   get ready() {
     return this.#session.ready;
-  }
-
-  get pixels() {
-    return this.#pixels;
-  }
-
-  set pixels(pixels) {
-    checkNumber('pixels', pixels, 0);
-    this.#pixels = pixels;
   }
 
   retry() {
