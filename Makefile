@@ -4,7 +4,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 PIP := $(BIN)/pip install -qq --disable-pip-version-check
 # Installed once, so that a rebuild after an edit compiles only what changed.
-BUILD_TOOLS := "scikit-build-core>=0.10" cmake ninja
+BUILD_TOOLS := "scikit-build-core>=0.10" "hatch-fancy-pypi-readme" cmake ninja
 NODE_PACKAGES := gltf-validator@2.0.0-dev.3.10 gltfpack@1.3.0
 NODE_MODULES := build/node
 # Exact version, as with ruff: another one formats or complains differently. biome.json names it too.
@@ -29,8 +29,12 @@ PYTEST := $(BIN)/python -m pytest -q -n auto --dist loadfile --junitxml=build/te
 MEASUREMENTS := meshlet_formats size paper table1 speed quality parameters choices mitsuba \
   lod figures overview
 PICTURES := meshlets render_comparison
+VERSION = $(shell sed -n 's/^__version__ = "\(.*\)"/\1/p' gltf_ext/__init__.py)
+# Of make fuzz: how many, and which.
+MUTANTS := 100000
+SEED := 1
 
-.PHONY: help demo test test-full test-web test-platforms lint format lines fuzz shaders wgsl bench figures docs wheel blender amalgamation shader-package web hooks clean
+.PHONY: help demo test test-full test-web test-platforms lint format lines fuzz shaders wgsl bench figures docs wheel blender amalgamation shader-package packages web hooks clean
 
 help:  ## this list
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' $(MAKEFILE_LIST) | expand -t 20
@@ -41,16 +45,19 @@ demo: .venv/installed .venv/mitsuba  ## compress, verify and render a generated 
 test: lint .venv/installed .venv/mitsuba .venv/extras .venv/web  ## lint, then all tests on generated and small real models
 	@$(PYTEST) $(PYTEST_ARGS)
 
-test-full: lint .venv/installed .venv/mitsuba .venv/extras .venv/wheel .venv/blender .venv/web .venv/browser  ## all tests on all models; a missing model or renderer fails
+test-full: lint .venv/installed .venv/mitsuba .venv/extras .venv/wheel .venv/packages .venv/blender .venv/web .venv/browser  ## all tests on all models; a missing model or renderer fails
 	@$(PYTEST) --full $(PYTEST_ARGS)
 
-lint: .venv/lint .venv/biome  ## check format, rules and types of Python, C++, GLSL and JavaScript; changes nothing
+lint: .venv/lint .venv/biome  ## check Python, C++, GLSL, JavaScript, workflows and the container file; changes nothing
 	@failed=; \
 	$(BIN)/ruff format --check --quiet . || { echo "make lint: run make format"; failed=1; }; \
 	$(BIN)/ruff check --quiet --output-format concise . || failed=1; \
 	$(BIN)/python tools/format_native.py --check || failed=1; \
 	$(BIN)/mypy --no-error-summary || failed=1; \
 	test ! -f .venv/biome || $(BIOME) check --error-on-warnings || failed=1; \
+	$(BIN)/actionlint -shellcheck= -pyflakes= .github/workflows/*.yml || failed=1; \
+	$(BIN)/zizmor --offline --no-progress --quiet .github >build/zizmor.txt || { cat build/zizmor.txt; failed=1; }; \
+	$(BIN)/hadolint packaging/container/Dockerfile || failed=1; \
 	test -z "$$failed"
 
 format: .venv/lint .venv/biome  ## format Python, C++, GLSL and JavaScript in place
@@ -64,12 +71,12 @@ lines: .venv/installed  ## lines of source by folder; beside a commit: AGAINST=C
 hooks: .venv/lint .venv/biome  ## run make lint's checks before every git commit
 	@$(PIP) pre-commit && $(BIN)/pre-commit install
 
-fuzz: .venv/installed .venv/mitsuba .venv/extras .venv/web  ## 100,000 mutated blobs, packed views and levels through the readers under ASan and UBSan, packed views in WebAssembly, and glTF files through all commands
+fuzz: .venv/installed .venv/mitsuba .venv/extras .venv/web  ## 100,000 mutated blobs, packed views and levels through the readers under ASan and UBSan, packed views in WebAssembly, and glTF files through all commands; others with SEED=N
 	@folder=$$(CXX=$${CXX:-$$(command -v g++ || command -v clang++)} $(BIN)/python -m tools.native_build MESHLET_FUZZ) \
-	  && $$folder/fuzz_decoder spec/vectors && $$folder/fuzz_transport spec/transport_vectors
-	@node tests/web/unpack.mjs web spec/transport_vectors 100000
-	@$(BIN)/python -m tools.sanitized tools.fuzz_levels
-	@$(BIN)/python -m tests.hostile.fuzz 100000
+	  && $$folder/fuzz_decoder spec/vectors $(MUTANTS) $(SEED) && $$folder/fuzz_transport spec/transport_vectors $(MUTANTS) $(SEED)
+	@node tests/web/unpack.mjs web spec/transport_vectors $(MUTANTS) $(SEED)
+	@$(BIN)/python -m tools.sanitized tools.fuzz_levels $(MUTANTS) $(SEED)
+	@$(BIN)/python -m tests.hostile.fuzz $(MUTANTS) --seed $(SEED)
 
 shaders: .venv/installed  ## compile shaders/ to vk_backend/spirv and bench/spirv (needs glslangValidator)
 	@$(BIN)/python -m tools.build_shaders
@@ -98,6 +105,14 @@ amalgamation:  ## the decoder for C and C++ as one header and one source in dist
 
 shader-package:  ## the GPU decoder for engines, in GLSL and HLSL, as a zip in dist; needs only Python
 	@$(PYTHON) -m tools.build_shader_package
+
+# Also what build/site needs to be a repository of extensions for Blender.
+packages: blender amalgamation shader-package docs .venv/web .venv/packages  ## everything that a release publishes: in dist, and the site in build/site
+	@mkdir -p build/site/blender && cp dist/index.json dist/gltf_meshlet-blender-$(VERSION)-*.zip build/site/blender
+	@cd dist && rm -f gltf_meshlet-decoder-*.zip && $(CURDIR)/$(BIN)/python -m zipfile -c gltf_meshlet-decoder-$(VERSION).zip decoder/*
+	@$(BIN)/python -m build --sdist --no-isolation --outdir dist . >build/sdist.log 2>&1 || { tail -5 build/sdist.log; exit 1; }
+	@$(BIN)/twine check --strict dist/*$(VERSION)*.whl dist/*$(VERSION).tar.gz
+	@npm pack --silent --pack-destination dist ./web
 
 web: .venv/web .venv/browser  ## build the npm package's decoder and the viewer's page, and open it (MODEL=FILE)
 	@command -v node >/dev/null || { echo "make: node is not installed (Debian: apt install nodejs npm)"; exit 1; }
@@ -133,7 +148,7 @@ clean:  ## remove everything that make made here
 
 # mypy reads the types of the project's dependencies, hence .venv/installed.
 .venv/lint: pyproject.toml | .venv/installed
-	@$(PIP) "gltf-meshlet[lint]" || { echo "make: cannot install ruff, clang-format and mypy"; exit 1; }
+	@$(PIP) "gltf-meshlet[lint]" || { echo "make: cannot install the linters that pyproject.toml names"; exit 1; }
 	@touch $@
 
 .venv/biome: biome.json | .venv/bin/python
@@ -161,6 +176,10 @@ clean:  ## remove everything that make made here
 	@npm install --silent --no-audit --no-fund --prefix $(NODE_MODULES) $(BENCH_PACKAGES) >/dev/null 2>&1 \
 	  || echo "make: cannot install the npm packages $(BENCH_PACKAGES); bench web cannot run"
 	@$(PIP) "gltf-meshlet[bench]" 2>/dev/null || echo "make: cannot install scipy, DracoPy or meshoptimizer; their columns stay empty"
+	@touch $@
+
+.venv/packages: pyproject.toml | .venv/installed
+	@$(PIP) "gltf-meshlet[recipes]" || { echo "make: cannot install build, twine, Conan and rattler-build"; exit 1; }
 	@touch $@
 
 .venv/wheel: pyproject.toml | .venv/installed

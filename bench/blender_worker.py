@@ -13,7 +13,13 @@ from pathlib import Path
 
 import bpy
 
-BITS = {"position": 12, "normal": 8, "texcoord": 12, "color": 8, "generic": 8}  # those of compress
+BITS = {
+    "position": 12,
+    "normal": 8,
+    "texcoord": 12,
+    "color": 8,
+    "generic": 8,
+}  # as bench.common.BITS
 
 
 def install(extension: str) -> None:
@@ -29,6 +35,8 @@ def prepare(extension: str, model: str, outputs: dict[str, str]) -> dict:
     bpy.ops.import_scene.gltf(filepath=model)
     draco = {f"export_draco_{name}_quantization": bits for name, bits in BITS.items()}
     settings = bpy.context.scene.gltf_meshlet
+    for name in ("position", "normal", "texcoord", "color"):
+        setattr(settings, f"{name}_bits", BITS[name])
     for name, path in outputs.items():
         settings.enabled = name == "meshlets"
         bpy.ops.export_scene.gltf(

@@ -8,6 +8,7 @@ bench.parameters.
 from __future__ import annotations
 
 import argparse
+import functools
 import math
 import tempfile
 from collections import Counter
@@ -17,7 +18,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import gltf_ext
-from bench.common import markdown_table, origin_line, progress
+from bench.common import BITS, markdown_table, origin_line, progress
 from bench.models import blobs_of, real_models
 from bench.size import section_bits
 from gltf_ext import _codec
@@ -36,6 +37,7 @@ from spec.reference_decoder import (
     SIGN,
     Decoder,
 )
+from tools import paper_encoder
 
 NAMES = ("bunny", "beast", "igea", "engine")
 NAMES_SWITCHED = (*NAMES, "dragon", "DamagedHelmet", "sponza_like")
@@ -84,7 +86,7 @@ def measure_meshlets(blobs: list[bytes]) -> dict:
 
 def totals(path: Path, folder: Path, **options) -> tuple[dict, Path]:
     output = folder / "out.glb"
-    gltf_ext.compress(path, output, **options)
+    gltf_ext.compress(path, output, **{**BITS, **options})
     return gltf_ext.inspect(output)["totals"], output
 
 
@@ -111,12 +113,15 @@ def is_allowed(predictor: int, s: int, stream: _codec.Stream) -> bool:
 
 @contextmanager
 def encoder(choose: Chooser | None = None, cheapest_of: Sequence[int] = (), **options):
-    """Makes gltf_ext.compress use other predictors and other options of _codec.encode.
+    """Makes gltf_ext.compress use other predictors and options of tools.paper_encoder.
 
     choose: (number of a stream, the stream) -> predictor
     cheapest_of: instead, each stream gets the one of these with the fewest bits
     """
-    original = _codec.encode
+    replaced = _codec.encode
+    original = replaced
+    if "share_seams" in options:
+        original = functools.partial(paper_encoder.encode, as_paper=False)
 
     def encode(triangles, ids, positions, streams, values, **rest):
         def with_predictors(choose: Chooser):
@@ -133,7 +138,7 @@ def encoder(choose: Chooser | None = None, cheapest_of: Sequence[int] = (), **op
     try:
         yield
     finally:
-        _codec.encode = original
+        _codec.encode = replaced
 
 
 def measure_switched(path: Path) -> dict:

@@ -29,6 +29,15 @@ RESULTS = ROOT / "bench" / "results"
 # The measurements write these themselves: changes there do not make a commit "-dirty".
 WRITTEN_BY_MEASUREMENTS = (":!docs", ":!bench/results")
 PACKAGES = ("gltf-meshlet", "numpy")
+# Bits of measurements, ours and the peers': the same everywhere, whatever the defaults become.
+BITS = {
+    "position_bits": 12,
+    "normal_bits": 8,
+    "texcoord_bits": 12,
+    "color_bits": 8,
+    "weight_bits": 8,
+}
+BITS_TEXT = "12 bits for positions, 8 for normals, 12 for texture coordinates, 8 for colours"
 DIGEST = "Figures"  # the text field of a PNG with the digest of what it shows
 
 

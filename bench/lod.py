@@ -35,7 +35,7 @@ from bench.models import real_model
 from gltf_ext.attributes.extension import Compressed
 from gltf_ext.checks.samples import distances_to, sample_surface
 from gltf_ext.lod import Cut, LodPrimitive, cut_at_error, cut_at_level, error_of, open_lod
-from gltf_ext.lod.cuts import held_bytes, page_bytes, table_bytes
+from gltf_ext.lod.cuts import bytes_of_pages, held_bytes, table_bytes
 from gltf_ext.sources.primitives import Primitive
 
 PACKAGES = ("gltf-meshlet", "numpy", "meshoptimizer")
@@ -141,7 +141,7 @@ def needs(primitive: LodPrimitive | Compressed, error: float) -> dict[str, int]:
     return {
         "triangles": _drawn(primitive, cut),
         "bytes": held_bytes(tables, cut),
-        "whole_bytes": page_bytes(tables, cut) + table_bytes(tables, len(tables.groups)),
+        "whole_bytes": bytes_of_pages(tables, cut) + table_bytes(tables, len(tables.groups)),
     }
 
 
@@ -196,10 +196,10 @@ def percentile(distances: np.ndarray) -> float:
 
 def some_replacements(primitive: LodPrimitive, cut: Cut) -> list[tuple[int, Primitive]]:
     """(group, replacement) of some groups that a cut replaces."""
-    refined = primitive.tables.cluster_source
-    replaced = np.unique(refined[cut.drawn & (refined >= 0)])
+    finer = primitive.tables.finer_group
+    replaced = np.unique(finer[cut.drawn & (finer >= 0)])
     chosen = replaced[np.linspace(0, len(replaced) - 1, min(len(replaced), GROUPS)).astype(int)]
-    parts = (replace(cut, drawn=cut.drawn & (refined == group)) for group in chosen)
+    parts = (replace(cut, drawn=cut.drawn & (finer == group)) for group in chosen)
     return [(int(g), primitive.mesh(p)) for g, p in zip(chosen, parts) if p.drawn.any()]
 
 

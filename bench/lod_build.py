@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 import gltf_ext
-from bench.common import call_in_process, memory_of_process, progress
+from bench.common import BITS, call_in_process, memory_of_process, progress
 
 EVERY = 0.5  # seconds between looks at the work files
 
@@ -20,7 +20,7 @@ EVERY = 0.5  # seconds between looks at the work files
 def build(input: str, output: str, options: dict) -> dict:
     """Compresses a model. Returns processor time, wall time, peak memory and the report."""
     started = time.perf_counter()
-    report = gltf_ext.compress(input, output, **options)
+    report = gltf_ext.compress(input, output, **{**BITS, **options})
     usage = resource.getrusage(resource.RUSAGE_SELF)
     return {
         "cpu_seconds": usage.ru_utime + usage.ru_stime,

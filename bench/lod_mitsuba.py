@@ -13,7 +13,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import gltf_ext
-from bench.common import ROOT, call_in_process, origin_line, progress, table
+from bench.common import BITS, ROOT, call_in_process, origin_line, progress, table
 from bench.large_model import write_displaced
 from bench.models import real_model
 
@@ -43,7 +43,7 @@ def measure(_: argparse.Namespace) -> dict:
             source, output = real_model(MODEL), Path(folder, f"{n}.lod.glb")
             if n > 1:
                 source = write_displaced(source, n, Path(folder, f"{n}.glb"))
-            gltf_ext.compress(source, output, lod=True)
+            gltf_ext.compress(source, output, lod=True, **BITS)
             name = f"{MODEL} x{n * n}, displaced" if n > 1 else MODEL
             models[name] = rows_of(str(output))
     return {"models": models}

@@ -13,7 +13,7 @@ import numpy as np
 
 import gltf_ext
 from bench import peers
-from bench.common import progress
+from bench.common import BITS, progress
 from gltf_ext.checks.samples import surface_distances
 from gltf_ext.lod import open_lod
 from gltf_ext.lod.simplifier import simplify
@@ -85,6 +85,6 @@ def level_of(mesh: Primitive, error: float) -> dict:
     with tempfile.TemporaryDirectory() as folder:
         plain, ours = Path(folder) / "plain.glb", Path(folder) / "ours.glb"
         peers.write_primitives([mesh], plain)
-        gltf_ext.compress(plain, ours, page_bytes=0)
+        gltf_ext.compress(plain, ours, page_bytes=0, **BITS)
         (compressed,) = open_lod(ours)
     return {"triangles": len(mesh.indices), "error": error, "bytes": len(compressed.blob)}

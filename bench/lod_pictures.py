@@ -15,7 +15,7 @@ import numpy as np
 from PIL import Image
 
 import gltf_ext
-from bench.common import DOCS, pyplot, read_result
+from bench.common import BITS, DOCS, pyplot, read_result
 from bench.models import real_model
 from gltf_ext.lod import Cut, LodPrimitive, cut_at_level, open_lod
 from gltf_meshlet.demo.model import meshlet_colors
@@ -94,7 +94,7 @@ def draw_all() -> list[Path]:
     """docs/lod.png and docs/lod_pixels.png."""
     with tempfile.TemporaryDirectory() as folder:
         output = Path(folder) / "out.glb"
-        gltf_ext.compress(real_model("dragon"), output, lod=True)
+        gltf_ext.compress(real_model("dragon"), output, lod=True, **BITS)
         primitive = open_lod(output)[0]
     if not isinstance(primitive, LodPrimitive):
         raise SystemExit("bench lod_pictures: the model has no levels")

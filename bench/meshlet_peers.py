@@ -23,7 +23,7 @@ import numpy as np
 
 import gltf_ext
 from bench import peers
-from bench.common import ROOT
+from bench.common import BITS, ROOT
 from bench.models import blobs_of
 from bench.peers import PeerMissing, checkout_version, plan_of, position_grids, write_primitives
 from gltf_ext.attributes.streams import Bits
@@ -81,7 +81,7 @@ def compressed(primitives: list[Primitive], **options) -> tuple[dict, list[bytes
     with tempfile.TemporaryDirectory() as folder:
         source, output = Path(folder) / "in.glb", Path(folder) / "out.glb"
         write_primitives(primitives, source)
-        gltf_ext.compress(source, output, **options)
+        gltf_ext.compress(source, output, **{**BITS, **options})
         return gltf_ext.inspect(output)["totals"], blobs_of(output)
 
 

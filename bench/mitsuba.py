@@ -26,7 +26,7 @@ import numpy as np
 
 import gltf_ext
 from bench import common
-from bench.common import call_in_process, memory_of_process, progress
+from bench.common import BITS, call_in_process, memory_of_process, progress
 from bench.models import add_model_names, real_model
 
 PACKAGES = ("mitsuba", "drjit", "numpy")
@@ -68,7 +68,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def _prepared(model: str, folder: Path) -> Path:
     """Compresses and decompresses the model; returns the compressed file."""
     compressed = folder / f"{model}.glb"
-    gltf_ext.compress(real_model(model), compressed)
+    gltf_ext.compress(real_model(model), compressed, **BITS)
     gltf_ext.decompress(compressed, folder / f"{model}.plain.glb")
     return compressed
 

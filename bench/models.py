@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import NoReturn
 
 import gltf_ext
-from bench.common import ROOT
+from bench.common import BITS, ROOT
 from bench.generated import torus, write_generated
 from bench.large_model import write_displaced
 from gltf_ext.attributes.extension import compressed_primitives, require_compressed
@@ -124,7 +124,7 @@ def compressed(path: Path, folder: Path) -> Path:
     if compressed_primitives(open_model(path)):
         return path
     output = folder / f"{path.stem}.glb"
-    gltf_ext.compress(path, output)
+    gltf_ext.compress(path, output, **BITS)
     return output
 
 
@@ -132,5 +132,5 @@ def subdivided(path: Path, folder: Path) -> Path:
     """A compressed model of the file's first primitive with four times its triangles."""
     raw = write_displaced(path, 2, folder / "raw.glb", noise=0.0)
     output = folder / f"{path.stem}_x4.glb"
-    gltf_ext.compress(raw, output)
+    gltf_ext.compress(raw, output, **BITS)
     return output

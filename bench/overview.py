@@ -199,7 +199,7 @@ def _of_path(rows: list[dict], path: str) -> list[dict]:
 
 
 def _raster_standings(result: dict) -> Iterator[Standing]:
-    rows = [row for row in result["rows"] if row["culling"]]
+    rows = result["rows"]
     others = {
         "vertex": "uncompressed, indexed draw",
         "mesh-plain": "uncompressed, mesh shader",
@@ -315,7 +315,10 @@ SECTIONS = (
     Section("Speed on the CPU", "speed", ("speed.md",)),
     Section("Reading other formats", "reading", ("scale.md",)),
     Section("Many models", "batch", ("scale.md",)),
+    Section("Many small models", "batch_small", ("scale.md",)),
+    Section("Memory of many models", "batch_memory", ("scale.md",)),
     Section("Quality", "quality", ("quality.md",)),
+    Section("Bits that are chosen", "defaults", ("defaults.md",)),
     Section("Decoding on the GPU", "vulkan_decode", ("vulkan.md",), vulkan_decode.summary),
     Section("Drawing on the GPU", "vulkan_raster", ("vulkan.md",), vulkan_raster.summary),
     Section("Levels of detail on the GPU", "vulkan_lod", ("vulkan.md",)),

@@ -33,6 +33,7 @@ from bench.peers import DEFAULT_BITS, Part
 from gltf_ext import _codec
 from gltf_ext.attributes.records import weld_rows
 from gltf_ext.attributes.streams import GRID, INTEGER, Bits
+from tools import paper_encoder
 
 SYMBOLS = "CRELS"
 # (value, bits), lowest bit first
@@ -185,10 +186,10 @@ def quantised(part: Part, bits: Bits) -> tuple[list[_codec.Stream], list[np.ndar
 
 
 def mesh_of(part: Part, bits: Bits, fill: float) -> Mesh:
-    """A part cut into meshlets as in the paper; fill: 0 for its default, see _codec.encode."""
+    """A part cut into meshlets as in the paper; fill: 0 for the default of paper_encoder."""
     streams, values = quantised(part, bits)
     mesh = part.triangles, weld_rows(part.positions)[0], part.positions
-    blob, _ = _codec.encode(*mesh, streams, values, fill=fill, effort="high")
+    blob, _ = paper_encoder.encode(*mesh, streams, values, fill=fill)
     triangles, arrays = _codec.decode(blob)
     packed, width = np.zeros(len(arrays[0]), np.uint64), 0
     for stream, array in zip(streams[1:], arrays[1:]):

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import gltf_ext
-from bench.common import origin_line, progress, spread, table
+from bench.common import BITS, BITS_TEXT, origin_line, progress, spread, table
 from bench.models import add_model_names, blobs_of, torus_and_named
 from bench.speed import native
 from gltf_ext.options import OPTIONS, Options
@@ -23,13 +23,9 @@ GENERATED = 60_000  # triangles of the generated model
 REPETITIONS = 3  # of compress
 DEFAULTS = {
     "lambda_": 1.4,  # of _codec.encode: compress does not set it
-    **{
-        option: getattr(Options(), option)
-        for option in ("effort", "max_triangles", "position_bits")
-    },
+    "position_bits": BITS["position_bits"],  # of measurements: compress chooses
+    **{option: getattr(Options(), option) for option in ("effort", "max_triangles")},
 }
-# While other options change: growing regions has options that the default effort ignores.
-EFFORT = "high"
 VALUES = {
     "effort": next(option.choices for option in OPTIONS if option.name == "effort"),
     "max_triangles": (16, 24, 32, 40, 48, 56, 64),
@@ -50,8 +46,13 @@ TITLES = {
 
 
 def _named(row: dict) -> str:
-    mark = " (default)" if row["value"] == DEFAULTS[row["option"]] else ""
+    mark = f" ({_mark(row['option'])})" if row["value"] == DEFAULTS[row["option"]] else ""
     return f"{row['model']}, {row['value']}{mark}"
+
+
+def _mark(option: str) -> str:
+    """What the value in DEFAULTS is: compress chooses the bits of positions."""
+    return "elsewhere" if option in BITS else "default"
 
 
 COLUMNS: dict[str, Callable[[dict], str]] = {
@@ -76,7 +77,7 @@ def measure(options: argparse.Namespace) -> dict:
         for model, path in torus_and_named(options.models, GENERATED, folder).items():
             for option, values in VALUES.items():
                 for value in values:
-                    measured = measure_options(path, folder, **{"effort": EFFORT, option: value})
+                    measured = measure_options(path, folder, **{option: value})
                     rows.append({"model": model, "option": option, "value": value, **measured})
                 progress(f"{model}, {option}")
     return {"rows": rows}
@@ -87,7 +88,7 @@ def measure_options(path: Path, folder: Path, **options) -> dict:
     output, seconds = folder / "out.glb", []
     for _ in range(REPETITIONS):
         start = time.perf_counter()
-        gltf_ext.compress(path, output, **options)
+        gltf_ext.compress(path, output, **{**BITS, **options})
         seconds.append(time.perf_counter() - start)
     totals = gltf_ext.inspect(output)["totals"]
     timed = native("decode_speed", blobs_of(output), folder)
@@ -99,12 +100,29 @@ def measure_options(path: Path, folder: Path, **options) -> dict:
     }
 
 
+def _default(option: str) -> str:
+    """What applies without the option."""
+    if option in BITS:
+        return f"Other measurements have {DEFAULTS[option]}; by default, `compress` chooses."
+    return f"The default is {DEFAULTS[option]}."
+
+
+def _effort(result: dict) -> str:
+    """What the effort was, if not the default."""
+    effort = result.get("effort", DEFAULTS["effort"])
+    return (
+        ""
+        if effort == DEFAULTS["effort"]
+        else f", and the effort, which was {effort} and has been removed since"
+    )
+
+
 def report(result: dict) -> str:
     """docs/parameters.md."""
     sections = [
         f"""## {title}
 
-{text} The default is {DEFAULTS[option]}.
+{text} {_default(option)}
 
 {table([row for row in result["rows"] if row["option"] == option], COLUMNS)}"""
         for option, (title, text) in TITLES.items()
@@ -112,10 +130,11 @@ def report(result: dict) -> str:
     return f"""# Parameters
 
 {origin_line(result)}
-One option of `compress` changes at a time; the others keep their defaults, except that the effort
-is {EFFORT}, since the default's meshlets do not depend on all options. Bits per triangle include
-everything. "compress" is the whole call on all threads, including files. "decode" is the
-C++ call for the whole model on one thread, "one meshlet" the mean for a single meshlet.
+One option of `compress` changes at a time; the others keep their defaults, except for bits
+({BITS_TEXT}){_effort(result)}.
+Bits per triangle include everything. "compress" is the whole call on all threads, including files.
+"decode" is the C++ call for the whole model on one thread,
+"one meshlet" the mean for a single meshlet.
 Times are rough: the default rows of a model are one file, measured again for each option.
 [choices.md](choices.md) measures the choices that are fixed in the format.
 

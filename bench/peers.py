@@ -472,7 +472,7 @@ def write_plain(
             if textured:
                 primitive["material"] = number
             document.meshes[number]["primitives"].append(primitive)
-    write_files(model_files(document, path), sources=())
+    write_files(model_files(document, path), input_files=())
 
 
 def glb_chunks(data: bytes) -> tuple[dict, bytes]:

@@ -26,7 +26,7 @@ from bench.common import (
 )
 from bench.generated import torus
 from gltf_ext.sources.importers import open_model
-from gltf_ext.sources.ply import read_header
+from gltf_ext.sources.ply_header import read_header
 
 PACKAGES = ("gltf-meshlet", "numpy", "trimesh")
 DOCUMENT, BLOCK = "scale", "reading"

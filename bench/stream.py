@@ -18,7 +18,7 @@ import numpy as np
 
 import gltf_ext
 from bench import peers
-from bench.common import ROOT, markdown_table, origin_line, progress, table
+from bench.common import BITS, ROOT, markdown_table, origin_line, progress, table
 from bench.large_model import write_displaced
 from bench.lod import DISPLACED
 from bench.models import real_model
@@ -85,7 +85,7 @@ def measure(options: argparse.Namespace) -> dict:
         if not all(path.is_file() for path in needed):
             progress("compressing")
             write_displaced(real_model(DISPLACED), CUTS, source)
-            gltf_ext.compress(source, folder / "model.glb", lod=True)
+            gltf_ext.compress(source, folder / "model.glb", lod=True, **BITS)
         scene_side = write_scene(folder)
         settings: list[dict] = [
             {"task": "first", "file": "model.glb", "maxBytes": BUDGETS[0]},
@@ -215,7 +215,7 @@ def write_scene(folder: Path) -> float:
     for name in SCENE:
         path = folder / f"{name}.gltf"
         if not path.is_file():
-            gltf_ext.compress(real_model(name), path, lod=True)
+            gltf_ext.compress(real_model(name), path, lod=True, **BITS)
         sizes.append(longest_side(path))
         append_model(path, lists)
     side = int(INSTANCES**0.5 + 1)

@@ -1,7 +1,6 @@
 """The paper's Table 1: sizes of the Stanford Dragon's regions, with and without C(N).
 
-Writes docs/table1.md. C(N) is the paper's penalty for full regions. The effort is high: its
-generation is the paper's.
+Writes docs/table1.md. C(N) is the paper's penalty for full regions.
 """
 
 from __future__ import annotations
@@ -12,7 +11,7 @@ from bench import peers
 from bench.common import markdown_table, origin_line
 from bench.models import real_model
 from bench.speed import encoder_arguments
-from gltf_ext import _codec
+from tools import paper_encoder
 
 # With the default, regions are nearly full and the penalty matters; 0.68 gives about the paper's
 # number of regions.
@@ -36,9 +35,9 @@ def measure(options: argparse.Namespace) -> dict:
 def measure_regions(arguments: tuple, raw_bytes: int, weight: str, fill: float | None) -> dict:
     """The histogram of the regions, and the number of meshlets and ratio of the encoded mesh.
 
-    Weight and fill are options of the codec only, not of compress.
+    Regions grow as in the paper, not as in today's encoder.
     """
-    view, made = _codec.encode(*arguments, effort="high", weight=weight, fill=fill or 0.0)
+    view, made = paper_encoder.encode(*arguments, weight=weight, fill=fill or 0.0)
     return {
         "weight": weight,
         "fill": fill,

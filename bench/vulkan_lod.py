@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 import gltf_ext
-from bench.common import progress, table
+from bench.common import BITS, progress, table
 from bench.large_model import write_displaced
 from bench.models import real_model
 from gltf_ext.document.accessors import stated_bounds
@@ -89,7 +89,7 @@ def model(cuts: int, folder: Path) -> Path:
     path = folder / f"{MODEL}_{cuts}.lod.glb"
     if not path.exists():
         raw = write_displaced(real_model(MODEL), cuts, folder / "raw.glb")
-        gltf_ext.compress(raw, path, lod=True)
+        gltf_ext.compress(raw, path, lod=True, **BITS)
         raw.unlink()
         progress(f"{path.name}: {path.stat().st_size / 1e6:.1f} MB")
     return path
@@ -109,7 +109,7 @@ def placed(path: Path, count: int, output: Path) -> Path:
         place = step * np.array([number % side - side // 2, 0.0, number // side - side // 2])
         document.nodes.append({"mesh": 0, "translation": place.tolist(), "rotation": turn})
     document.json["scene"], document.scenes[:] = 0, [{"nodes": list(range(count))}]
-    write_files(model_files(document, output), sources=())
+    write_files(model_files(document, output), input_files=())
     return output
 
 

@@ -10,14 +10,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
 from typing import Any, ClassVar
 
 import numpy as np
 
 import bench.compiled_shaders  # noqa: F401  before their structures
 from vk_backend.decode.bounds import fill_bounds
-from vk_backend.decode.fill import Filler
+from vk_backend.decode.decoder import Decoder, Method, Pass, Stage
 from vk_backend.decode.slots import SlotLayout
 from vk_backend.decode.structures import RASTER_PUSH
 from vk_backend.frame_commands import FrameCommands
@@ -26,14 +25,11 @@ from vk_backend.gpu.constants import CONSTANTS
 from vk_backend.gpu.device import Device
 from vk_backend.gpu.limits import MAX_WORKGROUPS
 from vk_backend.gpu.memory import Buffer
-from vk_backend.gpu.pipelines import ComputePipeline, push_record
+from vk_backend.gpu.pipelines import push_record
 from vk_backend.gpu.reflection import structure
 from vk_backend.gpu.targets import Targets
-from vk_backend.raster.graphics import SURFACE, Graphics, parts_of_run, raster_constants
-from vk_backend.raster.instances import GeometryDrawing, VertexDrawing
-from vk_backend.raster.mesh import MESH_PATHS, MeshDrawing
+from vk_backend.raster.graphics import Graphics, parts_of_run, raster_constants
 from vk_backend.raster.pipeline import MESH, TASK
-from vk_backend.raster.stream import StreamDrawing
 from vk_backend.raytrace.acceleration import Shape
 from vk_backend.raytrace.commands import MESHLET_LEVELS, FrameSubmissions
 from vk_backend.raytrace.geometry import Geometry, Piece, pieces_of
@@ -46,8 +42,6 @@ from vk_backend.scene.decoded import Decoded
 from vk_backend.scene.drawing import DEFAULT, Drawing, Options, Step
 from vk_backend.scene.scene import Scene
 from vk_backend.scene.view import SceneView
-from vk_backend.visibility.batched import BatchedDrawing
-from vk_backend.visibility.pooled import PooledDrawing
 
 PLAIN_PRIMITIVE, PLAIN_MESHLET, CACHED_MESHLET, PAPER_PUSH = (
     structure(name, "bench")
@@ -123,14 +117,12 @@ class PlainModel:
 
 
 class PlainDrawing(Drawing):
-    """Path mesh-plain. fragment: see Graphics."""
+    """Path mesh-plain."""
 
     name, capability = "mesh-plain", "mesh"
     targets: ClassVar[Any] = Targets
 
-    def __init__(
-        self, device: Device, scene: Scene, options: Options = DEFAULT, fragment: str = SURFACE
-    ):
+    def __init__(self, device: Device, scene: Scene, options: Options = DEFAULT):
         device.require(self.capability, self.name)
         super().__init__(SceneView(device, scene, frozenset({"blobs", "bounds", "vertices"})))
         buffers = self.view.buffers
@@ -139,9 +131,7 @@ class PlainDrawing(Drawing):
         self._model = self.own(PlainModel(buffers, meshlets=True))
         stages = (("bench:plain.task", TASK), ("bench:plain.mesh", MESH))
         constants = raster_constants(scene, options.culling)
-        self._graphics = Graphics(
-            self.view, stages, constants, options.ids, numbers=options.ids, fragment=fragment
-        )
+        self._graphics = Graphics(self.view, stages, constants, options.ids, numbers=options.ids)
 
     @property
     def resident_bytes(self) -> int:
@@ -167,28 +157,20 @@ class PlainDrawing(Drawing):
 POOLED = "visibility-pool"
 PLAIN_MESHLETS = 32  # of a task workgroup
 RASTER_PATHS = (*PATHS, PlainDrawing.name, POOLED)
-# The cheapest shaders that read every attribute.
-CHEAP_SURFACE = "bench:attributes_{attributes}.frag"
-CHEAP_RESOLVE = "bench:visibility_attributes.comp"
 
 
-def drawing_of(device: Device, scene: Scene, path: str, options: Options, lit: bool) -> Drawing:
-    """A drawing of one of RASTER_PATHS. lit: see TimedDrawing."""
-    if path.startswith("visibility"):
-        cheap = {} if lit else {"resolve": CHEAP_RESOLVE, "masked": False}
-        kind: Any = PooledDrawing if path == POOLED else BatchedDrawing
-        return kind(device, scene, options, **cheap)
-    mesh = {mesh_path.name: partial(MeshDrawing, mesh_path) for mesh_path in MESH_PATHS}
-    others = (StreamDrawing, GeometryDrawing, VertexDrawing, PlainDrawing)
-    make = {**mesh, **{kind.name: kind for kind in others}}[path]
-    return make(device, scene, options, fragment=SURFACE if lit else CHEAP_SURFACE)
+def drawing_of(device: Device, scene: Scene, path: str, options: Options) -> Drawing:
+    """A drawing of one of RASTER_PATHS."""
+    if path == PlainDrawing.name:
+        return PlainDrawing(device, scene, options)
+    make, _ = PATHS["visibility" if path == POOLED else path]
+    return make(device, scene, options)
 
 
 class TimedDrawing:
     """One picture with one path: recorded once, run and timed any number of times.
 
-    path: one of RASTER_PATHS. lit: shade the surface; else use the cheapest shader that reads every
-    attribute. targets: what it is drawn into.
+    path: one of RASTER_PATHS. cache: see Options. targets: what it is drawn into.
     """
 
     def __init__(
@@ -200,10 +182,9 @@ class TimedDrawing:
         width: int,
         height: int,
         *,
-        lit: bool,
-        **options: Any,
+        cache: int | None = None,
     ):
-        self.drawing = drawing_of(device, scene, path, Options(ids=False, **options), lit)
+        self.drawing = drawing_of(device, scene, path, Options(ids=False, cache=cache))
         self._size = width, height
         self.look(camera)
         self.targets = self.drawing.targets(device, width, height, ids=False)
@@ -230,6 +211,22 @@ class TimedDrawing:
         self.targets.free()
 
 
+PAPER = Method((Pass("bench:paper_fill.comp", 1),), {})
+
+
+@dataclass(frozen=True)
+class Listed:
+    """Jobs of a decoder: the first `count` of the list in the buffer `items`."""
+
+    count: int
+
+    def dispatch(self, commands: Any, stage: Stage, pushed: np.ndarray) -> None:
+        """See decoder.Jobs."""
+        own = pushed.copy()
+        own["count"] = self.count
+        stage.pipeline.dispatch(commands, min(self.count, MAX_WORKGROUPS), own)
+
+
 class PaperTracer(Tracer):
     """Path rt-paper: between frames, the slots go to the meshlets that most rays tested.
 
@@ -247,18 +244,17 @@ class PaperTracer(Tracer):
             geometry = Geometry(view, constants=constants, part_meshlets=meshlets)
             super().__init__(view, geometry, PAPER_HIT, constants, **light)
             self.slots, self._missing = slots, 0
-            self._fill_list = ComputePipeline.of(device, "bench:paper_fill.comp", constants)
+            self._decoder = Decoder(device, layout, slots, constants, PAPER)
             table = np.zeros(meshlets, CACHED_MESHLET)
             table["slot"] = np.arange(meshlets)
             table["slot"][slots:] = NO_SLOT
             self._own |= {
-                "cache": Buffer(device, slots * layout.bytes),
+                "cache": self._decoder.buffers["slots"],
                 "records": Buffer(device, table.nbytes).write(table),
-                "items": Buffer(device, 8 * slots),
+                "items": Buffer(device, 8 * slots).write(_items(np.arange(slots), table)),
             }
-            own = {name: self._own[name].address for name in ("sources", "cache")}
             with device.commands() as commands:
-                Filler(device, constants).decode(commands, 0, slots, frame=view.frame, **own)
+                self._record_fill(commands, slots)
 
     def meshlet_ids(self, hits: np.ndarray) -> np.ndarray:
         return self.scene.drawn_ids(hits)
@@ -281,17 +277,25 @@ class PaperTracer(Tracer):
         evicted = np.setdiff1d(np.flatnonzero(slots != NO_SLOT), wanted)
         slots[missing], slots[evicted] = slots[evicted], NO_SLOT
         table["tests"] = 0
-        self._own["items"].write(np.column_stack([missing, slots[missing]]).astype(np.uint32))
+        self._own["items"].write(_items(missing, table))
         self._own["records"].write(table)
         return len(missing)
 
     def record(self, submissions: FrameSubmissions, camera: Camera) -> None:
         if self._missing:
             commands = submissions.room_for(self._missing * MESHLET_LEVELS)
-            data = self.pushed(PAPER_PUSH, count=self._missing)
-            self._fill_list.dispatch(commands, min(self._missing, MAX_WORKGROUPS), data)
-            self.device.full_barrier(commands)
+            self._record_fill(commands, self._missing)
         super().record(submissions, camera)
+
+    def _record_fill(self, commands: Any, count: int) -> None:
+        """Records the decoding of the first `count` items."""
+        self._decoder.decode(commands, Listed(count), self.pushed(PAPER_PUSH))
+        self.device.full_barrier(commands)
+
+
+def _items(meshlets: np.ndarray, table: np.ndarray) -> np.ndarray:
+    """uint32[n, 2]: meshlets and their slots. table: CACHED_MESHLET[meshlets]."""
+    return np.column_stack([meshlets, table["slot"][meshlets]]).astype(np.uint32)
 
 
 @dataclass(frozen=True)

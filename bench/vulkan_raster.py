@@ -3,11 +3,10 @@
 Needs a GPU and the names of models: python -m bench vulkan_raster MODEL.glb ... Writes
 docs/vulkan-raster.png.
 
-The whole model is in view. A frame's time is the GPU's own, from clearing and decoding to the last
-pixel; all paths take turns frame by frame. Without culling the pixels get the cheapest colour that
-uses every attribute, and slow paths are left out; with culling they are lit. The fast paths also
-draw while the camera turns, and VIEWS, other cameras and sizes, with two generated models: `layers`
-for overdraw, `ground` for a ground plane that fills the picture.
+The pictures are those of `gltf-meshlet render`: lit, with culling. The whole model is in view. A
+frame's time is the GPU's own, from clearing and decoding to the last pixel; all paths take turns
+frame by frame. The fast paths also draw while the camera turns, and VIEWS, other cameras and sizes,
+with two generated models: `layers` for overdraw, `ground` for a plane that fills the picture.
 """
 
 from __future__ import annotations
@@ -24,6 +23,7 @@ import numpy as np
 import gltf_ext
 from bench import peers
 from bench.common import (
+    BITS,
     megabytes,
     milliseconds,
     percentiles,
@@ -41,10 +41,8 @@ from gltf_ext.errors import MeshletError
 from gltf_ext.sources.primitives import Primitive
 
 PACKAGES = ("numpy", "vulkan")
-QUICK = ("vertex", "mesh-plain", "stream", "visibility", "visibility-pool")
-# Without culling, the others take up to 320 times as long as vertex.
-PATHS = (*QUICK, "mesh", "mesh-paper", "geometry")
 FAST = ("vertex", "stream", "visibility", "visibility-pool")
+PATHS = (*FAST, "mesh-plain", "mesh", "mesh-paper", "geometry")
 POOL_SHARE = 0.9  # of the bytes of uncompressed vertices and indices, for visibility-pool
 LEAST_POOL = 100_000  # bytes: a few slots, for generated models
 TURN = 1.0  # degrees a frame
@@ -107,7 +105,7 @@ def _squares(places: list, output: Path) -> Path:
     attributes = {"POSITION": corners, "NORMAL": vertex_normals(corners, triangles)}
     raw = output.with_name("raw.glb")
     peers.write_primitives([Primitive(0, 0, triangles, attributes)], raw)
-    gltf_ext.compress(raw, output)
+    gltf_ext.compress(raw, output, **BITS)
     return output
 
 
@@ -131,7 +129,7 @@ def check_pictures(drawings: dict) -> None:
 
 
 def measure(options: argparse.Namespace) -> dict:
-    """All models, with and without culling; then the other views."""
+    """All models, then the other views."""
     from vk_backend.renderer import Renderer
 
     rows: list[dict] = []
@@ -141,16 +139,13 @@ def measure(options: argparse.Namespace) -> dict:
         files = model_files(options, Path(folder))
         progress(f"{device['name']}, driver {device['driver']}; models are ready")
         for path in files:
-            for culling in (False, True):
-                usual = (fit_camera, (WIDTH, HEIGHT))
-                rows += measure_model(renderer, path, PATHS if culling else QUICK, culling, usual)
-                progress(f"{path.stem}, culling {'on' if culling else 'off'}")
+            rows += measure_model(renderer, path, PATHS, (fit_camera, (WIDTH, HEIGHT)))
+            progress(path.stem)
         squares = [layers(Path(folder)), ground(Path(folder))]
         for path in [*files, *squares]:
             for name in SQUARES_VIEWS if path in squares else MODEL_VIEWS:
-                for culling in (False, True):
-                    found = measure_model(renderer, path, FAST, culling, VIEWS[name])
-                    views += [{"view": name, **row} for row in found]
+                found = measure_model(renderer, path, FAST, VIEWS[name])
+                views += [{"view": name, **row} for row in found]
             progress(f"{path.stem}, other views")
     old = read_result("vulkan_raster") if options.add else None
     if old and old["device"]["name"] == device["name"]:
@@ -166,9 +161,7 @@ def raw_bytes(scene) -> int:
     return sum(4 * scene.vertex_floats * p.vertices + 12 * p.triangles for p in scene.primitives)
 
 
-def measure_model(
-    renderer, path: Path, paths: tuple[str, ...], culling: bool, view: tuple
-) -> list[dict]:
+def measure_model(renderer, path: Path, paths: tuple[str, ...], view: tuple) -> list[dict]:
     """A row for each of `paths` that the device supports. view: a value of VIEWS."""
     from bench.vulkan_paths import POOLED, TimedDrawing
     from vk_backend.raster.mesh import MeshDrawing
@@ -180,12 +173,11 @@ def measure_model(
     camera, size = view
     pool = max(int(POOL_SHARE * raw_bytes(scene)), LEAST_POOL)
     drawings: dict[str, TimedDrawing] = {}
-    lit = {"culling": culling, "lit": culling}
     for name in paths:
         try:
             cache = pool if name == POOLED else None
             drawings[name] = TimedDrawing(
-                renderer.device, scene, camera(scene, *size), name, *size, cache=cache, **lit
+                renderer.device, scene, camera(scene, *size), name, *size, cache=cache
             )
         except MeshletError as error:
             progress(f"  skips {name}: {error}")
@@ -198,7 +190,6 @@ def measure_model(
         turning = frame_times(moving, cameras)
     facts = {
         "model": path.stem,
-        "culling": culling,
         "triangles": scene.triangles,
         "meshlets": sum(scene.primitives[i.primitive].meshlets for i in scene.instances),
         "compressed_bytes": scene.compressed_bytes,
@@ -242,8 +233,8 @@ def frame_times(drawings: dict, cameras: list | None = None) -> dict[str, list[f
 # --- reporting ---
 
 
-def _raster_line(row: dict) -> str:
-    return f"{row['path']}, {'lit, culling' if row['culling'] else 'unlit, no culling'}"
+def _path(row: dict) -> str:
+    return row["path"]
 
 
 def _launched(row: dict) -> str:
@@ -257,7 +248,6 @@ def summary(result: dict) -> str:
     steps = [
         {**row, "step": step + ", with a pool" * ("pool" in row), "time": time}
         for row in rows
-        if row["culling"]
         for step, time in row.get("steps", {}).items()
     ]
 
@@ -266,15 +256,14 @@ def summary(result: dict) -> str:
 
     tested = [row for row in rows if "tasks" in row]
     tasks = f"""
-Meshlets that task shaders launched, then those that were in view but hidden; lit with culling:
+Meshlets that task shaders launched, then those that were in view but hidden:
 
-{cells("path", tested, lambda row: row["path"], _launched)}"""
+{cells("path", tested, _path, _launched)}"""
 
-    return f"""`gltf-meshlet render` draws lit and with culling; unlit is the cheapest
-shader that reads all attributes. Milliseconds per frame of {pixels(result)} pixels (medians), and
-memory on the GPU.
+    return f"""As `gltf-meshlet render` draws, lit and with culling. Milliseconds per frame of
+{pixels(result)} pixels (medians), and memory on the GPU.
 
-{cells("path", rows, _raster_line, lambda r: f"{milliseconds(r):.3g}, {megabytes(r):.1f} MB")}
+{cells("path", rows, _path, lambda r: f"{milliseconds(r):.3g}, {megabytes(r):.1f} MB")}
 Milliseconds per frame while the camera turns by a degree a frame; `visibility-pool` keeps decoded
 meshlets in {POOL_SHARE} of the bytes of the uncompressed model.
 
@@ -282,11 +271,11 @@ meshlets in {POOL_SHARE} of the bytes of the uncompressed model.
         cells(
             "path",
             [row for row in rows if "turning" in row],
-            _raster_line,
+            _path,
             lambda row: f"{row['turning']['median']:.3g}",
         )
     }
-The [steps](vulkan.md#how-it-works) of path visibility, lit with culling:
+The [steps](vulkan.md#how-it-works) of path visibility:
 
 {cells("step", steps, lambda row: row["step"], lambda row: f"{row['time']:.3f}")}
 Milliseconds per frame of other pictures. The squares of `layers` fill the picture seven times.
@@ -295,7 +284,7 @@ Milliseconds per frame of other pictures. The squares of `layers` fill the pictu
         cells(
             "picture, path",
             result["views"],
-            lambda row: f"{row['view']}, {_raster_line(row)}",
+            lambda row: f"{row['view']}, {row['path']}",
             lambda row: f"{milliseconds(row):.3g}",
         )
     }{tasks if tested else ""}"""
@@ -303,21 +292,17 @@ Milliseconds per frame of other pictures. The squares of `layers` fill the pictu
 
 def save_plot(result: dict, path: Path) -> Path:
     """Bars of frame times and of memory."""
-    rows = {(row["model"], row["path"], row["culling"]): row for row in result["rows"]}
+    rows = {(row["model"], row["path"]): row for row in result["rows"]}
     models, measured = (dict.fromkeys(key[k] for key in rows) for k in (0, 1))
     figure, axes = pyplot().subplots(
-        3, 1, figsize=(1.2 + 1.6 * len(models), 9), sharex=True, layout="constrained"
+        2, 1, figsize=(1.2 + 1.6 * len(models), 7), sharex=True, layout="constrained"
     )
-    panels = (
-        ("ms a frame, no culling", False, milliseconds),
-        ("ms a frame, culling", True, milliseconds),
-        ("MB on the device", True, megabytes),
-    )
+    panels = (("ms a frame", milliseconds), ("MB on the device", megabytes))
     names = [name for name in PATHS if name in measured]
     bar = 0.85 / len(names)
-    for axis, (label, culling, value) in zip(axes, panels):
+    for axis, (label, value) in zip(axes, panels):
         for offset, name in enumerate(names):
-            found = [rows.get((model, name, culling)) for model in models]
+            found = [rows.get((model, name)) for model in models]
             values = [value(row) if row else np.nan for row in found]
             places = np.arange(len(models)) + bar * (offset - (len(names) - 1) / 2)
             axis.bar(places, values, 0.94 * bar, label=name)

@@ -62,6 +62,8 @@ def _result(export_settings, options):
         export_settings["gltf_format"], export_settings["gltf_draco_mesh_compression"]
     )
     if not problem:
+        from gltf_ext import steps_text
+
         try:
             report = _compress(path, options)
         except Exception as error:
@@ -69,7 +71,12 @@ def _result(export_settings, options):
     if problem:
         return [("ERROR", f"{path.name} is exported, but not compressed: {problem}")]
     warnings = [("WARNING", f"{path.name}: {text}") for text in _warnings(report)]
-    return [*warnings, ("INFO", _sizes(path, report))]
+    steps = steps_text(report["steps"])
+    return [
+        *warnings,
+        *([("INFO", f"{path.name}: {steps}")] if steps else []),
+        ("INFO", _sizes(path, report)),
+    ]
 
 
 def _compress(path, options):

@@ -53,6 +53,7 @@ def _draw_options(layout, settings, enabled):
     bits = layout.column(align=True)
     for name in ("position_bits", "normal_bits", "texcoord_bits", "color_bits", "weight_bits"):
         bits.prop(settings, name)
+    layout.label(text="Bits of 0 are chosen by themselves")
     layout.prop(settings, "fallback")
     layout.prop(settings, "lod")
 

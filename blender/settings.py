@@ -4,7 +4,7 @@
 
 import bpy
 
-from gltf_ext.options import OPTIONS
+from gltf_ext.options import AUTO, OPTIONS
 
 _OPTIONS = {option.name: option for option in OPTIONS}
 
@@ -15,15 +15,14 @@ def _description(name):
 
 
 def _bits(name, label):
-    """A property with the limits and the default of `compress`."""
-    option = _OPTIONS[name]
-    low, high = option.limits
+    """A property with the largest number of bits of `compress`; below its least, they are auto."""
+    low, high = _OPTIONS[name].limits
     return bpy.props.IntProperty(
         name=label,
-        description=_description(name),
-        min=low,
+        description=f"{_description(name)}; below {low}, they are chosen for each mesh",
+        min=0,
         max=high,
-        default=int(option.default),
+        default=0,
     )
 
 
@@ -46,7 +45,12 @@ class MeshletSettings(bpy.types.PropertyGroup):
     def compress_options(self):
         """Keyword arguments of gltf_ext.compress."""
         names = MeshletSettings.__annotations__
-        return {name: getattr(self, name) for name in names if name != "enabled"}
+        return {name: self._value(name) for name in names if name != "enabled"}
+
+    def _value(self, name):
+        """The value of an option; bits below the least are auto."""
+        value, limits = getattr(self, name), _OPTIONS[name].limits
+        return AUTO if limits and value < limits[0] else value
 
 
 def register():

@@ -1,11 +1,23 @@
-# Installs header, both libraries, the CMake package gltf_meshlet and gltf_meshlet.pc.
+# Installs header, libraries, the CMake package gltf_meshlet and gltf_meshlet.pc. Both libraries, or
+# the one that BUILD_SHARED_LIBS names, as package managers want it.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
 # Functions are only added (GLTF_MESHLET_ABI counts): programs run with any later library.
 set_target_properties(gltf_meshlet PROPERTIES VERSION 1.${PROJECT_VERSION} SOVERSION 1)
-set_target_properties(gltf_meshlet_static PROPERTIES EXCLUDE_FROM_ALL OFF)
-install(TARGETS gltf_meshlet gltf_meshlet_static EXPORT gltf_meshlet)
+set(libraries gltf_meshlet gltf_meshlet_static)
+set(static_flags "")
+if(DEFINED BUILD_SHARED_LIBS)
+  set_target_properties(${libraries} PROPERTIES EXCLUDE_FROM_ALL ON)
+  if(BUILD_SHARED_LIBS)
+    set(libraries gltf_meshlet)
+  else()
+    set(libraries gltf_meshlet_static)
+    set(static_flags " -DGLTF_MESHLET_STATIC")
+  endif()
+endif()
+set_target_properties(${libraries} PROPERTIES EXCLUDE_FROM_ALL OFF)
+install(TARGETS ${libraries} EXPORT gltf_meshlet)
 install(FILES codec/c/gltf_meshlet.h TYPE INCLUDE)
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/licenses/gltf_meshlet)
 
@@ -28,6 +40,6 @@ Description: Compressed triangle meshlets that decode one by one
 Version: ${PROJECT_VERSION}
 Libs: -L\${prefix}/${CMAKE_INSTALL_LIBDIR} -lgltf_meshlet
 Libs.private: -pthread -lstdc++ -lm
-Cflags: -I\${prefix}/${CMAKE_INSTALL_INCLUDEDIR}
+Cflags: -I\${prefix}/${CMAKE_INSTALL_INCLUDEDIR}${static_flags}
 ")
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/gltf_meshlet.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from gltf_ext.commands.decompress import decompress
     from gltf_ext.commands.inspect import inspect
     from gltf_ext.commands.load import MeshletDecoder, decoders, load
+    from gltf_ext.commands.losses import steps_text
     from gltf_ext.commands.transcode import transcode
     from gltf_ext.errors import MeshletError
     from gltf_ext.sources.primitives import Primitive
@@ -32,6 +33,7 @@ __all__ = [
     "decompress",
     "inspect",
     "load",
+    "steps_text",
     "transcode",
     "validate",
     "verify",
@@ -47,6 +49,7 @@ _MODULES = {
     "decompress": "commands.decompress",
     "inspect": "commands.inspect",
     "load": "commands.load",
+    "steps_text": "commands.losses",
     "transcode": "commands.transcode",
     "validate": "checks.validate",
     "verify": "checks.verify",

@@ -1,4 +1,4 @@
-"""The native codec of EXT_meshlet_edgebreaker: codec/c/gltf_meshlet.h with numpy arrays.
+"""The native codec of EXT_meshlet_edgebreaker: codec/c with numpy arrays.
 
 Functions that take a blob raise ValueError, with one sentence, if it is malformed. Calls release
 the interpreter's lock. `threads`: 0 means one per processor.
@@ -22,13 +22,14 @@ from gltf_ext._library import BLOB_MAX_STREAMS as BLOB_MAX_STREAMS
 from gltf_ext._library import (
     PROGRESS,
     Arrays,
-    Blob,
     Cancelled,
     Counts,
     Floats,
     Handle,
     Mesh,
+    MeshletArrays,
     MeshletOptions,
+    Page,
     Result,
     Statistics,
     StreamRow,
@@ -113,9 +114,9 @@ class _View(Handle):
         return streams
 
     def blobs(self) -> list[Struct]:
-        blobs = [Blob() for _ in range(self._counts.blobs)]
+        blobs = [Page() for _ in range(self._counts.pages)]
         for b, blob in enumerate(blobs):
-            functions.get_blob(self, b, blob)
+            functions.get_page(self, b, blob)
         return blobs
 
     def decode(self, threads: int, as_values: bool) -> tuple[UInt32s, list[NDArray[Any]]]:
@@ -152,7 +153,7 @@ class _View(Handle):
         """Return the result of `describe` for these Statistics."""
         bits = {"connectivity": s.connectivity, "references": s.references}
         return {
-            "blobs": self._counts.blobs,
+            "blobs": self._counts.pages,
             "triangles": self.triangle_count,
             "vertices": self.vertex_count,
             "meshlets": self.meshlet_count,
@@ -168,7 +169,7 @@ class Header(_View):
 
     def __init__(self, blob: Bytes) -> None:
         super().__init__(blob)
-        if self._counts.blobs > 1:
+        if self._counts.pages > 1:
             raise ValueError("the header's byte length is not the blob's")
         begins = np.empty(self.meshlet_count + 1, np.uint32)
         functions.get_begins(self, 1, begins.ctypes, None, len(begins))
@@ -196,9 +197,11 @@ class Decoder(_View):
         self.buffers = np.empty((MESHLET_TRIANGLES, 3), np.uint8), streams
         self._numbers = (c_uint32 * 3)()  # of a meshlet, of its triangles, of its vertices
         meshlet = ctypes.addressof(self._numbers)
-        arrays = meshlet + 4, address(self.buffers[0]), address(integers)
+        self._arrays_of_one = MeshletArrays(
+            sizes=meshlet + 4, triangles=self.buffers[0], integers=integers
+        )
         handles = self._as_parameter_.value, self._scratch._as_parameter_.value
-        arguments = *handles, meshlet, 1, *arrays
+        arguments = *handles, meshlet, 1, ctypes.addressof(self._arrays_of_one)
         # Converts the arguments once, for a function without types and check: to do it in each call
         # would take a tenth of the time.
         function = library["gltf_meshlet_decode_meshlets"]
@@ -359,8 +362,7 @@ def _row_of(stream: Stream) -> StreamRow:
 def _options(max_triangles: int, max_vertices: int, effort: str, **fields: Any) -> Struct:
     if not (1 <= max_triangles <= MESHLET_TRIANGLES and 3 <= max_vertices <= MESHLET_VERTICES):
         raise ValueError("a meshlet holds 1 to 64 triangles and 3 to 64 vertices")
-    efforts = {"normal": 0, "fast": 1, "high": 2}
-    number = _number_of(effort, efforts, "effort is 'fast', 'normal' or 'high'")
+    number = _number_of(effort, {"normal": 0, "fast": 1}, "effort is 'fast' or 'normal'")
     sizes = {"max_triangles": max_triangles, "max_vertices": max_vertices}
     return MeshletOptions(effort=number, **sizes, **fields)
 
@@ -383,25 +385,24 @@ def encode(
     max_triangles: int = 64,
     max_vertices: int = 64,
     lambda_: float = 0.0,
-    fill: float = 0.0,
-    weight: str = "paper",
-    share_seams: bool = True,
     threads: int = 0,
     progress: Callable[[float], object] | None = None,
     page_bytes: int = 0,
-    meshlets: tuple[UInt32s, UInt32s, UInt32s, UInt32s] | None = None,
+    meshlets: tuple[UInt32s, UInt32s | None, UInt32s, UInt32s | None] | None = None,
     effort: str = "normal",
+    function: Callable[..., object] = functions.encode_described,
 ) -> tuple[bytes, dict[str, Any]]:
     """Encode one primitive.
 
     triangles: uint32[T, 3], no index twice in a triangle. position_ids: uint32[V], below V, equal
-    where positions are. positions: float32[V, 3]. values: uint32[V, elements] per stream. lambda_,
-    fill: 0 means the default. weight: 'paper' or 'choe'. Fill and weight are there to measure the
-    paper's Table 1, share_seams to measure its gain. progress: called with a fraction from 0 to 1;
-    what it raises cancels. page_bytes: 0 for one blob, else pages, blobs of at most so many bytes.
-    meshlets: those of the caller, as uint32 arrays (triangles, disk begins, meshlet begins, group
-    begins; each of the begins ends with the number of its items). Pages then hold whole groups in
-    their order; without page_bytes, each holds one. effort: 'fast', 'normal' or 'high'.
+    where positions are. positions: float32[V, 3]. values: uint32[V, elements] per stream. lambda_:
+    0 means the default. progress: called with a fraction from 0 to 1; what it raises cancels.
+    page_bytes: 0 for one blob, else pages, blobs of at most so many bytes. meshlets: those of the
+    caller, as uint32 arrays (triangles, disk begins, meshlet begins, group begins; each of the
+    begins ends with the number of its items). Without disk begins, meshlets are any triangles, by
+    begins of those, and are split as need be; without group begins, they are one group. Pages then
+    hold whole groups in their order; without page_bytes, each holds one. effort: 'fast' or
+    'normal'. function: gltf_meshlet_encode_described, or another (tools/paper_encoder.py).
 
     Returns (view, statistics): those of describe, and 'generation': {'histogram', 'iterations'}.
     Raises ValueError or TypeError for bad arguments.
@@ -418,32 +419,30 @@ def encode(
     counts = {"triangle_count": len(triangles), "stream_count": len(streams)}
     order = {} if meshlets is None else _order(meshlets, len(triangles))
     mesh = Mesh(**vertices, **lists, **counts, **order)
-    weights = {"paper": 0, "choe": 1}
     options = _options(
         max_triangles,
         max_vertices,
         effort,
         threads=threads,
         lambda_=lambda_,
-        fill=fill,
-        weight_of_choe=_number_of(weight, weights, "weight is 'paper' or 'choe'"),
-        separate_seams=not share_seams,
         page_bytes=page_bytes,
     )
     statistics, result = Statistics(), Result()
-    _run(options, progress, lambda: functions.encode(mesh, options, statistics, result.out))
+    _run(options, progress, lambda: function(mesh, options, statistics, result.out))
     view = result.array(0, np.uint8).tobytes()
     generation = {"histogram": tuple(statistics.histogram), "iterations": statistics.iterations}
     return view, {**_View(view).description(statistics), "generation": generation}
 
 
-def _order(meshlets: tuple[UInt32s, ...], triangle_count: int) -> dict[str, Any]:
+def _order(meshlets: tuple[UInt32s | None, ...], triangle_count: int) -> dict[str, Any]:
     """Return the fields of a mesh for the caller's meshlets. Raises ValueError."""
     names = ("order", "disk_begin", "meshlet_begin", "group_begin")
-    arrays = {name: array_of(part, np.uint32, -1) for name, part in zip(names, meshlets)}
+    parts = {name: part for name, part in zip(names, meshlets) if part is not None}
+    arrays = {name: array_of(part, np.uint32, -1) for name, part in parts.items()}
     if len(arrays["order"]) != triangle_count:
         raise ValueError("the meshlets do not hold each triangle once")
-    return {**arrays, **{f"{name}_count": len(arrays[name]) for name in names[1:]}}
+    counts = {f"{name}_count": len(arrays[name]) for name in names[1:] if name in arrays}
+    return {**arrays, **counts}
 
 
 def _run(

@@ -50,7 +50,7 @@ class Joinable:
             "stream_count": len(integers),
             "triangle_count": len(self.triangles),
             "vertex_count": count,
-            "blob_count": len(self.first_vertices),
+            "page_count": len(self.first_vertices),
             "source_vertices": source_vertices,
         }
         functions.join_vertices(Vertices(**arrays, **counts), numbers.ctypes, byref(different))

@@ -1,4 +1,4 @@
-"""The native library, codec/c/gltf_meshlet.h: its structs, functions, statuses and handles."""
+"""The native library, codec/c: its structs, functions, statuses and handles."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ Floats = NDArray[np.float32]
 _ARRAYS = (c_uint32 * 4, c_uint64 * 5, c_float * 4, c_uint64 * BLOB_MAX_STREAMS)
 _TYPES: dict[str, Any] = dict(zip("buqifzpc45os", (*_NUMBERS, c_void_p, PROGRESS, *_ARRAYS)))
 FUNCTIONS = """
-close p, get_array pupp, open pzp, get_counts pp, get_blob pup, get_stream puup, validate pi,
+close p, get_array pupp, open pzp, get_counts pp, get_page pup, get_stream puup, validate pi,
 open_scratch p, get_begins pippz, get_statistics pp, decode pip, decode_range ppqqpp,
-decode_meshlets pppzppp, encode pppp,
+decode_meshlets pppzp, encode_described pppp,
 weld pzzpp, scan_lines pzppzp, triangulate pzpzp, generate pppp, sort_points pzp,
 open_surface puqpfip, measure ppppzpip, get_distances pzppqfipp, get_unpacked_bytes pzp,
 unpack pzipz, pack pzip, join_vertices ppp, get_topology pqqp
@@ -68,8 +68,8 @@ class StreamRow(ctypes.Structure):
     )
 
 
-Counts = _struct("uuuqqq", "blobs streams suspicious triangles vertices meshlets")
-Blob = _struct(
+Counts = _struct("uuuqqq", "pages streams suspicious triangles vertices meshlets")
+Page = _struct(
     "uqqqqqqqq",
     "data_offset offset bytes triangles vertices meshlets first_triangle first_vertex "
     "first_meshlet",
@@ -79,26 +79,28 @@ Statistics = _struct(
     "iterations histogram connectivity references streams symbols disks owned private foreign",
 )
 Arrays = _struct(
-    "uqqpppppp",
+    "uqqpppppppppuu",
     "first_vertex triangle_room vertex_room triangles integers values triangle_begins "
-    "vertex_begins shared",
+    "vertex_begins shared attributes bounds triangles_16 attribute_count reserved",
+)
+MeshletArrays = _struct(
+    "uuuppppp",
+    "attribute_count triangle_bytes reserved sizes triangles integers attributes bounds",
 )
 Vertices = _struct(
     "upppppqqqq",
     "stream_count triangles integers elements shared first_vertices triangle_count vertex_count "
-    "blob_count source_vertices",
+    "page_count source_vertices",
 )
 Topology = _struct("uqqq", "reserved vertices boundary_edges islands")
 Mesh = _struct(
-    "upqqppppppppqqq",
+    "upqqppppppppqqqppz",
     "stream_count triangles triangle_count vertex_count position_ids positions streams values "
     "order disk_begin meshlet_begin group_begin disk_begin_count meshlet_begin_count "
-    "group_begin_count",
+    "group_begin_count triangles_16 attributes position_stride",
 )
 MeshletOptions = _struct(
-    "uuuiffuuqcp",
-    "effort max_triangles max_vertices threads lambda_ fill weight_of_choe separate_seams "
-    "page_bytes progress user",
+    "uuuifqcp", "effort max_triangles max_vertices threads lambda_ page_bytes progress user"
 )
 Groups = _struct("ppqq", "triangles begin triangle_count begin_count")
 Samples = _struct("pppq", "vertices begin areas count")

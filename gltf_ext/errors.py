@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 LONGEST = 400  # characters of a problem or a remedy
+EXPORT_AGAIN = "export it again"  # a remedy
 
 
 class MeshletError(ValueError):

@@ -46,13 +46,13 @@ def identity(path: str | os.PathLike[str]) -> tuple[int, int] | str | None:
 
 
 def refuse_overwriting(
-    sources: Iterable[str | os.PathLike[str]], outputs: Iterable[str | os.PathLike[str]]
+    input_files: Iterable[str | os.PathLike[str]], outputs: Iterable[str | os.PathLike[str]]
 ) -> None:
     """Raise MeshletError for an output that is one of the files that were read.
 
     Whoever writes files of users calls this, mostly through `write_files`.
     """
-    inputs = {identity(path) for path in sources} - {None}
+    inputs = {identity(path) for path in input_files} - {None}
     for output in outputs:
         if identity(output) in inputs:
             raise MeshletError("is the input too", "name another output", str(output))
@@ -60,7 +60,7 @@ def refuse_overwriting(
 
 def write_files(
     contents: Mapping[Path, Sequence[bytes | memoryview]],
-    sources: Iterable[str | os.PathLike[str]],
+    input_files: Iterable[str | os.PathLike[str]],
 ) -> None:
     """Write each file beside its path, then rename all: all or none.
 
@@ -68,13 +68,13 @@ def write_files(
 
     Args:
         contents: path -> pieces of the file.
-        sources: the files that the contents were made from.
+        input_files: the files that the contents were made from.
 
     Raises:
-        MeshletError: a path is one of the sources.
+        MeshletError: a path is one of the input files.
         OSError: a file cannot be written; its filename is the final path.
     """
-    refuse_overwriting(sources, contents)
+    refuse_overwriting(input_files, contents)
     # Short names: that of the path may already be as long as the file system allows.
     partials = {path: path.with_name(f".{os.urandom(16).hex()}.part") for path in contents}
     try:

@@ -17,7 +17,8 @@ from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 from gltf_ext.errors import MeshletError
 
-MIN_POSITION_BITS, DEFAULT_POSITION_BITS = 4, 12
+MIN_POSITION_BITS = 4
+AUTO = "auto"  # bits that compress chooses, for each primitive: attributes/choice.py
 # A page of fewer bytes holds less than about ten meshlets, and mostly borders.
 MIN_PAGE_BYTES, MAX_PAGE_BYTES = 4096, 1 << 28
 LARGEST_NUMBER = 1e9
@@ -28,8 +29,6 @@ DEFAULT_LOD_PAGE_BYTES = 32768
 # browser (bench/results/web.json). Pages of 128 KiB cost igea and dragon 0.8 and 0.7 % of their
 # bytes, of 64 KiB 1.1 and 1.2 %, of 256 KiB 0.2 and 0.4 %, but igea then has only two of them.
 MOST_TRIANGLES_UNPAGED, DEFAULT_PAGE_BYTES = 1 << 17, 1 << 17
-# Former options, and those to use instead.
-REMOVED_OPTIONS = {"iterations": "effort", "fill": "max_triangles", "weight": "lambda_"}
 
 
 @dataclass(frozen=True)
@@ -46,6 +45,7 @@ class Option:
         optional: None is the default, and may be given.
         expectation: what a str without choices has to be.
         also: types of values beside str.
+        automatic: "auto" is a value, too.
         default: as shown; the value may be None if the encoder has the default.
         placeholder: what stands for the value in help texts; by default from the type.
         name: the keyword argument; set when the option is listed.
@@ -60,6 +60,7 @@ class Option:
     optional: bool = False
     expectation: str = ""
     also: tuple[Any, ...] = ()
+    automatic: bool = False
     default: str = ""
     placeholder: str = ""
     name: str = ""
@@ -89,7 +90,8 @@ class Option:
         """The limits in words; empty for none."""
         if not self.limits:
             return ""
-        return " to ".join(str(n) if isinstance(n, int) else f"{n:g}" for n in self.limits)
+        limits = " to ".join(str(n) if isinstance(n, int) else f"{n:g}" for n in self.limits)
+        return f"{limits} or {AUTO}" if self.automatic else limits
 
     @property
     def accepted(self) -> str:
@@ -107,9 +109,9 @@ class Option:
                 f"{self.name} is {value!r}", f"use {self.accepted}", options=(self.name,)
             )
 
-    def plain(self, value: Any) -> Any:
+    def json_value(self, value: Any) -> Any:
         """Return a value that the option accepts as one of JSON, not a path or of NumPy."""
-        if value is None or self.type is bool:
+        if value is None or self.type is bool or self._is_auto(value):
             return value
         if self.type is not str:
             return self.type(value)
@@ -117,7 +119,16 @@ class Option:
             value = os.fsdecode(value)
         return str.__str__(value) if isinstance(value, str) else int(value)
 
+    def from_text(self, text: str) -> Any:
+        """Return the value that a text of the command line means. Raises ValueError."""
+        return text if self._is_auto(text) else self.type(text)
+
+    def _is_auto(self, value: Any) -> bool:
+        return self.automatic and isinstance(value, str) and value == AUTO
+
     def _accepts(self, value: Any) -> bool:
+        if self._is_auto(value):
+            return True
         if self.type is bool or isinstance(value, bool):
             return self.type is bool and isinstance(value, bool)
         if self.type is str:
@@ -142,6 +153,11 @@ def _declare(value: Any, flag: str, help: str, **settings: Any) -> Any:
     return dataclasses.field(default=value, metadata={"option": Option(flag, help, **settings)})
 
 
+def _bits(flag: str, help: str) -> Any:
+    """Return a field for bits of an attribute's elements; by default `compress` chooses them."""
+    return _declare(AUTO, flag, help, type=int, limits=(4, 16), automatic=True)
+
+
 def bytes_of(text: str) -> int:
     """Return the bytes that a text such as 2G, 800M, 16k or 4096 means. Raises ValueError."""
     match = re.fullmatch(r"(\d{1,15})([KMG]?)", text.strip().upper())
@@ -154,22 +170,23 @@ def bytes_of(text: str) -> int:
 class Options:
     """Options of `compress`. Raises MeshletError for a value that an option cannot have."""
 
-    position_bits: int | None = _declare(
+    position_bits: int | Literal["auto"] | None = _declare(
         None,
         "-vp",
         "bits of a position along the longest side",
         type=int,
         limits=(MIN_POSITION_BITS, 24),
-        default=str(DEFAULT_POSITION_BITS),
+        automatic=True,
+        default=AUTO,
     )
-    normal_bits: int = _declare(
-        8, "-vn", "bits of each of the two elements of a normal or tangent", limits=(4, 16)
+    normal_bits: int | Literal["auto"] = _bits(
+        "-vn", "bits of each of the two elements of a normal or tangent"
     )
-    texcoord_bits: int = _declare(12, "-vt", "bits of each texture coordinate", limits=(4, 16))
-    color_bits: int = _declare(
-        8, "-vc", "bits of each colour component that is not stored in 8 bits", limits=(4, 16)
+    texcoord_bits: int | Literal["auto"] = _bits("-vt", "bits of each texture coordinate")
+    color_bits: int | Literal["auto"] = _bits(
+        "-vc", "bits of each colour component that is not stored in 8 bits"
     )
-    weight_bits: int = _declare(8, "-vw", "bits of each float skin weight", limits=(4, 16))
+    weight_bits: int | Literal["auto"] = _bits("-vw", "bits of each float skin weight")
     step: float | None = _declare(
         None,
         "--step",
@@ -193,11 +210,11 @@ class Options:
         maximum=LARGEST_LAMBDA,
         default="1.4",
     )
-    effort: Literal["fast", "normal", "high"] = _declare(
+    effort: Literal["fast", "normal"] = _declare(
         "normal",
         "--effort",
         "how long to look for a smaller file; against normal, fast takes about 0.6 of the time for "
-        "2 % more bytes, and high 1.7 times for 0.2 % fewer",
+        "2 % more bytes",
     )
     page_bytes: int | None = _declare(
         None,
@@ -292,20 +309,18 @@ class Options:
     progress: bool = _declare(False, "", "draw a progress bar on a terminal")
 
     def __post_init__(self) -> None:
-        if self.step is not None and self.position_bits is not None:
+        if self.position_bits is None:
+            object.__setattr__(self, "position_bits", AUTO)
+        if self.step is not None and self.position_bits != AUTO:
             raise MeshletError(
                 "step and position_bits both set the position step",
                 "give one",
                 options=("step", "position_bits"),
             )
-        if self.position_bits is None:
-            object.__setattr__(self, "position_bits", DEFAULT_POSITION_BITS)
-        if str(self.effort) == "max":
-            raise MeshletError("effort max was removed", "use high", options=("effort",))
         for option in OPTIONS:
             value = getattr(self, option.name)
             option.check(value)
-            object.__setattr__(self, option.name, option.plain(value))
+            object.__setattr__(self, option.name, option.json_value(value))
         for name in ("fallback", "transport"):
             if self.memory and getattr(self, name):
                 raise MeshletError(
@@ -329,11 +344,6 @@ class Options:
     @classmethod
     def of(cls, values: dict[str, Any]) -> Options:
         """Options from keyword arguments. Raises MeshletError for an unknown name too."""
-        for name, replacement in REMOVED_OPTIONS.items():
-            if name in values:
-                raise MeshletError(
-                    f"{name} was removed", f"use {replacement}", options=(name, replacement)
-                )
         unknown = sorted(set(values) - {option.name for option in OPTIONS})
         if unknown:
             raise MeshletError(
@@ -342,7 +352,7 @@ class Options:
         return cls(**values)
 
     @classmethod
-    def plain(cls, values: dict[str, Any]) -> dict[str, Any]:
+    def json_values(cls, values: dict[str, Any]) -> dict[str, Any]:
         """Keyword arguments as values of JSON, without defaults. Raises MeshletError as `of`."""
         options = cls.of(values)
         return {
@@ -365,6 +375,11 @@ class Options:
             ) from None
 
     # --- the size of pages, in bytes ---
+
+    @property
+    def chooses_positions(self) -> bool:
+        """Whether compress chooses the grids of positions."""
+        return self.step is None and self.position_bits == AUTO
 
     @property
     def page_limit_with_levels(self) -> int:

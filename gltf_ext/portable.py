@@ -90,13 +90,13 @@ def allow_open_files(count: int) -> None:
         open_count = len(os.listdir("/dev/fd"))
     except OSError:  # as many as the limit allows, or a system that does not list them
         open_count = soft
-    needed = open_count + count + SPARE_FILES
-    if soft == resource.RLIM_INFINITY or soft >= needed:
+    limit = open_count + count + SPARE_FILES
+    if soft == resource.RLIM_INFINITY or soft >= limit:
         return
     if hard != resource.RLIM_INFINITY:
-        needed = min(needed, hard)
+        limit = min(limit, hard)
     with suppress(OSError, ValueError):  # then opening fails, and says so
-        resource.setrlimit(resource.RLIMIT_NOFILE, (needed, hard))
+        resource.setrlimit(resource.RLIMIT_NOFILE, (limit, hard))
 
 
 def _patiently(action: Callable[[], None]) -> None:

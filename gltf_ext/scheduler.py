@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import contextlib
+import importlib.metadata
 import logging
 import os
+import threading
 import time
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +21,9 @@ if TYPE_CHECKING:
 
 CONNECT = 10  # seconds for the scheduler to answer
 NO_WORKERS = 120  # seconds without any worker before giving up
+SILENCE = 300  # seconds without an answer of a scheduler or a worker before it counts as lost
+FETCH = 30  # seconds for a result that a worker has
+PACKAGE = "gltf-meshlet"
 MEMORY = "memory"  # the name of the workers' resource, in bytes
 GONE = "the scheduler is gone"
 RUN_AGAIN = "run again"
@@ -34,8 +39,52 @@ def require_dask() -> None:
 
 def silence() -> None:
     """Keep Dask's own messages off the terminal: errors of this module say what failed."""
-    for logger in ("distributed", "distributed.client"):
+    # asyncio tells of what Dask's coroutines raise while Ctrl-C ends them.
+    for logger in ("distributed", "distributed.client", "asyncio"):
         logging.getLogger(logger).setLevel(logging.CRITICAL)
+
+
+def within(seconds: float, function: Callable[..., Any], *arguments: Any) -> Any:
+    """Return what a function returns, in a thread that is left alone when the time is over.
+
+    Raises TimeoutError, and what the function raises.
+    """
+    from concurrent.futures import Future
+    from concurrent.futures import TimeoutError as NotInTime
+
+    result: Future[Any] = Future()
+
+    def call() -> None:
+        try:
+            result.set_result(function(*arguments))
+        except BaseException as error:
+            result.set_exception(error)
+
+    threading.Thread(target=call, daemon=True).start()
+    try:
+        return result.result(seconds)
+    except NotInTime as error:  # no TimeoutError in Python 3.10
+        raise TimeoutError(str(error)) from None
+
+
+def require_package(client: Client) -> None:
+    """Raise MeshletError unless the scheduler has this version of the package."""
+    try:
+        version = within(CONNECT, client.run_on_scheduler, importlib.metadata.version, PACKAGE)
+    except importlib.metadata.PackageNotFoundError:
+        version = ""
+    except Exception as error:  # of other versions of Dask or Python, of a network
+        problem = f"the scheduler answers with {type(error).__name__}: {error}"
+        raise MeshletError(problem, "use the same versions of Dask and Python on all") from None
+    if version != importlib.metadata.version(PACKAGE):
+        raise MeshletError(other_version("the scheduler", version))
+
+
+def other_version(who: str, version: str) -> str:
+    """Return the line for a program of a cluster without this version of the package."""
+    ours = importlib.metadata.version(PACKAGE)
+    has = f"has {PACKAGE} {version}, this is {ours}" if version else f"has no {PACKAGE}"
+    return f"{who} {has}; pip install '{PACKAGE}[batch]=={ours}' there"
 
 
 @contextlib.contextmanager
@@ -140,84 +189,137 @@ class Workers:
 
     Attributes:
         retry_advice: what errors say to do when scheduler or workers are lost.
+        unfit: address -> line, of workers without this version of the package.
     """
 
     def __init__(self, client: Client, threads: int = 1, retry_advice: str = RUN_AGAIN) -> None:
         self._threads, self.retry_advice = threads, retry_advice
         self._client = client
         self._last_seen = time.monotonic()
+        self._latest: dict[str, dict[str, Any]] = {}  # the workers that were seen last
+        self.unfit: dict[str, str] = {}
+        self._checks: dict[str, Future | None] = {}  # address -> task; None: has the package
+
+    def fit(self) -> dict[str, Mapping[str, Any]]:
+        """Return address -> what Dask tells, of the workers with this version of the package.
+
+        Each new worker is asked for its version first. Raises MeshletError.
+        """
+        self._workers()
+        for address in self._latest:
+            if address not in self._checks:
+                self._checks[address] = self._client.submit(
+                    importlib.metadata.version,
+                    PACKAGE,
+                    pure=False,
+                    workers=[address],
+                    allow_other_workers=False,
+                    priority=1,
+                )
+            check = self._checks[address]
+            if check is not None and check.done():
+                error = check.exception()
+                version = check.result() if error is None else ""
+                if version != importlib.metadata.version(PACKAGE):
+                    self.unfit[address] = other_version(f"the worker {address}", version)
+                self._checks[address] = None
+        checked = {a for a, check in self._checks.items() if check is None} - set(self.unfit)
+        return {address: w for address, w in self._latest.items() if address in checked}
 
     def free(self) -> tuple[int, int]:
         """Return (threads of all workers, bytes of memory that they declare, 0 for none)."""
         workers = self._workers()
-        return sum(w["nthreads"] for w in workers), sum(_memory_of(w) for w in workers)
+        return sum(w["nthreads"] for w in workers), sum(memory_of(w) for w in workers)
 
     def _workers(self) -> list[dict[str, Any]]:
-        info = self._client.scheduler_info(n_workers=-1)
+        try:
+            info = within(SILENCE, partial(self._client.scheduler_info, n_workers=-1))
+        except TimeoutError:
+            problem = f"the scheduler has not answered for {SILENCE} seconds"
+            raise MeshletError(problem, self.retry_advice) from None
+        except (OSError, RuntimeError):  # the connection, or what has it, is closed
+            raise MeshletError(GONE, self.retry_advice) from None
         if "workers" not in info:  # the connection has ended
             raise MeshletError(GONE, self.retry_advice)
-        workers = list(info["workers"].values())
-        if workers:
+        self._latest = info["workers"]
+        if self._latest:
             self._last_seen = time.monotonic()
-        return workers
+        return list(self._latest.values())
 
     def submit(
-        self, function: Callable[..., Any], *arguments: Any, memory: int, retries: int = 0
+        self, function: Callable[..., Any], *arguments: Any, memory: int, worker: str | None = None
     ) -> Future:
         """Start a task.
 
         It waits for a worker that declares enough memory, or the most that any worker declares.
+        On a worker that is named, it never runs anywhere else, also if the worker dies.
 
         Args:
             function: called with `arguments`.
             arguments: of the function.
             memory: bytes that the task takes.
-            retries: how often it runs again after an error.
+            worker: address of the worker that runs it; by default, any.
         """
         import dask
 
-        largest = max(map(_memory_of, self._workers()), default=0)
+        if worker is None:
+            largest = max(map(memory_of, self._workers()), default=0)
+        else:
+            largest = memory_of(self._latest[worker])
         with dask.config.set({"distributed.admin.large-graph-warning-threshold": "1 TiB"}):
             return self._client.submit(
                 function,
                 *arguments,
                 pure=False,
-                retries=retries,
+                workers=worker and [worker],
                 resources={MEMORY: min(memory, largest)} if largest else None,
             )
 
-    def wait(self, tasks: Iterable[Future]) -> list[Future]:
-        """Those that have ended, after at most a few seconds. Raises MeshletError."""
+    def restart(self, address: str) -> None:
+        """Let a worker's nanny start it again, if it has one. Its tasks are lost."""
+        if self._latest.get(address, {}).get("nanny"):
+            options = {"timeout": CONNECT, "raise_for_error": False}
+            with contextlib.suppress(Exception):  # it may be gone already
+                within(CONNECT, partial(self._client.restart_workers, [address], **options))
+
+    def wait(self, tasks: Iterable[Future], seconds: float = 5) -> list[Future]:
+        """Return those that have ended, after at most so many seconds. Raises MeshletError."""
         from concurrent.futures import CancelledError
 
         from distributed import TimeoutError, wait
 
         try:
-            return list(wait(list(tasks), 5, "FIRST_COMPLETED").done)
+            return list(wait(list(tasks), seconds, "FIRST_COMPLETED").done)
         except TimeoutError:
-            self._check_workers()
+            self.check_workers()
             return []
         except CancelledError:
             raise MeshletError(GONE, self.retry_advice) from None
 
-    def outcome(self, task: Future) -> tuple[Any, BaseException | None]:
-        """Return (result, error) of a task, which is forgotten. Raises MeshletError."""
+    def outcome(self, task: Future, is_pinned: bool = False) -> tuple[Any, BaseException | None]:
+        """Return (result, error) of a task, which is forgotten. Raises MeshletError.
+
+        is_pinned: it runs on one worker only; a TimeoutError says that this one has died since.
+        """
         from concurrent.futures import CancelledError
 
         from distributed import TimeoutError
 
         while True:
             try:
-                error = task.exception(NO_WORKERS)
-                result = None if error else task.result(NO_WORKERS)
+                error = task.exception(FETCH if is_pinned else NO_WORKERS)
+                result = None if error else task.result(FETCH if is_pinned else NO_WORKERS)
                 task.release()  # it would run again if its worker died
                 return result, error
-            except TimeoutError:  # its worker died, and it runs again
-                self._check_workers()
+            except TimeoutError as late:  # its worker died, and it runs again unless it is pinned
+                self.check_workers()
+                if is_pinned:
+                    return None, late
             except (OSError, CancelledError):  # not of the task: it could not be fetched
                 raise MeshletError(GONE, self.retry_advice) from None
 
-    def _check_workers(self) -> None:
+    def check_workers(self) -> None:
+        """Raise MeshletError when there have been no workers for a long time."""
         self._workers()
         if time.monotonic() - self._last_seen > NO_WORKERS:
             problem = f"the scheduler has had no workers for {NO_WORKERS} seconds"
@@ -282,5 +384,6 @@ def runner(address: str | None, threads: int) -> Iterator[Runner]:
             yield Workers(client, threads or 1)
 
 
-def _memory_of(worker: dict[str, Any]) -> int:
+def memory_of(worker: Mapping[str, Any]) -> int:
+    """Return the bytes of memory that a worker declares as a resource, 0 for none."""
     return int(worker["resources"].get(MEMORY, 0))

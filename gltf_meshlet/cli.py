@@ -31,6 +31,7 @@ REMEDIES = {
     errno.EISDIR: "name a file",
     errno.ENOENT: "check the path",
     errno.ENOTDIR: "check the path",
+    errno.EBADF: "open it, or send it to a file",
     errno.EMFILE: "raise the limit: ulimit -n 1024",
     errno.ENFILE: "close other programs",
     errno.ENAMETOOLONG: "choose a shorter name",
@@ -65,9 +66,12 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 class _Output:
-    """Standard output whose errors name it: errors of other things may name no file, too."""
+    """Standard output whose errors name it: errors of other things may name no file, too.
 
-    def __init__(self, stream: TextIO) -> None:
+    It may be closed from the start: then Python has none.
+    """
+
+    def __init__(self, stream: TextIO | None) -> None:
         self._stream = stream
 
     def __getattr__(self, name: str) -> Any:
@@ -75,11 +79,14 @@ class _Output:
 
     def write(self, text: str) -> int:
         with _errors_name_output():
+            if self._stream is None:
+                raise OSError(errno.EBADF, "it is closed")
             return self._stream.write(text)
 
     def flush(self) -> None:
         with _errors_name_output():
-            self._stream.flush()
+            if self._stream is not None:
+                self._stream.flush()
 
 
 @contextmanager
@@ -109,7 +116,8 @@ def _fail_for(error: OSError, input: str = "") -> int:
 
 def _discard_output() -> None:
     """Sends buffered standard output nowhere: Python would fail to flush it at exit."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    if sys.stdout is not None:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _with_flags(error: MeshletError) -> str:
@@ -161,6 +169,8 @@ def _compress(options: argparse.Namespace) -> int:
     report = gltf_ext.compress(options.input, options.output, progress=True, **values_of)
     _warn(options.input, report_text.compress_warnings(report))
     print(report_text.compress_summary(report))
+    if report["steps"]:
+        print(report_text.steps_line(report))
     return 0
 
 
@@ -193,6 +203,7 @@ def _verify(options: argparse.Namespace) -> int:
     names = ("max_memory", "work_dir", "obj_groups")
     settings = {name: getattr(options, name) for name in names}
     report = gltf_ext.verify(options.input, options.compressed, progress=True, **settings)
+    _warn(options.compressed, report["warnings"])
     if options.json:
         print(json.dumps(report_text.verify_json(report), indent=2))
     else:

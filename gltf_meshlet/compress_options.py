@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable
 from typing import Any
 
-from gltf_ext.options import OPTIONS, REMOVED_OPTIONS, Option
+from gltf_ext.options import OPTIONS, Option
 
 
 def add(command: argparse.ArgumentParser, but: tuple[str, ...] = ()) -> None:
@@ -13,14 +14,11 @@ def add(command: argparse.ArgumentParser, but: tuple[str, ...] = ()) -> None:
     for option in OPTIONS:
         if option.flag and option.name not in but:
             _add(command, option)
-    for name in REMOVED_OPTIONS:  # compress refuses them, and names others
-        command.add_argument(f"--{name}", help=argparse.SUPPRESS)
 
 
 def values_of(options: argparse.Namespace) -> dict[str, Any]:
     """The options of compress that the command line names, for Python."""
-    names = [*(option.name for option in OPTIONS if option.flag), *REMOVED_OPTIONS]
-    values = {name: getattr(options, name) for name in names}
+    values = {o.name: getattr(options, o.name) for o in OPTIONS if o.flag}
     return {n: v for n, v in values.items() if v is not None and v is not False}
 
 
@@ -33,5 +31,15 @@ def _add(command: argparse.ArgumentParser, option: Option) -> None:
         command.add_argument(option.flag, dest=option.name, metavar=choices, help=help)
     else:
         command.add_argument(
-            option.flag, dest=option.name, type=option.type, metavar=option.metavar, help=help
+            option.flag, dest=option.name, type=_reader(option), metavar=option.metavar, help=help
         )
+
+
+def _reader(option: Option) -> Callable[[str], Any]:
+    """Return what reads the option's value; its name is for argparse's message."""
+
+    def read(text: str) -> Any:
+        return option.from_text(text)
+
+    read.__name__ = f"{option.type.__name__} or auto" if option.automatic else option.type.__name__
+    return read

@@ -23,13 +23,6 @@ from gltf_ext.options import bytes_of
 
 BACKENDS = {"mitsuba": "mitsuba_plugin.command", "vulkan": "vk_backend.command"}
 PATHS = ("visibility", "stream", "mesh", "mesh-paper", "geometry", "vertex", "rt")
-# Former paths, and what draws the same picture now.
-REMOVED_PATHS = {
-    "mesh-only": "mesh",
-    "mesh-plain": "vertex",
-    "rt-paper": "rt",
-    "rt-triangles": "rt",
-}
 
 
 def _bytes(text: str) -> int:
@@ -218,10 +211,6 @@ def _check_path(options: argparse.Namespace) -> None:
     """Raises MeshletError for an unknown path, and for an option that the path does not have."""
     if options.backend != "vulkan":
         return
-    if options.path in REMOVED_PATHS:
-        raise MeshletError(
-            f"path {options.path} is gone", f"use --path {REMOVED_PATHS[options.path]}"
-        )
     if options.path not in (*PATHS, None):
         raise MeshletError(f"there is no path {options.path}", f"there are {', '.join(PATHS)}")
     for name, paths in PATHS_WITH.items():

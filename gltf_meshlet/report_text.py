@@ -61,6 +61,13 @@ def compress_summary(report: Report) -> str:
     )
 
 
+def steps_line(report: Report) -> str:
+    """The steps of the attributes, in one line."""
+    from gltf_ext import steps_text  # --help is quicker without
+
+    return steps_text(report["steps"])
+
+
 def compress_warnings(report: Report) -> list[str]:
     """The report's warnings, and what is not in the result or not compressed."""
     kinds = (
@@ -205,7 +212,8 @@ def verify_text(report: Report) -> str:
         f"{report['missing_triangles']:,} missing, {report['extra_triangles']:,} extra"
     )
     if report["collapsed_triangles"]:
-        counts += f", {report['collapsed_triangles']:,} collapsed by the grid"
+        percent = f"{report['collapsed_area_percent']:.3g} % of the area"
+        counts += f", {report['collapsed_triangles']:,} collapsed by the grid ({percent})"
     attributes = [f"{name:{NAME_WIDTH}} {_error(report, name)}" for name in report["max_error"]]
     topology = [_topology_line(report["topology"])] if report["topology"] else []
     levels = map(_level_line, report["levels"])
@@ -213,7 +221,17 @@ def verify_text(report: Report) -> str:
         f"mesh {primitive['mesh']} primitive {primitive['primitive']}: levels are not measured"
         for primitive in report["not_measured"]
     ]
-    return "\n".join([counts, *topology, *attributes, *levels, *unmeasured, *report["problems"]])
+    return "\n".join(
+        [
+            counts,
+            *topology,
+            *attributes,
+            *levels,
+            *unmeasured,
+            *report["problems"],
+            *report["losses"],
+        ]
+    )
 
 
 def _topology_line(topology: Report) -> str:
@@ -244,19 +262,36 @@ def _verdict(report: Report) -> str:
         return "NOT THE SAME"
     topology = report["topology"]
     if topology and topology["original"] != topology["compressed"]:
-        return "the same triangles, CONNECTED DIFFERENTLY"
-    return "the same triangles, " + ("within the bits" if report["ok"] else "BEYOND THE BITS")
+        by_grid = "" if report["is_torn"] else " by the grid"
+        return f"the same triangles, CONNECTED DIFFERENTLY{by_grid}"
+    if report["losses"] or not report["errors_within_bits"]:
+        return "the same triangles, BEYOND WHAT IS PROMISED"
+    return "the same triangles, within the bits" + (
+        "" if report["ok"] else ", WITH OTHER DIFFERENCES"
+    )
 
 
 def _error(report: Report, name: str) -> str:
+    """The largest error, that of most of the area, and the RMS, in units that mean something."""
     largest, rms = report["max_error"][name], report["rms_error"][name]
+    area = report["area_error"][name]
     if largest is None:
         return "not compared"
-    degrees = report["max_error_degrees"].get(name)
-    if degrees is not None:
-        return f"largest error {degrees:.3g} degrees, RMS {math.degrees(rms):.3g} degrees"
-    percent = report["max_error_percent"][name]
-    return f"largest error {largest:.3g} ({percent:.3g} % of the box's diagonal), RMS {rms:.3g}"
+    if name in report["max_error_degrees"]:
+        text = f"largest error {report['max_error_degrees'][name]:.3g} degrees"
+        text += "" if area is None else f", 99.9 % of the area {math.degrees(area):.3g}"
+        return f"{text}, RMS {math.degrees(rms):.3g} degrees"
+    if name in report["seen_error"]:
+        seen = report["seen_error"][name]
+        text = f"largest error {seen['max']:.3g} {seen['unit']} ({largest:.3g})"
+        text += "" if seen["area"] is None else f", 99.9 % of the area {seen['area']:.3g}"
+        return f"{text}, RMS {rms:.3g}"
+    if not largest:
+        return "exact"
+    percent, area_percent = (report[f"{kind}_error_percent"][name] for kind in ("max", "area"))
+    text = f"largest error {percent:.3g} % of the box's diagonal ({largest:.3g})"
+    text += "" if area is None else f", 99.9 % of the area {area_percent:.3g} %"
+    return f"{text}, RMS {rms:.3g}"
 
 
 def verify_json(report: Report) -> Report:

@@ -41,6 +41,7 @@ from spec.blob_writer import (
     PRIVATE,
     SIGN,
 )
+from tools import paper_encoder
 
 ROOT = Path(__file__).resolve().parent.parent
 FOLDER = ROOT / "spec" / "vectors"
@@ -52,6 +53,11 @@ EXAMPLE_END = "<!-- worked example: end -->\n"
 # --- encoded meshes ---
 
 
+def committed(name: str) -> bytes:
+    """A valid vector, as it is in the folder."""
+    return (FOLDER / f"valid_{name}.bin").read_bytes()
+
+
 def position_stream(bits: int = 12, predictor: int = -1) -> _codec.Stream:
     return _codec.Stream(GRID, 3, bits, 0.25, (-1.0, 0.0, 2.0), predictor)
 
@@ -61,15 +67,23 @@ def stream(kind: int, elements: int, bits: int, predictor: int = -1) -> _codec.S
 
 
 def encode(
-    triangles, positions, streams=None, values=(), max_triangles: int = 64, page_bytes: int = 0
+    triangles,
+    positions,
+    streams=None,
+    values=(),
+    max_triangles: int = 64,
+    page_bytes: int = 0,
+    encoder: Callable[..., tuple[bytes, dict]] = paper_encoder.encode,
 ) -> bytes:
     """Encodes integer positions [V, 3] and the values of further streams.
+
+    encoder: the vectors are frozen, as the format is, and older than the efforts of today.
 
     Vertices may have equal positions. page_bytes: of each blob but the last; 0 for one blob.
     """
     positions = np.asarray(positions, np.uint32)
     _, position_ids = np.unique(positions, axis=0, return_inverse=True)
-    blob, _ = _codec.encode(
+    blob, _ = encoder(
         np.asarray(triangles, np.uint32),
         position_ids.reshape(-1).astype(np.uint32),
         positions.astype(np.float32),
@@ -77,7 +91,6 @@ def encode(
         [positions, *(np.ascontiguousarray(v, np.uint32) for v in values)],
         max_triangles=max_triangles,
         page_bytes=page_bytes,
-        effort="high",  # frozen: the vectors, like the format, do not follow the default
     )
     return blob
 

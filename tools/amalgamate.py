@@ -23,12 +23,14 @@ SOURCES = (
     "decode/memory.cpp",
     "decode/bulk_decoder.cpp",
     "decode/decoder.cpp",
-    "decode/bit_statistics.cpp",
     "decode/view.cpp",
     "transport/page_unpacker.cpp",
     "transport/unpack.cpp",
+    "levels/tables.cpp",
+    "levels/cut.cpp",
     "c/objects.cpp",
     "c/decode.cpp",
+    "c/levels.cpp",
 )
 INCLUDE = re.compile(r'^#include "([^"]+)"')
 # An unnamed namespace around the codec's: the object file defines no symbol of it, which could

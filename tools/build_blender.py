@@ -2,13 +2,16 @@
 
 Needs the wheels of `make wheel` in FOLDER (default dist), and writes
 gltf_meshlet-blender-VERSION-PLATFORM.zip there for each platform of Blender: the code in blender/,
-our wheel, and those of the packages that it imports in Blender. Blender has numpy.
+our wheel, and those of the packages that it imports in Blender. Blender has numpy. With index.json,
+the folder on a web server is a repository of extensions that Blender can add.
 """
 
 from __future__ import annotations
 
 import argparse
+import hashlib
 import importlib.metadata
+import json
 import os
 import re
 import subprocess
@@ -16,6 +19,7 @@ import sys
 import tempfile
 import zipfile
 from pathlib import Path
+from typing import Any
 
 import gltf_ext
 
@@ -35,6 +39,8 @@ PLATFORMS = {
     r"win_amd64": "windows-x64",
     r"win_arm64": "windows-arm64",
 }
+# A line of the manifest whose value is JSON but for the = of its table.
+VALUE = re.compile(r"^(\w+) = (.*[\]}\"])$", re.MULTILINE)
 EPOCH = (1980, 1, 1, 0, 0, 0)  # the same bytes for the same content
 
 
@@ -58,16 +64,35 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def build(folder: Path) -> list[Path]:
-    """Writes the zips beside the wheels; returns their paths. Raises BuildError."""
+    """Writes zips and index beside the wheels; returns the zips' paths. Raises BuildError."""
     by_platform = find_wheels(folder)
-    paths = []
+    paths, entries = [], []
     with tempfile.TemporaryDirectory() as temporary:
         others = download(Path(temporary))
         for platform, wheel in by_platform.items():
             wheels = [wheel, *others]
             paths.append(folder / f"gltf_meshlet-blender-{gltf_ext.__version__}-{platform}.zip")
-            write_zip(paths[-1], manifest([platform], wheels), wheels)
+            description = manifest([platform], wheels)
+            write_zip(paths[-1], description, wheels)
+            entries.append(entry(paths[-1], description))
+    index = {"version": "v1", "blocklist": [], "data": entries}
+    (folder / "index.json").write_text(json.dumps(index, indent=2) + "\n", encoding="utf-8")
     return paths
+
+
+def entry(path: Path, manifest: str) -> dict[str, Any]:
+    """What index.json says about a zip: its manifest, place, size and hash."""
+    values = {
+        name: json.loads(re.sub(r"(\w+) = ", r'"\1": ', value))
+        for name, value in VALUE.findall(manifest)
+    }
+    data = path.read_bytes()
+    return {
+        **values,
+        "archive_url": f"./{path.name}",
+        "archive_size": len(data),
+        "archive_hash": f"sha256:{hashlib.sha256(data).hexdigest()}",
+    }
 
 
 def find_wheels(folder: Path) -> dict[str, Path]:

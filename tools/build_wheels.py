@@ -1,13 +1,15 @@
 """Builds wheels that install without a compiler: python -m tools.build_wheels [FOLDER]
 
 One wheel per platform (--only PLATFORM ..), for all Pythons, by Zig on this machine. FOLDER:
-default dist. They contain meshoptimizer's simplifier: levels of detail need no other package.
+default dist. They contain meshoptimizer's simplifier: levels of detail need no other package. A
+wheel that is there and made of the same files stays as it is.
 """
 
 from __future__ import annotations
 
 import argparse
 import hashlib
+import importlib.metadata
 import os
 import re
 import shlex
@@ -15,6 +17,7 @@ import subprocess
 import sys
 import tarfile
 import tempfile
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -22,6 +25,10 @@ ROOT = Path(__file__).resolve().parent.parent
 # Not pip's own line that a command failed.
 ERROR = re.compile("rror: (?!subprocess-exited)")
 SIMPLIFIER = "meshoptimizer-0.2.30a0"  # as the extra `lod` of pyproject.toml
+# What a wheel is made of, beside the packages that pyproject.toml names.
+SOURCES = ("CMakeLists.txt", "LICENSE", "README.md", "cmake", "codec", "pyproject.toml")
+SOURCES += ("tools/build_backend.py", "tools/build_wheels.py")
+TOOLS = ("scikit-build-core", "ziglang")
 SIMPLIFIER_SHA256 = "36b18b61a95ba992de804b1e91e86be2ba185925e4e2c1481495f8c68a17f5db"
 
 
@@ -54,10 +61,15 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--only", nargs="+", choices=PLATFORMS, help="default: all platforms")
     options = parser.parse_args(arguments)
     failed = False
+    folder = options.folder.resolve()
     for tag in options.only or PLATFORMS:
-        print(f"building {tag}", file=sys.stderr)
         try:
-            path = build(tag, options.folder.resolve(), find_simplifier())
+            sources = digest_of_sources()
+            path = current_wheel(tag, folder, sources)
+            if path is None:
+                print(f"building {tag}", file=sys.stderr)
+                path = build(tag, folder, find_simplifier())
+                _stamp(tag).write_text(f"{sources} {_sha256(path)}")
             print(f"{os.path.relpath(path)}  {path.stat().st_size / 1e6:.2f} MB", flush=True)
         except (subprocess.CalledProcessError, OSError) as error:
             text = getattr(error, "stderr", None) or getattr(error, "stdout", None) or str(error)
@@ -66,6 +78,47 @@ def main(arguments: list[str] | None = None) -> int:
             print(f"no wheel for {tag}: {reason}", file=sys.stderr)
             failed = True
     return int(failed)
+
+
+def digest_of_sources() -> str:
+    """The fingerprint of all that wheels are made of: files, and the tools that build."""
+    packages = re.search(
+        r"^wheel\.packages = \[(.*)\]", (ROOT / "pyproject.toml").read_text(), re.M
+    )
+    names = [*SOURCES, *re.findall(r'"(\w+)"', packages[1])] if packages else SOURCES
+    digest = hashlib.sha256(SIMPLIFIER_SHA256.encode())
+    for tool in TOOLS:
+        digest.update(f"{tool} {importlib.metadata.version(tool)}\0".encode())
+    for path in sorted(path for name in names for path in _files(ROOT / name)):
+        digest.update(f"{path.relative_to(ROOT)} {_sha256(path)}\0".encode())
+    return digest.hexdigest()
+
+
+def _files(path: Path) -> Iterator[Path]:
+    """The file, or those of a folder that Python did not leave there."""
+    if path.is_dir():
+        yield from (p for p in path.rglob("*") if p.is_file() and p.parent.name != "__pycache__")
+    else:
+        yield path
+
+
+def _sha256(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def _stamp(tag: str) -> Path:
+    """Says what the newest wheel for a platform was made of, and which bytes it has."""
+    return ROOT / "build" / f"{tag}.stamp"
+
+
+def current_wheel(tag: str, folder: Path, sources: str) -> Path | None:
+    """The wheel in a folder, if it was made of these sources and nobody changed it since."""
+    stamp = _stamp(tag)
+    digests = stamp.read_text() if stamp.exists() else ""
+    for path in folder.glob(f"gltf_meshlet-*-{tag}.whl"):
+        if digests == f"{sources} {_sha256(path)}":
+            return path
+    return None
 
 
 def find_simplifier() -> Path:
@@ -113,6 +166,7 @@ def build(tag: str, folder: Path, simplifier: Path) -> Path:
         **os.environ,
         "CXX": f"{zig} c++ -target {platform.zig} -mcpu=baseline",
         "CMAKE_ARGS": shlex.join(f"-D{name}={value}" for name, value in definitions.items()),
+        "SOURCE_DATE_EPOCH": "315532800",  # 1980: the same bytes for the same files
         "_PYTHON_HOST_PLATFORM": tag,  # scikit-build-core takes the wheel's tag from it
     }
     settings = f"--config-settings=build-dir={ROOT / 'build' / tag}"

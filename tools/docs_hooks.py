@@ -29,6 +29,7 @@ API = {
         "verify",
         "validate",
         "load",
+        "steps_text",
         "transcode",
         "Primitive",
         "decoders",

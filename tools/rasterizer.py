@@ -48,38 +48,69 @@ class Mesh:
     outlines: np.ndarray | None = None
 
 
+@dataclass(frozen=True)
+class Surface:
+    """What the pixels of a picture show.
+
+    Attributes:
+        pixels: int64[n]: those that show a triangle, numbered row by row.
+        triangles: int64[n]; corners: [n, 3] of these; weights: float[n, 3] of the corners.
+    """
+
+    pixels: np.ndarray
+    triangles: np.ndarray
+    corners: np.ndarray
+    weights: np.ndarray
+
+    def interpolate(self, values: np.ndarray) -> np.ndarray:
+        """Values of vertices, [V, k], at the pixels: [n, k]."""
+        terms = [values[self.corners[:, k]] * self.weights[:, k : k + 1] for k in range(3)]
+        total: np.ndarray = terms[0] + terms[1] + terms[2]
+        return total
+
+
 def rasterize(mesh: Mesh, camera: Camera, width: int, height: int) -> np.ndarray:
     """A picture of a mesh lit by the sky and by a sun that casts shadows.
 
     Returns uint8[height, width, 4]: sRGB and coverage.
     """
     width, height = width * SUPERSAMPLING, height * SUPERSAMPLING
+    surface = visible_surface(mesh.positions, mesh.triangles, camera, width, height)
+    normals = _unit(surface.interpolate(mesh.normals))
+    points = surface.interpolate(mesh.positions)
+    shade = _shade(mesh, points, normals, np.array(camera.eye))
+    picture = np.zeros((height * width, 4))
+    picture[surface.pixels, :3] = np.clip(mesh.colors[surface.triangles] * shade, 0, 1)
+    picture[surface.pixels, 3] = 1
+    if mesh.outlines is not None:
+        hit = np.full(height * width, -1)
+        hit[surface.pixels] = surface.triangles
+        picture[_outline(mesh.outlines, hit.reshape(height, width)), :3] *= 0.25
+    return _downsampled(picture.reshape(height, width, 4))
+
+
+def visible_surface(
+    positions: np.ndarray, triangles: np.ndarray, camera: Camera, width: int, height: int
+) -> Surface:
+    """The nearest triangle at each pixel's centre. positions: float[V, 3]; triangles: [T, 3]."""
     view = _look_at(np.array(camera.eye), np.array(camera.target))
-    eye_space = (mesh.positions - np.array(camera.eye)) @ view.T
+    eye_space = (positions - np.array(camera.eye)) @ view.T
     focal = height / 2 / np.tan(np.radians(camera.field_of_view) / 2)
     distance = -eye_space[:, 2:]
     # The depth is -1 / distance: linear over the picture.
     screen = np.concatenate(
         [eye_space[:, :2] * [focal, -focal] / distance + [width / 2, height / 2], -1 / distance], 1
     )
-    planes = _planes(screen, mesh.triangles)
-    hit = _nearest_triangles(screen, mesh.triangles, planes, width, height)
+    planes = _planes(screen, triangles)
+    hit = _nearest_triangles(screen, triangles, planes, width, height)
     pixels = np.flatnonzero(hit >= 0)
-    triangle = hit[pixels]
-    corners = mesh.triangles[triangle]
+    corners = triangles[hit[pixels]]
     weights = (
-        _barycentric(_at(planes[triangle], pixels % width, pixels // width)) / distance[corners, 0]
+        _barycentric(_at(planes[hit[pixels]], pixels % width, pixels // width))
+        / distance[corners, 0]
     )
     weights /= weights.sum(axis=1, keepdims=True)
-    normals = _unit(_interpolate(mesh.normals, corners, weights))
-    points = _interpolate(mesh.positions, corners, weights)
-    shade = _shade(mesh, points, normals, np.array(camera.eye))
-    picture = np.zeros((height * width, 4))
-    picture[pixels, :3] = np.clip(mesh.colors[triangle] * shade, 0, 1)
-    picture[pixels, 3] = 1
-    if mesh.outlines is not None:
-        picture[_outline(mesh.outlines, hit.reshape(height, width)), :3] *= 0.25
-    return _downsampled(picture.reshape(height, width, 4))
+    return Surface(pixels, hit[pixels], corners, weights)
 
 
 def _unit(vectors: np.ndarray) -> np.ndarray:
@@ -181,13 +212,6 @@ def _draw(
     depth = ~values[inside, 2].astype(np.float32).view(np.uint32)
     key = depth.astype(np.uint64) << np.uint64(32) | triangle.astype(np.uint64)
     np.minimum.at(nearest, row[inside] * width + column[inside], key)
-
-
-def _interpolate(values: np.ndarray, corners: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """The weighted mean of the values at the corners [n, 3]."""
-    terms = [values[corners[:, k]] * weights[:, k : k + 1] for k in range(3)]
-    total: np.ndarray = terms[0] + terms[1] + terms[2]
-    return total
 
 
 def _shade(mesh: Mesh, points: np.ndarray, normals: np.ndarray, eye: np.ndarray) -> np.ndarray:

@@ -25,11 +25,11 @@ from .scene.camera import Camera
 from .scene.drawing import Drawing, Options
 from .scene.scene import Scene
 from .visibility.batched import BatchedDrawing
-from .visibility.pooled import PooledDrawing, slot_bytes
+from .visibility.pooled import PooledDrawing, is_shared, slot_bytes
 
 
 def _visibility(device: Device, scene: Scene, options: Options) -> Drawing:
-    is_kept = scene.has_levels or options.cache is not None
+    is_kept = scene.has_levels or options.cache is not None or is_shared(scene)
     return (PooledDrawing if is_kept else BatchedDrawing)(device, scene, options)
 
 

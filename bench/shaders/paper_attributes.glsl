@@ -1,5 +1,7 @@
-// The hit triangle of a meshlet that is in the cache, or is decoded here. Include after
-// rt_common.glsl. Call open_hit first. The same names as in rt_attributes.glsl.
+// The hit triangle of a meshlet that is in the cache, or is decoded here. Call
+// open_hit first. The same names as in rt_attributes.glsl.
+#ifndef PAPER_ATTRIBUTES_GLSL
+#define PAPER_ATTRIBUTES_GLSL
 
 #include "raytrace/rt_hit.glsl"
 #include "raytrace/rt_meshlet.glsl"
@@ -10,17 +12,19 @@ uvec3 corners;
 vec3 weights;  // of the corners
 uvec2 slot;
 bool in_cache;
-#define SLOT slot
-#include "decoders/serial_prologue.glsl"
-#include "decode/serial_decoder.glsl"
-#include "decoders/serial_epilogue.glsl"
-#define VALUE(a, place, c, v)                                                           \
-  (in_cache ? slot_bits(SLOT, v, (place) + (c) * attribute_field(a), attribute_bits(a)) \
-            : values[(a.element + (c)) * 64u + (v)])
-#define POSITION(p, v)                                  \
-  (in_cache ? slot_object_position(SLOT, p.position, v) \
-            : position_value(p.position, uvec3(values[v], values[64u + v], values[128u + v])))
-#include "scene/decoded_vertex.glsl"
+#include "decoders/serial_values.glsl"
+#include "decoders/decoded_vertex.glsl"
+
+uint vertex_integer(Attribute a, uint place, uint c, uint v) {
+  return in_cache ? slot_bits(slot, v, place + c * attribute_field(a), attribute_bits(a))
+                  : decoded_value(a.element + c, v);
+}
+
+vec3 vertex_position(Primitive p, uint v) {
+  return in_cache ? slot_object_position(slot, p.position, v)
+                  : position_value(p.position, uvec3(values[v], values[64u + v], values[128u + v]));
+}
+
 hitAttributeEXT HitAttributes found;
 
 #define PRIMITIVE Primitives(Frame(push.frame).primitives).at[placed.primitive]
@@ -43,3 +47,5 @@ void open_hit() {
   }
   corners = uvec3(packed, packed >> 8, packed >> 16) & 63u;
 }
+
+#endif

@@ -1,5 +1,8 @@
-// The cache of the paper: any meshlet may have a slot, and rays count their tests. Include after
-// rt_common.glsl and rt_meshlet.glsl.
+// The cache of the paper: any meshlet may have a slot, and rays count their tests.
+#ifndef PAPER_CACHE_GLSL
+#define PAPER_CACHE_GLSL
+
+#include "raytrace/rt_meshlet.glsl"
 
 #define NO_SLOT 0xFFFFFFFFu
 struct CachedMeshlet {
@@ -11,3 +14,5 @@ layout(buffer_reference, std430, buffer_reference_align = 8) buffer CachedMeshle
 };
 // Paths of rt-paper do not sweep, so the address of records is free.
 #define CACHED CachedMeshlets(push.records).at[number]
+
+#endif

@@ -5,7 +5,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-#define OWN_PUSH
 #include "raytrace/rt_common.glsl"
 
 layout(buffer_reference, std430, buffer_reference_align = 8) readonly buffer Items { uvec2 at[]; };
@@ -19,7 +18,10 @@ layout(push_constant) uniform PaperPush {
 }
 push;
 
+#define WORKGROUP 32u
+#include "raytrace/rt_fill_team.glsl"
 #include "raytrace/rt_fill.glsl"
+layout(local_size_x = WORKGROUP) in;
 
 void main() {
   for (uint i = gl_WorkGroupID.x; i < push.count; i += gl_NumWorkGroups.x) {

@@ -1,11 +1,11 @@
 // Decodes the positions of a meshlet with one thread, and returns them in the coordinates in which
-// rays are traced. Include after slots.glsl.
+// rays are traced.
+#ifndef PAPER_POSITIONS_GLSL
+#define PAPER_POSITIONS_GLSL
+
+#include "decoders/slots.glsl"
 
 #define MAX_ELEMENTS 3u
-#define RESIDUALS 4u
-#include "decoders/serial_prologue.glsl"
-#include "decode/serial_decoder.glsl"
-#include "decoders/serial_epilogue.glsl"
 #include "serial_positions.glsl"
 
 // Returns the number of triangles, 0 if the meshlet is malformed.
@@ -21,3 +21,5 @@ vec3 corner(Primitive primitive, uint t, uint k) {
   uvec3 q = position_of((triangles[t] >> (8u * k)) & 255u);
   return POSITION_FLOATS ? position_value(primitive.position, q) : vec3(q);
 }
+
+#endif

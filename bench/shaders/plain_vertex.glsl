@@ -1,8 +1,11 @@
-// The uncompressed model, and a vertex's attributes by the names of decoded_vertex.glsl. Include
-// after scene.glsl and the constant ATTRIBUTES. Define PLAIN_ADDRESS, of a PlainPrimitive for each
-// primitive of the scene, before.
+// The uncompressed model, and a vertex's attributes by the names of decoded_vertex.glsl.
+// PLAIN_ADDRESS: of a PlainPrimitive for each primitive of the scene.
+//
+// needs: ATTRIBUTES, PLAIN_ADDRESS
 #ifndef PLAIN_VERTEX_GLSL
 #define PLAIN_VERTEX_GLSL
+
+#include "scene/scene.glsl"
 
 struct PlainPrimitive {
   uvec2 vertices;  // floats: position 3, then normal 3, texture coordinates 2 and colour 4, each

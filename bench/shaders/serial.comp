@@ -6,9 +6,7 @@
 
 layout(local_size_x = 32) in;
 #include "decoders/decode_push.glsl"
-#include "decoders/serial_prologue.glsl"
-#include "decode/serial_decoder.glsl"
-#include "decoders/serial_epilogue.glsl"
+#include "decoders/serial.glsl"
 
 void main() {
   uint m = gl_GlobalInvocationID.x;

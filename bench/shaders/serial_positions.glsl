@@ -2,9 +2,13 @@
 // serial_decoder.glsl, but values go vertex by vertex instead of through lists. Of other streams
 // only the unary parts of chains are touched, which lie before the interior of stream 0.
 //
-// Define RESIDUALS as 4u before serial_decoder.glsl. Include after serial_epilogue.glsl; call
-// load_streams(0u, 1u) on an open blob first. Results are those of decode_meshlet, except that
+// Call load_streams(0u, 1u) on an open blob first. Results are those of decode_meshlet, except that
 // errors in other streams go unnoticed.
+#ifndef SERIAL_POSITIONS_GLSL
+#define SERIAL_POSITIONS_GLSL
+
+#define RESIDUALS 4u
+#include "decoders/serial.glsl"
 
 uint position_code;     // of the open list
 uvec3 position_widths;  // under a fixed code
@@ -132,3 +136,5 @@ void decode_positions(uint m) {
   put_own_chains(opened);
   if (error == ERROR_NONE) put_interior(boundary & ~known_vertices(opened));
 }
+
+#endif

@@ -1,5 +1,7 @@
-// The hit triangle of the driver's acceleration structure. Include after rt_common.glsl. Call
-// open_hit first. The same names as in rt_attributes.glsl.
+// The hit triangle of the driver's acceleration structure. Call open_hit first. The same names
+// as in rt_attributes.glsl.
+#ifndef TRIANGLES_ATTRIBUTES_GLSL
+#define TRIANGLES_ATTRIBUTES_GLSL
 
 #include "raytrace/rt_hit.glsl"
 #include "raytrace/rt_meshlet.glsl"
@@ -23,3 +25,5 @@ void open_hit() {
   SceneWords indices = SceneWords(PRIMITIVE.indices);
   for (uint k = 0u; k < 3u; k++) corners[k] = indices.at[3u * id + k];
 }
+
+#endif

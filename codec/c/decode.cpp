@@ -1,9 +1,8 @@
 // The part of the C interface that decodes.
 #include <atomic>
 
-#include "c/objects.h"
+#include "c/open_view.h"
 #include "common/parallel.h"
-#include "decode/view.h"
 #include "transport/transport.h"
 
 namespace gltf_meshlet_codec {
@@ -21,64 +20,6 @@ static_assert(GLTF_MESHLET_PARALLELOGRAM == PREDICT_PARALLELOGRAM);
 static_assert(GLTF_MESHLET_MEAN == PREDICT_MEAN && GLTF_MESHLET_DAMPED == PREDICT_DAMPED);
 static_assert(GLTF_MESHLET_GEO == PREDICT_GEO && GLTF_MESHLET_AFFINE == PREDICT_AFFINE);
 
-struct OpenView : Object {
-  static constexpr Kind kKind = Kind::kView;
-  View view;
-  const size_t number = next_number();  // of this view among all: addresses are given again
-
-  OpenView() : Object(kKind) {}
-
-  static size_t next_number() {
-    static std::atomic<size_t> last{0};
-    return ++last;
-  }
-};
-
-// A decoder and the blob that it is open on.
-struct Scratch : Object {
-  static constexpr Kind kKind = Kind::kScratch;
-  std::atomic_flag in_use = ATOMIC_FLAG_INIT;
-  std::unique_ptr<Decoder> decoder;  // made when it is needed
-  size_t view = 0, blob = 0;
-
-  Scratch() : Object(kKind) {}
-
-  // Returns the decoder, open on the blob; null if there is no memory.
-  Decoder* decoder_at(const OpenView& open, size_t number) {
-    if (!decoder) decoder = make_decoder();
-    if (!decoder) return nullptr;
-    if (view != open.number || blob != number) open.view.open_decoder(*decoder, number);
-    view = open.number;
-    blob = number;
-    return decoder.get();
-  }
-};
-
-// Runs action(view, scratch), if no other thread uses the scratch. Null: one for this call.
-template <class Action>
-int with_scratch(const gltf_meshlet_view* view, gltf_meshlet_scratch* scratch,
-                 const Action& action) {
-  return with<const OpenView>(view, [&](const OpenView& open) {
-    if (!scratch) {
-      Scratch own;
-      return action(open, own);
-    }
-    Scratch* const kept = object_of<Scratch>(scratch);
-    if (!kept) return bad_argument(kWrongObject);
-    if (kept->in_use.test_and_set(std::memory_order_acquire))
-      return fail(GLTF_MESHLET_BUSY, "another thread uses the scratch");
-    struct End {
-      std::atomic_flag& flag;
-      ~End() { flag.clear(std::memory_order_release); }
-    } end{kept->in_use};
-    return action(open, *kept);
-  });
-}
-
-int no_such(const char* sentence) { return fail(GLTF_MESHLET_NUMBER, sentence); }
-
-constexpr const char* kRoom = "an array has too little room";
-
 // Copies vertices. A known number of elements saves calls of memmove.
 template <uint32_t elements>
 void copy_vertices(const uint32_t* from, uint32_t vertices, uint32_t* to) {
@@ -87,18 +28,84 @@ void copy_vertices(const uint32_t* from, uint32_t vertices, uint32_t* to) {
 }
 
 void copy_meshlet(const DecodedMeshlet& m, const StreamTable& streams, uint8_t* triangles,
-                  uint32_t* integers) {
+                  uint32_t triangle_bytes, uint32_t* integers) {
   constexpr decltype(&copy_vertices<1>) copy[] = {copy_vertices<1>, copy_vertices<2>,
                                                   copy_vertices<3>, copy_vertices<4>};
   if (triangles)
-    for (uint32_t i = 0; i < m.triangle_count; i++, triangles += 3)
-      for (uint32_t k = 0; k < 3; k++) triangles[k] = uint8_t(m.triangles[i] >> 8 * k);
+    for (uint32_t i = 0; i < m.triangle_count; i++, triangles += triangle_bytes)
+      for (uint32_t k = 0; k < triangle_bytes; k++)
+        triangles[k] = k < 3 ? uint8_t(m.triangles[i] >> 8 * k) : uint8_t(0);
   if (!integers) return;
   for (uint32_t s = 0; s < streams.size(); s++) {
     copy[streams[s].elements - 1](m.vertex(s, 0), m.vertex_count, integers);
     integers += MESHLET_VERTICES * streams[s].elements;
   }
 }
+
+// The caller's layout, checked. `count` of the list is its length.
+struct Attributes {
+  VertexAttribute list[BLOB_MAX_STREAMS];
+
+  // Returns what is wrong, or null.
+  const char* take(const gltf_meshlet_attribute* given, uint32_t count,
+                   const StreamTable& streams) {
+    if (!given && count) return kNull;
+    if (count > BLOB_MAX_STREAMS) return "there are more than 64 attributes";
+    for (uint32_t i = 0; i < count; i++) {
+      const gltf_meshlet_attribute& from = given[i];
+      if (!from.data) return kNull;
+      if (from.stream >= streams.size()) return "an attribute is of a stream that does not exist";
+      if (from.format >= uint32_t(VertexFormat::kCount)) return "an attribute's format is unknown";
+      const VertexFormat format = VertexFormat(from.format);
+      const Stream& stream = streams[from.stream];
+      if (holds_integers(format) && stream.bits > 8 * component_bytes(format))
+        return "an attribute's format has fewer bits than its stream";
+      const size_t bytes = component_bytes(format) *
+                           (holds_integers(format) ? stream.elements : value_count(stream));
+      if (from.stride && from.stride < bytes) return "an attribute's stride is less than its bytes";
+      list[i] = {from.stream, format, static_cast<uint8_t*>(from.data),
+                 from.stride ? from.stride : bytes};
+    }
+    return nullptr;
+  }
+};
+
+// Returns what is wrong with asking for bounds, or null.
+const char* bounds_problem(const gltf_meshlet_bounds* bounds, const StreamTable& streams) {
+  return bounds && streams[0].elements != 3 ? "stream 0 has not three elements, for bounds"
+                                            : nullptr;
+}
+
+static_assert(sizeof(gltf_meshlet_bounds) == sizeof(MeshletBounds), "they are the same");
+
+// The caller's arrays, checked but for their room.
+struct CallerArrays {
+  gltf_meshlet_arrays to;
+  Attributes attributes;
+  Outputs out;
+
+  // Returns what is wrong, or null.
+  const char* take_from(const gltf_meshlet_arrays* arrays, const StreamTable& streams) {
+    if (!take(arrays, to)) return kWrongSize;
+    if (!to.triangles == !to.triangles_16) return "there are no triangles, or both kinds";
+    if (to.reserved) return kReserved;
+    if (const char* problem = attributes.take(to.attributes, to.attribute_count, streams))
+      return problem;
+    if (const char* problem = bounds_problem(to.bounds, streams)) return problem;
+    out.triangles = to.triangles;
+    out.narrow_triangles = to.triangles_16;
+    out.integers = to.integers;
+    out.values = to.values;
+    out.attributes = attributes.list;
+    out.attribute_count = to.attribute_count;
+    out.bounds = reinterpret_cast<MeshletBounds*>(to.bounds);
+    return nullptr;
+  }
+
+  // Do vertex numbers below `end` fit?
+  bool can_number(uint64_t end) const { return !to.triangles_16 || end <= 1u << 16; }
+};
+constexpr const char* kNarrow = "16 bits are too few for the vertices";
 
 bool are_begins(const uint32_t* begins, uint64_t first, uint64_t count, uint64_t total) {
   for (uint64_t m = first; m < first + count; m++)
@@ -108,15 +115,17 @@ bool are_begins(const uint32_t* begins, uint64_t first, uint64_t count, uint64_t
 
 // Decodes a range to the caller's arrays of the whole view.
 int decode_to_view(const View& view, Decoder& decoder, uint64_t first, uint64_t count,
-                   const gltf_meshlet_arrays& to, DecodedCounts& decoded) {
+                   const CallerArrays& caller, DecodedCounts& decoded) {
+  const gltf_meshlet_arrays& to = caller.to;
   if (!to.vertex_begins || !to.triangle_begins) return bad_argument(kNull);
+  if (!caller.can_number(view.vertex_count)) return bad_argument(kNarrow);
   if (to.first_vertex) return bad_argument("the first vertex of a whole view is not 0");
   if (to.triangle_room < view.triangle_count || to.vertex_room < view.vertex_count)
     return bad_argument(kRoom);
   if (!are_begins(to.triangle_begins, first, count, view.triangle_count) ||
       !are_begins(to.vertex_begins, first, count, view.vertex_count))
     return bad_argument("the begins are not those of the view");
-  Outputs out{to.triangles, to.integers, to.values};
+  Outputs out = caller.out;
   out.triangle_begins = to.triangle_begins;
   out.vertex_begins = to.vertex_begins;
   return status_of(view.decode_range(decoder, first, count, out, decoded));
@@ -124,32 +133,25 @@ int decode_to_view(const View& view, Decoder& decoder, uint64_t first, uint64_t 
 
 // Decodes a range to arrays that hold nothing else.
 int decode_alone(const View& view, Decoder& decoder, uint64_t first, uint64_t count,
-                 const gltf_meshlet_arrays& to, DecodedCounts& decoded) {
+                 const CallerArrays& caller, DecodedCounts& decoded) {
+  const gltf_meshlet_arrays& to = caller.to;
   const size_t number = view.blob_of_meshlet(first);
   const ViewBlob& blob = view.blobs[number];
   const bool whole = count == blob.meshlet_count;
+  const uint64_t vertices = whole ? blob.vertex_count : MESHLET_VERTICES * count;
   if (to.triangle_room < (whole ? blob.triangle_count : MESHLET_TRIANGLES * count) ||
-      to.vertex_room < (whole ? blob.vertex_count : MESHLET_VERTICES * count))
+      to.vertex_room < vertices)
     return bad_argument(kRoom);
+  if (!caller.can_number(to.first_vertex + vertices)) return bad_argument(kNarrow);
   decoder.restart();
-  return status_of(
-      view.located(decoder.decode(uint32_t(first - blob.first_meshlet), uint32_t(count), {},
-                                  {to.triangles, to.integers, to.values, to.first_vertex}, decoded),
-                   number));
+  Outputs out = caller.out;
+  out.first_vertex = to.first_vertex;
+  return status_of(view.located(
+      decoder.decode(uint32_t(first - blob.first_meshlet), uint32_t(count), {}, out, decoded),
+      number));
 }
 
 }  // namespace
-
-void copy_statistics(const BitStatistics& from, gltf_meshlet_statistics& to) {
-  to.connectivity_bits = from.connectivity;
-  to.reference_bits = from.references;
-  std::copy(from.streams, from.streams + BLOB_MAX_STREAMS, to.stream_bits);
-  std::copy(from.symbols, from.symbols + 5, to.symbols);
-  to.disks = from.disks;
-  to.owned_references = from.owned_references;
-  to.private_references = from.private_references;
-  to.foreign_references = from.foreign_references;
-}
 
 }  // namespace gltf_meshlet_codec
 
@@ -189,10 +191,10 @@ int gltf_meshlet_get_counts(const gltf_meshlet_view* view, gltf_meshlet_counts* 
   });
 }
 
-int gltf_meshlet_get_blob(const gltf_meshlet_view* view, uint32_t blob, gltf_meshlet_blob* out) {
+int gltf_meshlet_get_page(const gltf_meshlet_view* view, uint32_t page, gltf_meshlet_page* out) {
   return with<const OpenView>(view, [&](const OpenView& open) {
-    if (blob >= open.view.blobs.size()) return no_such("there is no such blob");
-    const ViewBlob& b = open.view.blobs[blob];
+    if (page >= open.view.blobs.size()) return no_such("there is no such page");
+    const ViewBlob& b = open.view.blobs[page];
     return give(
         {0, b.data_offset, uint64_t(b.data - open.view.blobs[0].data), b.size, b.triangle_count,
          b.vertex_count, b.meshlet_count, b.first_triangle, b.first_vertex, b.first_meshlet},
@@ -200,13 +202,13 @@ int gltf_meshlet_get_blob(const gltf_meshlet_view* view, uint32_t blob, gltf_mes
   });
 }
 
-int gltf_meshlet_get_stream(const gltf_meshlet_view* view, uint32_t blob, uint32_t stream,
+int gltf_meshlet_get_stream(const gltf_meshlet_view* view, uint32_t page, uint32_t stream,
                             gltf_meshlet_stream* out) {
   return with<const OpenView>(view, [&](const OpenView& open) {
     if (!out) return bad_argument(kNull);
-    if (blob >= open.view.blobs.size() || stream >= open.view.streams.size())
+    if (page >= open.view.blobs.size() || stream >= open.view.streams.size())
       return no_such("there is no such stream");
-    const Stream s = read_stream(open.view.blobs[blob].data, stream);
+    const Stream s = read_stream(open.view.blobs[page].data, stream);
     *out = {s.kind,          s.elements,    s.bits, s.predictor, s.chain_base,
             s.interior_base, s.anchor_base, 0,      s.step,      {}};
     std::copy(s.offset, s.offset + STREAM_MAX_ELEMENTS, out->offset);
@@ -223,20 +225,6 @@ int gltf_meshlet_get_begins(const gltf_meshlet_view* view, int32_t threads,
   });
 }
 
-int gltf_meshlet_get_statistics(const gltf_meshlet_view* view, gltf_meshlet_statistics* out) {
-  return with<const OpenView>(view, [&](const OpenView& open) {
-    BitStatistics bits, one;
-    for (size_t b = 0; b < open.view.blobs.size(); b++) {
-      if (const Problem p = count_bits(open.view.blobs[b].data, open.view.blobs[b].size, one))
-        return fail(open.view.located(p, b));
-      bits.add(one);
-    }
-    gltf_meshlet_statistics found{};
-    copy_statistics(bits, found);
-    return give(found, out);
-  });
-}
-
 int gltf_meshlet_validate(const gltf_meshlet_view* view, int32_t threads) {
   return with<const OpenView>(view, [&](const OpenView& open) {
     if (threads < 0) return bad_argument(kThreads);
@@ -248,16 +236,16 @@ int gltf_meshlet_decode(const gltf_meshlet_view* view, int32_t threads,
                         const gltf_meshlet_arrays* arrays) {
   return with<const OpenView>(view, [&](const OpenView& open) {
     const View& v = open.view;
-    gltf_meshlet_arrays to;
+    CallerArrays caller;
+    const gltf_meshlet_arrays& to = caller.to;
     if (threads < 0) return bad_argument(kThreads);
-    if (!take(arrays, to)) return bad_argument(kWrongSize);
-    if (!to.triangles) return bad_argument(kNull);
+    if (const char* problem = caller.take_from(arrays, v.streams)) return bad_argument(problem);
+    if (!caller.can_number(v.vertex_count)) return bad_argument(kNarrow);
     if (to.first_vertex) return bad_argument("the first vertex of a whole view is not 0");
     if (to.triangle_room < v.triangle_count || to.vertex_room < v.vertex_count)
       return bad_argument(kRoom);
-    Outputs out{to.triangles, to.integers, to.values};
-    out.shared = to.shared;
-    return status_of(v.decode(thread_count(threads), out));
+    caller.out.shared = to.shared;
+    return status_of(v.decode(thread_count(threads), caller.out));
   });
 }
 
@@ -265,22 +253,23 @@ int gltf_meshlet_decode_range(const gltf_meshlet_view* view, gltf_meshlet_scratc
                               uint64_t first, uint64_t count, const gltf_meshlet_arrays* arrays,
                               uint32_t* sizes) {
   return with_scratch(view, scratch, [&](const OpenView& open, Scratch& s) {
-    gltf_meshlet_arrays to;
-    if (!take(arrays, to)) return bad_argument(kWrongSize);
-    if (!to.triangles) return bad_argument(kNull);
+    CallerArrays caller;
+    const gltf_meshlet_arrays& to = caller.to;
+    if (const char* problem = caller.take_from(arrays, open.view.streams))
+      return bad_argument(problem);
     if (to.shared) return bad_argument("shared vertices are found in whole views only");
     if (count == 0 || first >= open.view.meshlet_count)
       return no_such("there are no such meshlets");
     const size_t number = open.view.blob_of_meshlet(first);
     const ViewBlob& blob = open.view.blobs[number];
     if (count > blob.meshlet_count - (first - blob.first_meshlet))
-      return no_such("the blob has fewer meshlets");
+      return no_such("the page has fewer meshlets");
     Decoder* const decoder = s.decoder_at(open, number);
     if (!decoder) return fail({kNoMemory});
     DecodedCounts decoded;
     const int status = to.vertex_begins || to.triangle_begins
-                           ? decode_to_view(open.view, *decoder, first, count, to, decoded)
-                           : decode_alone(open.view, *decoder, first, count, to, decoded);
+                           ? decode_to_view(open.view, *decoder, first, count, caller, decoded)
+                           : decode_alone(open.view, *decoder, first, count, caller, decoded);
     if (sizes) {
       sizes[0] = decoded.triangles;
       sizes[1] = decoded.vertices;
@@ -290,11 +279,24 @@ int gltf_meshlet_decode_range(const gltf_meshlet_view* view, gltf_meshlet_scratc
 }
 
 int gltf_meshlet_decode_meshlets(const gltf_meshlet_view* view, gltf_meshlet_scratch* scratch,
-                                 const uint32_t* meshlets, size_t count, uint32_t* sizes,
-                                 uint8_t* triangles, uint32_t* integers) {
+                                 const uint32_t* meshlets, size_t count,
+                                 const gltf_meshlet_meshlet_arrays* arrays) {
   return with_scratch(view, scratch, [&](const OpenView& open, Scratch& s) {
-    if (!meshlets && count) return bad_argument(kNull);
     const StreamTable& streams = open.view.streams;
+    gltf_meshlet_meshlet_arrays to;
+    Attributes attributes;
+    if (!take(arrays, to)) return bad_argument(kWrongSize);
+    if (!meshlets && count) return bad_argument(kNull);
+    if (to.reserved) return bad_argument(kReserved);
+    if (to.triangle_bytes && to.triangle_bytes != 3 && to.triangle_bytes != 4)
+      return bad_argument("a triangle has neither 3 nor 4 bytes");
+    if (const char* problem = attributes.take(to.attributes, to.attribute_count, streams))
+      return bad_argument(problem);
+    if (const char* problem = bounds_problem(to.bounds, streams)) return bad_argument(problem);
+    const uint32_t triangle_bytes = to.triangle_bytes ? to.triangle_bytes : 3;
+    Outputs out;
+    out.attributes = attributes.list;
+    out.attribute_count = to.attribute_count;
     size_t elements = 0;
     for (const Stream& stream : streams) elements += stream.elements;
     for (size_t i = 0; i < count; i++) {
@@ -303,14 +305,20 @@ int gltf_meshlet_decode_meshlets(const gltf_meshlet_view* view, gltf_meshlet_scr
       Decoder* const decoder = s.decoder_at(open, blob);
       if (!decoder) return fail({kNoMemory});
       DecodedMeshlet m;
-      if (const Problem problem =
-              decoder->meshlet(uint32_t(meshlets[i] - open.view.blobs[blob].first_meshlet), m))
+      DecodedCounts counts;
+      out.meshlet = &m;
+      out.attribute_row = MESHLET_VERTICES * i;
+      out.bounds = to.bounds ? reinterpret_cast<MeshletBounds*>(to.bounds + i) : nullptr;
+      const uint32_t number = uint32_t(meshlets[i] - open.view.blobs[blob].first_meshlet);
+      if (const Problem problem = decoder->decode(number, 1, {}, out, counts))
         return fail(open.view.located(problem, blob));
-      copy_meshlet(m, streams, triangles ? triangles + 3 * MESHLET_TRIANGLES * i : nullptr,
-                   integers ? integers + MESHLET_VERTICES * elements * i : nullptr);
-      if (!sizes) continue;
-      sizes[2 * i] = m.triangle_count;
-      sizes[2 * i + 1] = m.vertex_count;
+      copy_meshlet(m, streams,
+                   to.triangles ? to.triangles + triangle_bytes * MESHLET_TRIANGLES * i : nullptr,
+                   triangle_bytes,
+                   to.integers ? to.integers + MESHLET_VERTICES * elements * i : nullptr);
+      if (!to.sizes) continue;
+      to.sizes[2 * i] = m.triangle_count;
+      to.sizes[2 * i + 1] = m.vertex_count;
     }
     return kOk;
   });
@@ -350,5 +358,38 @@ int gltf_meshlet_unpack(const void* packed, size_t size, int32_t threads, void* 
     for (const Problem& problem : problems)
       if (problem) return fail(problem);
     return kOk;
+  });
+}
+
+int gltf_meshlet_get_packed_pages(const void* head, size_t head_bytes, uint64_t view_bytes,
+                                  gltf_meshlet_packed_page* pages, size_t room, size_t* count) {
+  return guarded([&] {
+    if (!head || !count) return bad_argument(kNull);
+    List<PackedPage> all;
+    const auto* bytes = static_cast<const uint8_t*>(head);
+    if (const Problem p = read_page_table(bytes, head_bytes, view_bytes, all)) return fail(p);
+    *count = all.size();
+    if (!pages) return kOk;
+    if (room < all.size()) return bad_argument(kRoom);
+    for (size_t i = 0; i < all.size(); i++)
+      pages[i] = {all[i].packed_begin, uint32_t(all[i].packed_bytes), uint32_t(all[i].bytes)};
+    return kOk;
+  });
+}
+
+int gltf_meshlet_unpack_page(gltf_meshlet_scratch* scratch, const void* stored, size_t stored_bytes,
+                             void* page, size_t page_bytes) {
+  return guarded([&] {
+    if (!stored || !page) return bad_argument(kNull);
+    if (page_bytes == 0 || page_bytes > BLOB_MAX_BYTES || stored_bytes == 0 ||
+        stored_bytes > BLOB_MAX_BYTES)
+      return bad_argument("a page has an impossible length");
+    return with_scratch(scratch, [&](Scratch& s) {
+      const PackedPage whole = {0, stored_bytes, 0, page_bytes, stored_bytes == page_bytes};
+      PageUnpacker* const unpacker = s.page_unpacker();
+      if (!unpacker) return fail({kNoMemory});
+      return status_of(unpacker->unpack(static_cast<const uint8_t*>(stored), whole,
+                                        static_cast<uint8_t*>(page)));
+    });
   });
 }

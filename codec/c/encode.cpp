@@ -3,6 +3,8 @@
 #include <optional>
 
 #include "c/objects.h"
+#include "c/plain_mesh.h"
+#include "c/statistics.h"
 #include "common/array.h"
 #include "common/curve.h"
 #include "common/polygons.h"
@@ -10,6 +12,7 @@
 #include "common/weld.h"
 #include "encode/pages.h"
 #include "lod/group_meshlets.h"
+#include "lod/split_meshlets.h"
 #include "lod/replacement_errors.h"
 #include "segment/check_meshlets.h"
 #include "transport/transport.h"
@@ -51,11 +54,6 @@ struct Result : Object {
     arrays.push_back({kept, kept->data(), kept->size() * sizeof(typename Vector::value_type)});
   }
 };
-
-// Throws unless a caller's argument is fit.
-void require(bool fit, const char* problem) {
-  if (!fit) throw std::invalid_argument(problem);
-}
 
 template <class T>
 T taken(const T* from) {
@@ -156,20 +154,15 @@ VertexValues values_of(const gltf_meshlet_mesh& m, const std::vector<Stream>& st
 
 EncodeOptions options_of(const gltf_meshlet_options& o) {
   EncodeOptions out;
-  require(o.effort <= GLTF_MESHLET_HIGH, "the effort is unknown");
+  require(o.effort <= GLTF_MESHLET_EFFORT_FAST, "the effort is unknown");
   require(o.max_triangles <= MESHLET_TRIANGLES && o.max_vertices <= MESHLET_VERTICES &&
               (o.max_vertices >= 3 || o.max_vertices == 0),
           "a meshlet holds 1 to 64 triangles and 3 to 64 vertices");
-  require(o.lambda >= 0 && o.lambda <= 1000 && o.fill >= 0 && o.fill <= 10,
-          "lambda is above 1000, fill above 10, or one below 0");
-  const Effort efforts[] = {Effort::kNormal, Effort::kFast, Effort::kHigh};
-  out.effort = efforts[o.effort];
+  require(o.lambda >= 0 && o.lambda <= 1000, "lambda is above 1000 or below 0");
+  out.effort = o.effort == GLTF_MESHLET_EFFORT_FAST ? Effort::kFast : Effort::kNormal;
   if (o.max_triangles) out.max_triangles = int(o.max_triangles);
   if (o.max_vertices) out.max_vertices = int(o.max_vertices);
   if (o.lambda > 0) out.lambda = o.lambda;
-  if (o.fill > 0) out.fill = o.fill;
-  out.weight = o.weight_of_choe ? Weight::kChoe : Weight::kPaper;
-  out.share_seams = !o.separate_seams;
   require(o.threads >= 0, kThreads);
   out.threads = thread_count(o.threads);
   if (o.progress)
@@ -183,29 +176,63 @@ gltf_meshlet_options known(const gltf_meshlet_options* options) {
   return options ? taken(options) : gltf_meshlet_options{};
 }
 
-std::vector<uint8_t> encode_view(const gltf_meshlet_mesh& m, const gltf_meshlet_options& options,
-                                 EncoderStats& stats) {
+// Sets the caller's meshlets and returns the begins of their groups.
+std::vector<uint32_t> given_meshlets(const gltf_meshlet_mesh& m, const MeshView& mesh,
+                                     const EncodeOptions& options, Meshlets& given) {
+  std::vector<uint32_t> groups = vector_of(m.group_begin, m.group_begin_count);
+  std::vector<uint32_t> begin = vector_of(m.meshlet_begin, m.meshlet_begin_count);
+  if (!m.group_begin && !begin.empty()) groups = {0, uint32_t(begin.size() - 1)};
+  if (m.disk_begin) {
+    given.triangles = vector_of(m.order, m.triangle_count);
+    given.disk_begin = vector_of(m.disk_begin, m.disk_begin_count);
+    given.meshlet_begin = std::move(begin);
+    return groups;
+  }
+  require(m.disk_begin_count == 0, kNull);
+  GroupMeshlets split = split_meshlets(mesh, vector_of(m.order, m.triangle_count), begin, options);
+  require(are_begins(groups, split.group_begin.size() - 1),
+          "the groups' begins do not increase from 0 to the last meshlet");
+  for (uint32_t& group : groups) group = split.group_begin[group];
+  static_cast<MeshletList&>(given) = std::move(split);
+  return groups;
+}
+
+std::vector<uint8_t> encode_view(const gltf_meshlet_mesh& m, const EncodeOptions& all,
+                                 size_t page_bytes, EncoderStats& stats) {
   const MeshView mesh = mesh_of(m, m.triangles, m.triangle_count);
   const std::vector<Stream> streams = streams_of(m);
   check_input(mesh, streams);  // before values are read by the streams' elements
   const VertexValues values = values_of(m, streams);
-  const EncodeOptions all = options_of(options);
-  const size_t page_bytes = size_t(options.page_bytes);
+  require(m.order || (!m.disk_begin && !m.meshlet_begin && !m.group_begin && !m.disk_begin_count &&
+                      !m.meshlet_begin_count && !m.group_begin_count),
+          "there are meshlets without an order of triangles");
   if (!m.order && !page_bytes) return encode(mesh, streams, values, all, stats);
   std::vector<Bytes> blobs;
   if (m.order) {
     Meshlets given;
-    given.triangles = vector_of(m.order, m.triangle_count);
-    given.disk_begin = vector_of(m.disk_begin, m.disk_begin_count);
-    given.meshlet_begin = vector_of(m.meshlet_begin, m.meshlet_begin_count);
-    blobs = encode_given(mesh, given, vector_of(m.group_begin, m.group_begin_count), streams,
-                         values, all, page_bytes, stats);
+    const std::vector<uint32_t> groups = given_meshlets(m, mesh, all, given);
+    blobs = encode_given(mesh, given, groups, streams, values, all, page_bytes, stats);
   } else {
     blobs = encode_pages(mesh, streams, values, all, page_bytes, stats);
   }
   Bytes view;
   for (const Bytes& blob : blobs) view.insert(view.end(), blob.begin(), blob.end());
   return view;
+}
+
+// Gives a result with the view of the mesh to the caller.
+int encode_to_result(const gltf_meshlet_mesh* mesh, const EncodeOptions& options, size_t page_bytes,
+                     gltf_meshlet_statistics* statistics, gltf_meshlet_result** result) {
+  require(result, kNull);
+  require(!statistics || has_size(statistics), kWrongSize);
+  EncoderStats stats;
+  Bytes view = encode_view(PlainMesh(taken(mesh)).m, options, page_bytes, stats);
+  gltf_meshlet_statistics found{};
+  found.iterations = stats.iterations;
+  std::copy(stats.histogram, stats.histogram + 4, found.histogram);
+  copy_statistics(stats.bits, found);
+  if (statistics) give(found, statistics);
+  return open_object<Result>(result, std::move(view));
 }
 
 GroupTriangles groups_of(const gltf_meshlet_groups* groups, uint64_t vertices, bool distinct) {
@@ -259,21 +286,50 @@ int gltf_meshlet_get_array(const gltf_meshlet_result* result, uint32_t array, co
 }
 
 int gltf_meshlet_encode(const gltf_meshlet_mesh* mesh, const gltf_meshlet_options* options,
-                        gltf_meshlet_statistics* statistics, gltf_meshlet_result** result) {
+                        gltf_meshlet_result** result) {
+  return gltf_meshlet_encode_described(mesh, options, nullptr, result);
+}
+
+int gltf_meshlet_encode_described(const gltf_meshlet_mesh* mesh,
+                                  const gltf_meshlet_options* options,
+                                  gltf_meshlet_statistics* statistics,
+                                  gltf_meshlet_result** result) {
+  if (result) *result = nullptr;
   return guarded([&] {
-    require(result, kNull);
-    *result = nullptr;
-    require(!statistics || has_size(statistics), kWrongSize);
-    EncoderStats stats;
-    Bytes view = encode_view(taken(mesh), known(options), stats);
-    gltf_meshlet_statistics found{};
-    found.iterations = stats.iterations;
-    std::copy(stats.histogram, stats.histogram + 4, found.histogram);
-    copy_statistics(stats.bits, found);
-    if (statistics) give(found, statistics);
-    return open_object<Result>(result, std::move(view));
+    const gltf_meshlet_options all = known(options);
+    return encode_to_result(mesh, options_of(all), size_t(all.page_bytes), statistics, result);
   });
 }
+
+#ifdef MESHLET_BENCH
+// Regions as in the paper and by Choe et al., for bench/table1.py and others, and for the
+// conformance vectors, which are older than the efforts of today: tools/paper_encoder.py.
+struct PaperOptions {
+  uint32_t size;
+  uint32_t as_paper;        // 1: regions grow anew in each round
+  uint32_t weight_of_choe;  // 1: without the paper's penalty for full regions
+  uint32_t separate_seams;  // 1: shares nothing across seams
+  float fill;               // mean share of a region that is full, for the number of centres; or 0
+};
+
+extern "C" GLTF_MESHLET_API int gltf_meshlet_encode_as_paper(const gltf_meshlet_mesh* mesh,
+                                                             const gltf_meshlet_options* options,
+                                                             const PaperOptions* paper,
+                                                             gltf_meshlet_statistics* statistics,
+                                                             gltf_meshlet_result** result) {
+  if (result) *result = nullptr;
+  return guarded([&] {
+    const gltf_meshlet_options common = known(options);
+    const PaperOptions p = taken(paper);
+    EncodeOptions all = options_of(common);
+    if (p.as_paper) all.effort = Effort::kPaper;
+    if (p.fill > 0) all.fill = p.fill;
+    if (p.weight_of_choe) all.weight = Weight::kChoe;
+    all.share_seams = !p.separate_seams;
+    return encode_to_result(mesh, all, size_t(common.page_bytes), statistics, result);
+  });
+}
+#endif
 
 int gltf_meshlet_pack(const void* view, size_t size, int32_t threads,
                       gltf_meshlet_result** result) {

@@ -7,10 +7,11 @@
  * Errors: no function throws or aborts, without memory either. Each returns a status; unless it is
  * GLTF_MESHLET_OK, gltf_meshlet_error() is one sentence, and results are unspecified.
  *
- * Threads: any function may be called on any thread, and any number of threads share a view, with
- * no lock. Only a scratch is for one thread at a time: another one gets GLTF_MESHLET_BUSY.
- * Functions with an argument `threads` start so many themselves (0: one per processor; negative
- * ones are refused); it changes no result.
+ * Threads: any function may be called on any thread, and any number of threads share a view, or
+ * levels, with no lock. Only a scratch is for one thread at a time: another one gets
+ * GLTF_MESHLET_BUSY. Functions with an argument `threads` start so many themselves (0: one per
+ * processor; negative ones are refused); it changes no result, but for values of corrupt bytes that
+ * only gltf_meshlet_validate refuses.
  *
  * Structs with a field `size` begin with it: the caller sets it to sizeof the struct. Later
  * versions append fields, for which 0 has the meaning of the version without them. So a size may be
@@ -44,7 +45,7 @@ enum {
   GLTF_MESHLET_OK = 0,
   GLTF_MESHLET_MALFORMED = 1, /* the bytes break a rule of the format */
   GLTF_MESHLET_ARGUMENT = 2,  /* a mistake of the caller */
-  GLTF_MESHLET_NUMBER = 3,    /* there is no meshlet, blob, stream or array of this number */
+  GLTF_MESHLET_NUMBER = 3,    /* there is no meshlet, page, stream or array of this number */
   GLTF_MESHLET_BUSY = 4,      /* another thread decodes with this scratch */
   GLTF_MESHLET_LIMIT = 5,     /* beyond a limit of the format */
   GLTF_MESHLET_MEMORY = 6,
@@ -65,7 +66,8 @@ enum {
   GLTF_MESHLET_GRID = 0,    /* floats: offset + integer * step */
   GLTF_MESHLET_OCT = 1,     /* unit vectors of three floats, from two integers */
   GLTF_MESHLET_INTEGER = 2, /* the integers */
-  GLTF_MESHLET_FLOAT32 = 3, /* floats, bit for bit */
+  GLTF_MESHLET_FLOAT32 = 3, /* floats: of the bits b, the integer is b >> 31 ? ~b : b ^ 0x80000000,
+                               and b is the integer >> 31 ? integer ^ 0x80000000 : ~integer */
   GLTF_MESHLET_SIGN = 4     /* -1 or 1, of tangents */
 };
 
@@ -80,12 +82,12 @@ enum {
   GLTF_MESHLET_CHOOSE_PREDICTOR = 255 /* the encoder chooses */
 };
 
-enum { GLTF_MESHLET_NORMAL = 0, GLTF_MESHLET_FAST = 1, GLTF_MESHLET_HIGH = 2 }; /* efforts */
+enum { GLTF_MESHLET_EFFORT_NORMAL = 0, GLTF_MESHLET_EFFORT_FAST = 1 };
 
 typedef struct gltf_meshlet_view gltf_meshlet_view;       /* compressed bytes that are open */
 typedef struct gltf_meshlet_scratch gltf_meshlet_scratch; /* what a thread needs to decode parts */
 typedef struct gltf_meshlet_result gltf_meshlet_result;   /* arrays whose size a function finds */
-typedef struct gltf_meshlet_surface gltf_meshlet_surface; /* level 0, to measure other levels */
+typedef struct gltf_meshlet_levels gltf_meshlet_levels;   /* tables of levels that are open */
 
 /* ---- The library, all objects ---- */
 
@@ -116,39 +118,30 @@ GLTF_MESHLET_API int gltf_meshlet_close(void* object);
 GLTF_MESHLET_API int gltf_meshlet_get_array(const gltf_meshlet_result* result, uint32_t array,
                                             const void** items, size_t* bytes);
 
-/* ---- Views: what a glTF buffer view holds, one blob or several (pages) ----
- * Triangles, vertices and meshlets are numbered on through the blobs. */
+/* ---- Views: what a glTF buffer view holds, one page or several ----
+ * A page, a blob of the specification, decodes alone. Triangles, vertices and meshlets are numbered
+ * on through the pages. */
 
 typedef struct gltf_meshlet_counts {
-  uint32_t size, blobs, streams;
+  uint32_t size, pages, streams;
   uint32_t
       suspicious; /* 1: headers claim far more than such bytes hold. Validate, then allocate. */
   uint64_t triangles, vertices, meshlets; /* triangles * 3 and vertices are below 2^32 */
 } gltf_meshlet_counts;
 
-typedef struct gltf_meshlet_blob {
+typedef struct gltf_meshlet_page {
   uint32_t size, data_offset;                           /* the latter: bytes of header and tables */
   uint64_t offset, bytes;                               /* in the view */
-  uint64_t triangles, vertices, meshlets;               /* of this blob */
+  uint64_t triangles, vertices, meshlets;               /* of this page */
   uint64_t first_triangle, first_vertex, first_meshlet; /* in the view */
-} gltf_meshlet_blob;
+} gltf_meshlet_page;
 
-/* A row of the stream table, as in the blob. The encoder chooses the three bases. */
+/* A row of the stream table, as in the page. The encoder chooses the three bases. */
 typedef struct gltf_meshlet_stream {
   uint8_t kind, elements, bits; /* elements: integers per vertex, 1 to 4, each of 1 to 32 bits */
   uint8_t predictor, chain_base, interior_base, anchor_base, reserved;
   float step, offset[4];
 } gltf_meshlet_stream;
-
-/* Where the bits of a view go: they sum to 8 * its bytes. */
-typedef struct gltf_meshlet_statistics {
-  uint32_t size;
-  int32_t iterations;    /* rounds of region growing; the encoder's, like the histogram */
-  uint32_t histogram[4]; /* regions of < 32, < 64, < 72 and more triangles, before they are cut */
-  uint64_t connectivity_bits, reference_bits, stream_bits[GLTF_MESHLET_STREAMS];
-  uint64_t symbols[5], disks; /* numbers of C, L, E, R, S, and of disks */
-  uint64_t owned_references, private_references, foreign_references;
-} gltf_meshlet_statistics;
 
 /* Opens bytes and borrows them. Checks headers and tables, so that counts are true of the tables;
  * takes memory in proportion to the bytes. A view does not change once it is open. */
@@ -160,29 +153,55 @@ GLTF_MESHLET_API int gltf_meshlet_open_scratch(gltf_meshlet_scratch** scratch);
 
 GLTF_MESHLET_API int gltf_meshlet_get_counts(const gltf_meshlet_view* view,
                                              gltf_meshlet_counts* counts);
-GLTF_MESHLET_API int gltf_meshlet_get_blob(const gltf_meshlet_view* view, uint32_t blob,
-                                           gltf_meshlet_blob* out);
+GLTF_MESHLET_API int gltf_meshlet_get_page(const gltf_meshlet_view* view, uint32_t page,
+                                           gltf_meshlet_page* out);
 
-/* Blobs of a view differ only in their streams' predictors and bases. */
-GLTF_MESHLET_API int gltf_meshlet_get_stream(const gltf_meshlet_view* view, uint32_t blob,
+/* Pages of a view differ only in their streams' predictors and bases. */
+GLTF_MESHLET_API int gltf_meshlet_get_stream(const gltf_meshlet_view* view, uint32_t page,
                                              uint32_t stream, gltf_meshlet_stream* out);
 
 /* Writes the numbers of the first triangle and of the first vertex of each meshlet of the view, and
  * the view's counts behind them: a meshlet has the vertices from its begin to the next one and, in
  * common with earlier meshlets, others. room: of either array, in numbers; more than the view's
  * meshlets. Null arrays are skipped. Triangles are read from tables; vertices cost a part of the
- * decoding, once: a program may keep them with its file. */
+ * decoding, once: a program may keep them with its file. Functions that take them refuse those that
+ * lead outside of the view's arrays; other wrong ones give wrong triangles. */
 GLTF_MESHLET_API int gltf_meshlet_get_begins(const gltf_meshlet_view* view, int32_t threads,
                                              uint32_t* triangle_begins, uint32_t* vertex_begins,
                                              size_t room);
 
-/* Decodes every meshlet, to count bits. */
-GLTF_MESHLET_API int gltf_meshlet_get_statistics(const gltf_meshlet_view* view,
-                                                 gltf_meshlet_statistics* out);
-
 /* Fails unless the bytes are valid in every way. Decodes every meshlet alone, and so finds errors
  * that other functions may accept. */
 GLTF_MESHLET_API int gltf_meshlet_validate(const gltf_meshlet_view* view, int32_t threads);
+
+/* gltf_meshlet_attribute.format, of each component. */
+enum {
+  GLTF_MESHLET_F32 = 0, /* the value: that of gltf_meshlet_arrays.values as a float */
+  GLTF_MESHLET_F16 = 1, /* the nearest half, ties to even */
+  GLTF_MESHLET_SNORM8 = 2,
+  GLTF_MESHLET_UNORM8 = 3,  /* normalised: the nearest integer of the value, which is cut off at */
+  GLTF_MESHLET_SNORM16 = 4, /* -1 or 0 and 1, times 127, 255, 32767 or 65535. Halves go away from */
+  GLTF_MESHLET_UNORM16 = 5, /* 0; NaN gives -1 or 0 */
+  GLTF_MESHLET_U8 = 6,      /* the integer of the stream, whose bits must fit: for joints, and to */
+  GLTF_MESHLET_U16 = 7,     /* dequantise positions, normals and others on the GPU */
+  GLTF_MESHLET_U32 = 8
+};
+
+/* A stream in the caller's layout: vertex v at data + stride * v, one component after the other,
+ * three of OCT values, else as many as the stream has elements. Other bytes are left as they are.
+ */
+typedef struct gltf_meshlet_attribute {
+  uint32_t stream, format;
+  void* data;
+  size_t stride; /* in bytes; 0: the components follow on */
+} gltf_meshlet_attribute;
+
+/* A sphere around a meshlet, and a cone around its normals, which point to where triangles run
+ * anticlockwise. Seen from `eye` it shows only backs, if dot(centre - eye, axis) >= cutoff *
+ * length(centre - eye) + radius; cutoff 1: never. In units of stream 0, which has 3 elements. */
+typedef struct gltf_meshlet_bounds {
+  float centre[3], radius, axis[3], cutoff;
+} gltf_meshlet_bounds;
 
 /* Arrays of the caller, to decode to. `integers` and `values` may be null; if not, they have an
  * array for each stream of the view, which may be null, too. */
@@ -199,14 +218,20 @@ typedef struct gltf_meshlet_arrays {
                                                       to arrays of the view; or null */
   uint32_t* shared; /* null, or for gltf_meshlet_join_vertices: per vertex, itself or an earlier one
                        that has its position by a reference. Only gltf_meshlet_decode writes it */
+  const gltf_meshlet_attribute* attributes; /* or null; at most 64 */
+  gltf_meshlet_bounds* bounds;              /* null, or room for one of each meshlet: of the view,
+                                               with begins or gltf_meshlet_decode, else of the
+                                               range */
+  uint16_t* triangles_16; /* in place of `triangles`, for at most 2^16 vertices; or null */
+  uint32_t attribute_count, reserved;
 } gltf_meshlet_arrays;
 
 /* Decodes everything; needs room for the view's triangles and vertices. Threads share out the
- * blobs, and parts of large ones. */
+ * pages, and parts of large ones. */
 GLTF_MESHLET_API int gltf_meshlet_decode(const gltf_meshlet_view* view, int32_t threads,
                                          const gltf_meshlet_arrays* arrays);
 
-/* Decodes meshlets [first, first + count), at least one, of one blob. The result depends on nothing
+/* Decodes meshlets [first, first + count), at least one, of one page. The result depends on nothing
  * that was decoded before. sizes, or null: receives the numbers of triangles and of vertices that
  * were written. scratch: null takes one for this call, at 10 to 30 us.
  *
@@ -216,23 +241,31 @@ GLTF_MESHLET_API int gltf_meshlet_decode(const gltf_meshlet_view* view, int32_t 
  *
  * Without, the arrays hold the range alone: vertices are numbered in the order of their first
  * meshlets, from arrays->first_vertex, with copies of those that meshlets before `first` have, too.
- * Needs room for 64 triangles and 64 vertices for each meshlet, or for the blob's if it is all of
+ * Needs room for 64 triangles and 64 vertices for each meshlet, or for the page's if it is all of
  * it. */
 GLTF_MESHLET_API int gltf_meshlet_decode_range(const gltf_meshlet_view* view,
                                                gltf_meshlet_scratch* scratch, uint64_t first,
                                                uint64_t count, const gltf_meshlet_arrays* arrays,
                                                uint32_t* sizes);
 
-/* Decodes `count` meshlets alone, in any order. Null arrays are skipped. scratch: as above.
- * sizes: 2 for each meshlet, its number of triangles and of vertices.
- * triangles: room for 64 x 3 for each meshlet; local vertex numbers, below 64.
- * integers: room for 64 x (sum of all streams' elements) for each meshlet: 64 x elements of stream
- * 0, of which its vertices x elements are written; then those of stream 1, and so on. */
+/* Arrays for single meshlets, the i-th of a call at i times its room. Null ones are skipped. */
+typedef struct gltf_meshlet_meshlet_arrays {
+  uint32_t size, attribute_count;
+  uint32_t triangle_bytes; /* 3, or 0; or 4, the last of which becomes 0 */
+  uint32_t reserved;
+  uint32_t* sizes;    /* 2 for each meshlet: its numbers of triangles and of vertices */
+  uint8_t* triangles; /* room for 64; local vertex numbers, below 64 */
+  uint32_t* integers; /* room for 64 x (sum of all streams' elements): 64 x elements of stream 0, of
+                         which its vertices x elements are written; then those of stream 1, .. */
+  const gltf_meshlet_attribute* attributes; /* vertex v at data + stride * (64 * i + v) */
+  gltf_meshlet_bounds* bounds;              /* null, or one for each meshlet of the call */
+} gltf_meshlet_meshlet_arrays;
+
+/* Decodes `count` meshlets alone, in any order. scratch: as above. */
 GLTF_MESHLET_API int gltf_meshlet_decode_meshlets(const gltf_meshlet_view* view,
                                                   gltf_meshlet_scratch* scratch,
                                                   const uint32_t* meshlets, size_t count,
-                                                  uint32_t* sizes, uint8_t* triangles,
-                                                  uint32_t* integers);
+                                                  const gltf_meshlet_meshlet_arrays* arrays);
 
 #ifndef GLTF_MESHLET_DECODER_ONLY
 /* What gltf_meshlet_decode wrote, to find the source's vertices. */
@@ -242,13 +275,13 @@ typedef struct gltf_meshlet_vertices {
   const uint32_t* const* integers; /* per stream: vertices x elements; stream 0 is the position */
   const uint32_t* elements;        /* per stream, 1 to 4 */
   const uint32_t* shared;          /* null, or of gltf_meshlet_arrays */
-  const uint64_t* first_vertices;  /* of the blobs, in ascending order */
-  uint64_t triangle_count, vertex_count, blob_count;
+  const uint64_t* first_vertices;  /* of the pages, in ascending order */
+  uint64_t triangle_count, vertex_count, page_count;
   uint64_t source_vertices; /* of the extension's object: vertex_count if it has none; 0 if
                                not known, as of a cut through levels of detail */
 } gltf_meshlet_vertices;
 
-/* A view holds vertices on borders of its blobs, and a few others, more than once. Writes
+/* A view holds vertices on borders of its pages, and a few others, more than once. Writes
  * numbers[vertex]: equal for those that were one vertex of the source, from 0 in order of first
  * occurrence; and how many there are. Corners of one triangle stay different. docs/c.md says how
  * sure it is. */
@@ -279,6 +312,130 @@ GLTF_MESHLET_API int gltf_meshlet_get_unpacked_bytes(const void* packed, size_t 
 GLTF_MESHLET_API int gltf_meshlet_unpack(const void* packed, size_t size, int32_t threads,
                                          void* view, size_t room);
 
+typedef struct gltf_meshlet_packed_page {
+  uint64_t offset;       /* of the stored bytes, in the packed view */
+  uint32_t stored_bytes; /* equal to page_bytes: it is not packed, and needs no unpacking */
+  uint32_t page_bytes;
+} gltf_meshlet_packed_page;
+
+/* Reads the page table, which is at the beginning of a packed view: head_bytes of its view_bytes,
+ * at least 4 and 8 for each page. Writes the pages, unless they are null, and how many there are.
+ * room: of `pages`. */
+GLTF_MESHLET_API int gltf_meshlet_get_packed_pages(const void* head, size_t head_bytes,
+                                                   uint64_t view_bytes,
+                                                   gltf_meshlet_packed_page* pages, size_t room,
+                                                   size_t* count);
+
+/* Unpacks one page, of which `stored` are the stored bytes, to page_bytes. It is a view of one
+ * page, which open or validate are still to check. scratch: null takes one for this call. */
+GLTF_MESHLET_API int gltf_meshlet_unpack_page(gltf_meshlet_scratch* scratch, const void* stored,
+                                              size_t stored_bytes, void* page, size_t page_bytes);
+
+/* ---- Levels of detail: EXT_meshlet_lod ----
+ * The program reads bytes by itself: tables, then pages as cuts ask for them. */
+
+/* The tables of one primitive: their buffer view, whole or a prefix, and counts of the extension's
+ * object. */
+typedef struct gltf_meshlet_tables {
+  uint32_t size;
+  uint32_t page_count, coarse_page_count, group_count, run_count;
+  uint32_t root_page_count; /* 0 if the object has none; a prefix needs it */
+  const void* bytes;        /* all; or a prefix: pages, then groups, those of root pages at least. A
+                               page whose groups are there in part counts as not known */
+  const void* runs; /* null if `bytes` are all; else the first runs, of these groups or more:
+                       firstRun (bytes 20 to 23 of a group) + runs (byte 31) of the last */
+  uint64_t byte_count, run_bytes;
+} gltf_meshlet_tables;
+
+typedef struct gltf_meshlet_level_counts {
+  uint32_t size;
+  uint32_t pages, coarse_pages, root_pages; /* root pages are the first ones, and always needed */
+  uint32_t groups, known_groups;            /* fewer are known from a prefix */
+  uint64_t most_draws;                      /* of a cut */
+} gltf_meshlet_level_counts;
+
+/* A page, in the view of the object's `pages`, or in that of level 0. */
+typedef struct gltf_meshlet_level_page {
+  uint32_t size, bytes;
+  uint64_t offset;   /* in its view; of a packed view, in the unpacked one */
+  uint32_t is_fine;  /* 1: of level 0 */
+  uint32_t is_known; /* 0: its groups are not in the prefix, and its meshlets are not known */
+  uint32_t triangles, vertices, meshlets;
+  uint32_t first_group, groups;
+} gltf_meshlet_level_page;
+
+typedef struct gltf_meshlet_group {
+  uint32_t size;
+  float centre[3], radius; /* a sphere around its meshlets and those of all finer groups below it */
+  float error;             /* of its replacement; infinite for a top group */
+  uint32_t page, first_meshlet, meshlets;
+} gltf_meshlet_group;
+
+/* Copies the tables and checks all that the specification demands of them. A prefix that is too
+ * short is a mistake of the caller (GLTF_MESHLET_ARGUMENT), not of the file. */
+GLTF_MESHLET_API int gltf_meshlet_open_levels(const gltf_meshlet_tables* tables,
+                                              gltf_meshlet_levels** levels);
+
+GLTF_MESHLET_API int gltf_meshlet_get_level_counts(const gltf_meshlet_levels* levels,
+                                                   gltf_meshlet_level_counts* counts);
+GLTF_MESHLET_API int gltf_meshlet_get_level_page(const gltf_meshlet_levels* levels, uint32_t page,
+                                                 gltf_meshlet_level_page* out);
+GLTF_MESHLET_API int gltf_meshlet_get_group(const gltf_meshlet_levels* levels, uint32_t group,
+                                            gltf_meshlet_group* out);
+
+/* Fails unless the view is that page by its counts, and has the streams of `other`, which is null
+ * or any view of the primitive. Call it before the page counts as resident. Refuses a page that is
+ * not known yet. */
+GLTF_MESHLET_API int gltf_meshlet_check_page(const gltf_meshlet_levels* levels, uint32_t page,
+                                             const gltf_meshlet_view* view,
+                                             const gltf_meshlet_view* other);
+
+/* Meshlets [first_meshlet, first_meshlet + meshlets) of a page, of one group. */
+typedef struct gltf_meshlet_draw {
+  uint32_t page, first_meshlet, meshlets, group;
+} gltf_meshlet_draw;
+
+/* A cut for one instance: the camera, and arrays of the caller. */
+typedef struct gltf_meshlet_cut {
+  uint32_t size;
+  uint32_t is_orthographic; /* 1: eye and least_distance have no meaning */
+  double eye[3];
+  double pixels_per_unit; /* of a unit at distance one: height / (2 tan(vertical angle / 2)); if it
+                             is orthographic, at any distance. 1: `threshold` is in units */
+  double threshold;       /* pixels: groups of larger errors are not replaced, top groups never */
+  double least_distance;  /* to the sphere of a group, as of the camera's near plane; 0: a millionth
+                             of the largest radius in the root pages, by the scale of `matrix` */
+  const double* matrix;   /* null, or 16 numbers, column by column: from POSITION to the eye's
+                             coordinates */
+  const uint8_t* resident; /* per page: 0 if it is not in memory; null: all are */
+  uint8_t* active; /* per known group: becomes 1 or 0; top groups: 1 if root pages are here */
+  float* urgency;  /* null, or per page: the largest error in pixels of its needed groups is
+                      put there if it is larger than what is there; infinite for root pages.
+                      Set to 0 before the first instance of a frame */
+  gltf_meshlet_draw* draws; /* null, or what to draw */
+  uint64_t draw_room;       /* at least most_draws */
+  /* Results. */
+  uint64_t draw_count;
+  double error;           /* of the cut, in pixels; more than the threshold while pages lack */
+  uint32_t groups_needed; /* more than known_groups: a prefix with so many groups, which are those
+                             of whole pages, may give a finer cut */
+  uint32_t reserved;
+} gltf_meshlet_cut;
+
+/* Makes a cut by the rule of the specification: level 0 with whole groups replaced, without cracks,
+ * for any pages that are resident. Draws nothing unless all root pages are. Takes no memory. */
+GLTF_MESHLET_API int gltf_meshlet_make_cut(const gltf_meshlet_levels* levels,
+                                           gltf_meshlet_cut* cut);
+
+/* Writes the numbers of all pages with an urgency above 0 to `order`, the most urgent first, and
+ * how many these are; and how many of the first ones have at most `budget` bytes together: load or
+ * keep those. If the root pages are more, nothing can be drawn by this budget: load them all the
+ * same. bytes: of each page, in whatever form they count. For several primitives their arrays
+ * follow on one another. Takes no memory. */
+GLTF_MESHLET_API int gltf_meshlet_rank_pages(const float* urgency, const uint32_t* bytes,
+                                             size_t count, uint64_t budget, uint32_t* order,
+                                             size_t* needed, size_t* affordable);
+
 #ifndef GLTF_MESHLET_DECODER_ONLY
 /* ---- The encoder. The same input and options give the same bytes on any machine. ---- */
 
@@ -286,28 +443,35 @@ typedef struct gltf_meshlet_mesh {
   uint32_t size, stream_count;
   const uint32_t* triangles; /* three different vertex numbers each */
   uint64_t triangle_count, vertex_count;
-  const uint32_t* position_ids; /* per vertex, below vertex_count, equal where positions are */
-  const float* positions;       /* three finite floats per vertex */
+  const uint32_t* position_ids; /* per vertex, below vertex_count, equal where positions are; null:
+                                   where the integers of stream 0 are */
+  const float* positions;       /* three finite floats per vertex; null: the values of stream 0,
+                                   which is a GRID of three elements */
   const gltf_meshlet_stream* streams; /* stream 0 is the position */
   const uint32_t* const* values;      /* per stream: vertices x elements integers below 2^bits */
   /* Meshlets of the caller; null, and counts of 0, to have them made. Order: all triangles. Disk d
    * is order[disk_begin[d]] .. order[disk_begin[d + 1]]; likewise meshlets of disks and groups of
    * meshlets. Begins start with 0 and end with the number of what they divide; the counts are
-   * those of the begins, one more than of disks, meshlets, groups. */
+   * those of the begins, one more than of disks, meshlets, groups.
+   * Without disk_begin, meshlet m is order[meshlet_begin[m]] .. order[meshlet_begin[m + 1]]: any
+   * triangles, which are cut into disks, and into several meshlets if they are too many for one.
+   * Without group_begin, all are one group. Begins without order are refused. */
   const uint32_t *order, *disk_begin, *meshlet_begin, *group_begin;
   uint64_t disk_begin_count, meshlet_begin_count, group_begin_count;
+  const uint16_t* triangles_16; /* in place of `triangles`, or null */
+  /* In place of `values`, or null: per stream, its integers in the caller's layout, in one of the
+   * formats _U8, _U16, _U32. They are only read. */
+  const gltf_meshlet_attribute* attributes;
+  size_t position_stride; /* in bytes, at least 12; 0: 12 */
 } gltf_meshlet_mesh;
 
 typedef struct gltf_meshlet_options { /* 0 is the default of each */
   uint32_t size;
-  uint32_t effort;        /* GLTF_MESHLET_NORMAL, _FAST or _HIGH */
+  uint32_t effort;        /* GLTF_MESHLET_EFFORT_NORMAL or _FAST */
   uint32_t max_triangles; /* of a meshlet, 1 to 64 */
   uint32_t max_vertices;  /* of a meshlet, 3 to 64 */
   int32_t threads;
-  float lambda;            /* smaller: flatter meshlets; larger: more compact ones. At most 1000 */
-  float fill;              /* only to measure the paper's Table 1; at most 10 */
-  uint32_t weight_of_choe; /* 1: that of Choe et al.; only to measure the paper's Table 1 */
-  uint32_t separate_seams; /* 1: share nothing across seams; only to measure what sharing gains */
+  float lambda;        /* smaller: flatter meshlets; larger: more compact ones. At most 1000 */
   uint64_t page_bytes; /* 0: one blob, or one for each group of the caller's meshlets; else blobs of
                           at most so many bytes, but of one meshlet (group) at least */
   /* Called on the calling thread with a fraction from 0 to 1. Cancels unless it returns 0. Must
@@ -316,98 +480,14 @@ typedef struct gltf_meshlet_options { /* 0 is the default of each */
   void* user;
 } gltf_meshlet_options;
 
-/* Encodes a primitive. Array 0 of the result: the view's bytes. options, statistics: may be
- * null. */
+/* Encodes a primitive. Array 0 of the result: the view's bytes. options: may be null. */
 GLTF_MESHLET_API int gltf_meshlet_encode(const gltf_meshlet_mesh* mesh,
                                          const gltf_meshlet_options* options,
-                                         gltf_meshlet_statistics* statistics,
                                          gltf_meshlet_result** result);
 
 /* Packs a valid view. Array 0 of the result: the packed bytes. */
 GLTF_MESHLET_API int gltf_meshlet_pack(const void* view, size_t size, int32_t threads,
                                        gltf_meshlet_result** result);
-
-/* Gives identical rows of `stride` bytes one number, from 0 in order of first occurrence. Writes
- * `count` numbers, and how many rows differ. count < 2^32 - 1. */
-GLTF_MESHLET_API int gltf_meshlet_weld(const void* rows, size_t count, size_t stride,
-                                       uint32_t* numbers, uint32_t* different);
-
-enum { GLTF_MESHLET_ANY = 0, GLTF_MESHLET_NUMBERS = 1, GLTF_MESHLET_CORNERS = 2 }; /* words */
-
-/* Reads the lines of a text (OBJ, PLY, STL) whose first word, in any case, is one of `count`
- * keywords, which are in lower case; an empty one stands for all lines. words: what follows each.
- * GLTF_MESHLET_NUMBERS: numbers. GLTF_MESHLET_CORNERS: each word is 1 to 3 integers between slashes
- * and gives 3, 0 for a missing one. GLTF_MESHLET_ANY: words that are not read, without continued
- * lines. Three arrays of the result for each keyword: the numbers, of double, or of int32_t if they
- * are corners; uint32_t, how many each line has; uint32_t, the lines' offsets in the text. */
-GLTF_MESHLET_API int gltf_meshlet_scan_lines(const char* text, size_t size,
-                                             const char* const* keywords, const uint32_t* words,
-                                             size_t count, gltf_meshlet_result** result);
-
-/* Cuts `count` polygons into triangles. points: 3 floats of each corner, one polygon after the
- * other; sizes: corners of each polygon, `corners` in all, less than 2^32. Convex polygons become
- * fans, others lose their ears. Array 0 of the result: uint32_t, three corners, numbered over all
- * polygons, of each triangle; size - 2 triangles for each polygon with at least three corners, one
- * polygon after the other. */
-GLTF_MESHLET_API int gltf_meshlet_triangulate(const float* points, size_t corners,
-                                              const uint32_t* sizes, size_t count,
-                                              gltf_meshlet_result** result);
-
-/* ---- Levels of detail ---- */
-
-/* Triangles of all groups: those of group g are begin[g] .. begin[g + 1], at least one. */
-typedef struct gltf_meshlet_groups {
-  uint32_t size;
-  const uint32_t* triangles; /* three vertex numbers each */
-  const uint32_t* begin;
-  uint64_t triangle_count, begin_count; /* the latter: one more than groups */
-} gltf_meshlet_groups;
-
-/* Makes meshlets that never cross groups. Uses the mesh's position_ids, positions
- * and vertex_count, and the options effort, max_triangles, threads, lambda. Arrays of the
- * result, uint32_t: order, disk_begin, meshlet_begin, group_begin, as in gltf_meshlet_mesh. */
-GLTF_MESHLET_API int gltf_meshlet_generate(const gltf_meshlet_mesh* mesh,
-                                           const gltf_meshlet_groups* groups,
-                                           const gltf_meshlet_options* options,
-                                           gltf_meshlet_result** result);
-
-/* Writes the numbers of points (three finite floats each) along a Hilbert curve. */
-GLTF_MESHLET_API int gltf_meshlet_sort_points(const float* points, size_t count, uint32_t* order);
-
-/* Opens level 0 and borrows the shapes: positions of all vertices, three finite floats each, at
- * rest and with each morph target. vertex_share: the share of its area that its vertices stand for.
- */
-GLTF_MESHLET_API int gltf_meshlet_open_surface(const float* const* shapes, uint32_t shape_count,
-                                               uint64_t vertex_count,
-                                               const gltf_meshlet_groups* level_0,
-                                               float vertex_share, int32_t threads,
-                                               gltf_meshlet_surface** surface);
-
-/* Vertices of level 0 that are gone, for each of the chosen groups. */
-typedef struct gltf_meshlet_samples {
-  uint32_t size;
-  const uint32_t *vertices, *begin; /* begin: one more than chosen groups */
-  const float* areas;               /* of level 0, that each vertex stands for */
-  uint64_t count;
-} gltf_meshlet_samples;
-
-/* Measures chosen groups of whole levels that others replace. Arrays of the result: float, for each
- * chosen replacement, the distance within which 99.9 % of either surface lies of the other, level
- * 0; then of the vertices to carry on: uint32_t their numbers, the triangle of its group's `after`
- * that is nearest to each, and begins; float areas. */
-GLTF_MESHLET_API int gltf_meshlet_measure(const gltf_meshlet_surface* surface,
-                                          const gltf_meshlet_groups* before,
-                                          const gltf_meshlet_groups* after, const uint32_t* chosen,
-                                          size_t chosen_count, const gltf_meshlet_samples* carried,
-                                          int32_t threads, gltf_meshlet_result** result);
-
-/* Writes the distance of each point to the nearest triangle, or to any that is no farther than
- * `enough`, and, unless `nearest` is null, that triangle's number. */
-GLTF_MESHLET_API int gltf_meshlet_get_distances(const float* points, size_t point_count,
-                                                const gltf_meshlet_groups* triangles,
-                                                const float* positions, uint64_t vertex_count,
-                                                float enough, int32_t threads, float* distances,
-                                                uint32_t* nearest);
 #endif
 
 #ifdef __cplusplus

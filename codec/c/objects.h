@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "c/gltf_meshlet.h"
-#include "decode/bit_statistics.h"
+#include "format/blob.h"
 #include "decode/memory.h"
 
 namespace gltf_meshlet_codec {
@@ -21,7 +21,8 @@ class Object : public Allocated {
     kView = 0x6D760001,
     kScratch = 0x6D760002,
     kResult = 0x6D760003,
-    kSurface = 0x6D760004
+    kSurface = 0x6D760004,
+    kLevels = 0x6D760005
   };
 
   explicit Object(Kind kind) : kind_(kind) {}
@@ -29,7 +30,7 @@ class Object : public Allocated {
   Object(const Object&) = delete;
 
   bool is(Kind kind) const { return kind_ == kind; }
-  bool is_open() const { return kind_ >= Kind::kView && kind_ <= Kind::kSurface; }
+  bool is_open() const { return kind_ >= Kind::kView && kind_ <= Kind::kLevels; }
 
  private:
   Kind kind_;
@@ -123,8 +124,6 @@ int give(const T& from, T* to) {
   to->size = size;
   return kOk;
 }
-
-void copy_statistics(const BitStatistics& from, gltf_meshlet_statistics& to);
 
 constexpr const char* kNull = "a pointer is null";
 constexpr const char* kThreads = "the number of threads is below 0";

@@ -17,7 +17,8 @@ bool are_below(const uint32_t* triangles, uint64_t count, uint64_t vertex_count)
 const char* problem_of(const gltf_meshlet_vertices& d) {
   if (!d.elements || !d.integers || !d.first_vertices || (d.triangle_count && !d.triangles))
     return kNull;
-  if (d.vertex_count == 0 || d.vertex_count >= UINT32_MAX) return "there are too many vertices";
+  if (d.vertex_count == 0) return "there are no vertices";
+  if (d.vertex_count >= UINT32_MAX) return "there are too many vertices";
   if (d.stream_count == 0 || d.stream_count > GLTF_MESHLET_STREAMS)
     return "there are too many streams, or none";
   for (uint32_t s = 0; s < d.stream_count; s++) {
@@ -46,7 +47,7 @@ int gltf_meshlet_join_vertices(const gltf_meshlet_vertices* decoded, uint32_t* n
     const uint32_t source = uint32_t(std::min(d.source_vertices, d.vertex_count));
     *different = join_vertices(
         {d.triangles, size_t(d.triangle_count), size_t(d.vertex_count), d.integers, d.elements,
-         d.stream_count, d.shared, d.first_vertices, size_t(d.blob_count)},
+         d.stream_count, d.shared, d.first_vertices, size_t(d.page_count)},
         source, numbers);
     return kOk;
   });

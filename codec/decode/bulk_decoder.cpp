@@ -131,8 +131,9 @@ class EarlierNumbers : public Allocated {
 
   // Before a range: what hostile references may cost is in proportion to its meshlets. Valid ones
   // lead to a vertex's number by a few of them.
-  void begin(const uint32_t* vertex_begins, uint32_t meshlets) {
-    vertex_begins_ = vertex_begins;
+  void begin(const Outputs& out, uint32_t meshlets) {
+    vertex_begins_ = out.vertex_begins;
+    vertex_limit_ = out.vertex_limit;
     steps_ = kStepsOfMeshlet * (uint64_t(meshlets) + 16);
   }
 
@@ -149,8 +150,11 @@ class EarlierNumbers : public Allocated {
       const uint32_t id = edges < d_.reference_length[r]
                               ? d_.loop_vertex[d_.reference_rank[r] + edges]
                               : d_.reference_end[r];
-      if (!(aliases_.mask >> id & 1))
-        return vertex_begins_[place.meshlet] + d_.mask_count(~aliases_.mask & d_.mask_below(id));
+      if (!(aliases_.mask >> id & 1)) {
+        const uint64_t number = uint64_t(vertex_begins_[place.meshlet]) +
+                                d_.mask_count(~aliases_.mask & d_.mask_below(id));
+        return number < vertex_limit_ ? uint32_t(number) : kNone;
+      }
       place = aliases_.of[id];
     }
     return kNone;
@@ -176,7 +180,8 @@ class EarlierNumbers : public Allocated {
 
   SerialDecoder d_{};
   Aliases aliases_;
-  const uint32_t* vertex_begins_ = nullptr;
+  const uint32_t* vertex_begins_ = nullptr;  // of the caller, who may have kept wrong ones
+  uint32_t vertex_limit_ = 0;
   uint64_t steps_ = 0;
   uint32_t connected_ = NO_MESHLET;
 };
@@ -583,6 +588,14 @@ struct AsReal {
   }
 };
 
+// The integers of an INTEGER stream as floats.
+struct AsWhole {
+  using Out = float;
+  void operator()(const uint32_t* q, float* out) const {
+    for (uint32_t c = 0; c < kStored; c++) out[c] = float(q[c]);
+  }
+};
+
 struct AsFloatBits {
   using Out = uint32_t;
   void operator()(const uint32_t* q, uint32_t* out) const {
@@ -680,7 +693,8 @@ void write_directions(const Stream& s, const uint32_t* values, const NewVertices
   }
 }
 
-void write_values(const Stream& s, const uint32_t* values, const NewVertices& v, void* out) {
+WRITE_INLINE void write_values(const Stream& s, const uint32_t* values, const NewVertices& v,
+                               void* out) {
   const AsReal grid = {s.step, {s.offset[0], s.offset[1], s.offset[2], s.offset[3]}};
   const AsReal sign = {2.0, {-1.0, -1.0, -1.0, -1.0}};
   switch (s.kind) {
@@ -702,6 +716,60 @@ void write_vertices(const SerialDecoder& d, const Stream* streams, StreamRange r
   }
 }
 
+#ifndef MESHLET_NO_BEGINS  // nor has WebAssembly a use for these
+#ifdef __GNUC__
+#define RARELY __attribute__((noinline))  // kept out of the way of the loop over meshlets
+#else
+#define RARELY
+#endif
+
+// All vertices of a meshlet, in order.
+struct LocalIds {
+  uint32_t ids[kPlaces + kBatch];
+  LocalIds() {
+    for (uint32_t i = 0; i < kPlaces + kBatch; i++) ids[i] = i % kPlaces;
+  }
+};
+
+// Values as floats, those of INTEGER streams, too.
+RARELY void write_floats(const Stream& s, const uint32_t* values, const NewVertices& v,
+                         float* out) {
+  if (s.kind == kInteger)
+    write_stream(s, values, v, out, AsWhole());
+  else
+    write_values(s, values, v, out);
+}
+
+// To the caller's layout. row: of the first new vertex.
+RARELY void write_attributes(const SerialDecoder& d, const Stream* streams, const NewVertices& v,
+                             const Outputs& out, size_t row) {
+  const NewVertices apart = {v.ids, v.count, 0, kPlaces + kBatch};
+  for (uint32_t i = 0; i < out.attribute_count; i++) {
+    const VertexAttribute& to = out.attributes[i];
+    const Stream& s = streams[to.stream];
+    uint8_t* const first = to.data + to.stride * row;
+    if (holds_integers(to.format)) {
+      uint32_t integers[kStored * (kPlaces + kBatch)];
+      write_stream(s, d.vertex(to.stream, 0), apart, integers, AsInteger());
+      pack_integers(to.format, integers, v.count, s.elements, first, to.stride);
+      continue;
+    }
+    float values[kStored * (kPlaces + kBatch)];
+    write_floats(s, d.vertex(to.stream, 0), apart, values);
+    pack_values(to.format, values, v.count, value_count(s), first, to.stride);
+  }
+}
+
+// Stream 0 has three elements.
+RARELY void write_bounds(const SerialDecoder& d, const Stream* streams, MeshletBounds& out) {
+  float positions[kStored * (kPlaces + kBatch)];
+  const LocalIds local;
+  const NewVertices all = {local.ids, d.vertex_count, 0, kPlaces + kBatch};
+  write_floats(streams[0], d.vertex(0, 0), all, positions);
+  out = BoundsOf(positions, d.vertex_count, d.triangles, d.triangle_count).bounds();
+}
+#endif
+
 void write_triangles(const SerialDecoder& d, const uint32_t* global, uint32_t* out) {
   uint32_t count = d.triangle_count;
   for (uint32_t t = 0; t < count; t++, out += 3) {
@@ -711,6 +779,13 @@ void write_triangles(const SerialDecoder& d, const uint32_t* global, uint32_t* o
     out[2] = global[triangle >> 16 & 255u];
   }
 }
+
+#ifndef MESHLET_NO_BEGINS
+RARELY void write_narrow_triangles(const SerialDecoder& d, const uint32_t* global, uint16_t* out) {
+  for (uint32_t t = 0; t < d.triangle_count; t++)
+    for (uint32_t k = 0; k < 3; k++) *out++ = uint16_t(global[d.triangles[t] >> 8 * k & 255u]);
+}
+#endif
 
 // First byte after meshlet m.
 uint32_t meshlet_end(SerialDecoder& d, uint32_t m) {
@@ -740,7 +815,7 @@ class BlobDecoder : public Decoder {
   Problem count_vertices(uint32_t first, uint32_t count, uint32_t* vertices) override;
   Problem validate() override;
 
-  Problem decode_alone(uint32_t first, uint32_t count, StreamRange streams, DecodedMeshlet& out);
+  Problem decode_alone(uint32_t first, uint32_t count, StreamRange streams, const Outputs& out);
   void load_streams(StreamRange streams);
   bool start(uint32_t begin, uint32_t first_number, const uint32_t* vertex_begins);
   bool open_earlier();
@@ -783,14 +858,21 @@ void BlobDecoder::load_streams(StreamRange streams) {
 }
 
 Problem BlobDecoder::decode_alone(uint32_t first, uint32_t count, StreamRange streams,
-                                  DecodedMeshlet& out) {
+                                  const Outputs& out) {
   load_streams(streams);
   d_.chain_lengths = nullptr;
   for (uint32_t m = first; m - first < count; m++) {
     d_.decode_meshlet(m);
     if (d_.error != ERROR_NONE) return malformed(m, d_.error);
   }
-  out = {d_.triangle_count, d_.vertex_count, d_.triangles, d_.values, d_.stream_element};
+  *out.meshlet = {d_.triangle_count, d_.vertex_count, d_.triangles, d_.values, d_.stream_element};
+#ifndef MESHLET_NO_BEGINS
+  if (out.bounds) write_bounds(d_, streams_, *out.bounds);
+  if (out.attribute_count) {
+    const LocalIds local;
+    write_attributes(d_, streams_, {local.ids, d_.vertex_count, 0, 0}, out, out.attribute_row);
+  }
+#endif
   return {};
 }
 
@@ -866,12 +948,12 @@ Problem BlobDecoder::count_room(uint32_t m, uint32_t end, const Outputs& out,
 
 Problem BlobDecoder::decode(uint32_t first, uint32_t count, StreamRange streams, const Outputs& out,
                             DecodedCounts& counts) {
-  if (out.meshlet) return decode_alone(first, count, streams, *out.meshlet);
+  if (out.meshlet) return decode_alone(first, count, streams, out);
   if ((first != next_ || out.vertex_begins != vertex_begins_) &&
       !start(first, out.first_vertex, out.vertex_begins))
     return {kNoMemory};
   next_ = NO_MESHLET;
-  if (kBegins && out.vertex_begins && begin_ > 0) earlier_->begin(out.vertex_begins, count);
+  if (kBegins && out.vertex_begins && begin_ > 0) earlier_->begin(out, count);
   load_streams({});
   if (streams.end > stream_count_) streams.end = stream_count_;
   const uint32_t end = first + count, vertices_before = vertices_;
@@ -892,14 +974,27 @@ Problem BlobDecoder::decode(uint32_t first, uint32_t count, StreamRange streams,
       history_.note_shared(numbers.global, out.shared);
     }
 #endif
-    if (kBegins && out.triangle_begins)
+    if (kBegins && out.triangle_begins && triangles)
       triangles = out.triangles + 3 * size_t(out.triangle_begins[m]);
-    write_triangles(d_, numbers.global, triangles);
-    triangles += 3 * d_.triangle_count;
+    if (!kBegins || triangles) {
+      write_triangles(d_, numbers.global, triangles);
+      triangles += 3 * d_.triangle_count;
+    }
+#ifndef MESHLET_NO_BEGINS
+    if (out.narrow_triangles) {
+      const size_t first_of = out.triangle_begins ? out.triangle_begins[m] : triangle_count;
+      write_narrow_triangles(d_, numbers.global, out.narrow_triangles + 3 * first_of);
+    }
+#endif
     triangle_count += d_.triangle_count;
     const uint32_t at =
         kBegins && out.vertex_begins ? out.vertex_begins[m] : vertices_ - vertices_before;
-    write_vertices(d_, streams_, streams, {numbers.new_ids, numbers.new_count, at, room}, out);
+    const NewVertices added = {numbers.new_ids, numbers.new_count, at, room};
+    write_vertices(d_, streams_, streams, added, out);
+#ifndef MESHLET_NO_BEGINS
+    if (out.attribute_count) write_attributes(d_, streams_, added, out, out.attribute_row + at);
+    if (out.bounds) write_bounds(d_, streams_, out.bounds[m - first]);
+#endif
     vertices_ += numbers.new_count;
   }
   counts = {triangle_count, vertices_ - vertices_before};

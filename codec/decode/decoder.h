@@ -2,7 +2,9 @@
 #pragma once
 #include <memory>
 
+#include "decode/bounds.h"
 #include "decode/memory.h"
+#include "decode/vertex_formats.h"
 #include "format/blob.h"
 
 namespace gltf_meshlet_codec {
@@ -33,12 +35,22 @@ struct Outputs {
   uint32_t first_vertex = 0;      // is added to vertex numbers; later calls keep it
   // The numbers of the first triangle and of the first new vertex of each meshlet of the blob, and
   // of what follows the last one. With them, numbers and places are those of the whole view
-  // whatever was decoded before, and first_vertex has no meaning.
+  // whatever was decoded before, and first_vertex has no meaning. vertex_limit: of the whole view;
+  // begins that lead to it or beyond are refused.
   const uint32_t *triangle_begins = nullptr, *vertex_begins = nullptr;
+  uint32_t vertex_limit = 0;
   // By vertex number: itself, or an earlier vertex that has its position by a reference. To follow
   // them leads to the first vertex of all that share it.
   uint32_t* shared = nullptr;
-  DecodedMeshlet* meshlet = nullptr;  // instead of arrays: receives the last meshlet
+  // Instead of the arrays of vertices and triangles: receives the last meshlet.
+  DecodedMeshlet* meshlet = nullptr;
+  uint16_t* narrow_triangles = nullptr;  // in place of `triangles`; numbers are below 2^16
+  // Streams in the caller's layout. attribute_row: where the first vertex goes, or the vertex of
+  // number 0 with begins.
+  const VertexAttribute* attributes = nullptr;
+  uint32_t attribute_count = 0;
+  size_t attribute_row = 0;
+  MeshletBounds* bounds = nullptr;  // of each decoded meshlet, in order
 };
 
 struct DecodedCounts {
@@ -69,7 +81,7 @@ class Decoder : public Allocated {
   //
   // To arrays of the whole view, with begins: each vertex and triangle once, at its number.
   //
-  // To out.meshlet: each meshlet is decoded alone.
+  // To out.meshlet: each meshlet is decoded alone. Attributes and bounds are those of the last one.
   virtual Problem decode(uint32_t first, uint32_t count, StreamRange streams, const Outputs& out,
                          DecodedCounts& counts) = 0;
 

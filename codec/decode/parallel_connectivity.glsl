@@ -18,6 +18,9 @@
 // and `c` (pop one: it is interior). Levels of the S-E nesting find the E that ends each subtree,
 // numbers of earlier pushes find the place of a triangle's subtree in the outline, and parenthesis
 // depths find the vertex at a place.
+//
+// needs: SHARED, OR_MASK, ADD, TRIANGLES, decoders/serial.glsl
+// optional: PARALLEL_ROOM
 
 #ifndef PARALLEL_ROOM
 #define PARALLEL_ROOM(n) (n)

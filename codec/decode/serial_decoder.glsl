@@ -53,6 +53,10 @@
 //
 // Hostile bytes: every index is bounded by a 64-bit mask or a checked count. No loop runs longer
 // than 64 x MAX_ELEMENTS steps, except the unary reader's, which ends at the blob's end.
+//
+// needs: decoders/serial_prologue.glsl, decoders/serial_epilogue.glsl
+// optional: APEX, TRIANGLE, VALUES, RESIDUAL, RESIDUALS, NORMALS
+// optional: OWN_VALUES, OWN_GRID_POSITION, VERTEX_STEP
 
 #include "format/constants.h"
 

@@ -28,10 +28,6 @@ bool same_stream(const Stream& a, const Stream& b) {
          std::equal(a.offset, a.offset + 4, b.offset);
 }
 
-bool same_streams(const StreamTable& a, const StreamTable& b) {
-  return a.size() == b.size() && std::equal(a.begin(), a.end(), b.begin(), same_stream);
-}
-
 // Calls action(decoder, i) for all i < count, with a decoder for each thread. Returns the problem
 // of the first i that has one.
 template <class Action>
@@ -78,6 +74,10 @@ bool list_ranges(const View& view, int threads, List<Range>& ranges, bool& parts
 
 }  // namespace
 
+bool same_streams(const StreamTable& a, const StreamTable& b) {
+  return a.size() == b.size() && std::equal(a.begin(), a.end(), b.begin(), same_stream);
+}
+
 Problem View::open(const uint8_t* data, size_t size) {
   StreamTable others;
   for (size_t at = 0; at < size || blobs.size() == 0; at += blobs.back().size) {
@@ -123,7 +123,13 @@ Problem View::decode_blob(Decoder& decoder, size_t number, const Outputs& out) c
       values[s] = static_cast<uint32_t*>(out.values[s]) + first_vertex * value_count(streams[s]);
   }
   Outputs own;
-  own.triangles = out.triangles + 3 * size_t(blobs[number].first_triangle);
+  const size_t first_corner = 3 * size_t(blobs[number].first_triangle);
+  if (out.triangles) own.triangles = out.triangles + first_corner;
+  if (out.narrow_triangles) own.narrow_triangles = out.narrow_triangles + first_corner;
+  own.attributes = out.attributes;
+  own.attribute_count = out.attribute_count;
+  own.attribute_row = first_vertex;
+  if (out.bounds) own.bounds = out.bounds + blobs[number].first_meshlet;
   own.integers = integers;
   own.values = values;
   own.first_vertex = uint32_t(first_vertex);
@@ -139,6 +145,8 @@ Problem View::decode_range(Decoder& decoder, uint64_t first, uint64_t count, con
   Outputs own = out;
   own.triangle_begins += blob.first_meshlet;
   own.vertex_begins += blob.first_meshlet;
+  own.vertex_limit = uint32_t(vertex_count);
+  if (out.bounds) own.bounds += first;
   return located(
       decoder.decode(uint32_t(first - blob.first_meshlet), uint32_t(count), {}, own, counts),
       number);

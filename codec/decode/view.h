@@ -15,9 +15,12 @@ struct ViewBlob : BlobCounts {
 
 struct Range;
 
+// Do they differ in predictors and bases at most?
+bool same_streams(const StreamTable& a, const StreamTable& b);
+
 // The blobs of a view. Borrows the bytes. Vertices, triangles and meshlets are numbered on through
 // the blobs. Does not change once it is open: threads share it. `threads` is one per processor if
-// it is 0, and changes no result.
+// it is 0, and changes no result of valid bytes.
 struct View {
   List<ViewBlob> blobs;
   StreamTable

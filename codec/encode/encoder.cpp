@@ -25,7 +25,7 @@ Trials trials_of(Effort effort) {
   switch (effort) {
     case Effort::kFast: return {{3, true}, {256, 16, {1, true}}, 8};
     case Effort::kNormal: return {eight, {512, 4, eight}, 1};
-    case Effort::kHigh: return {eight, {512, 1, eight}, 1};
+    case Effort::kPaper: return {eight, {512, 1, eight}, 1};
   }
   throw std::logic_error("an effort is unknown");
 }

@@ -13,7 +13,7 @@
 namespace gltf_meshlet_codec {
 
 struct EncodeOptions : GenerationOptions {
-  // Off: data on both sides of a seam are stored twice. Only to measure the gain of sharing.
+  // Off: data on both sides of a seam are stored twice. Only for bench, to measure the gain.
   bool share_seams = true;
 };
 

@@ -12,15 +12,6 @@ namespace {
 
 [[noreturn]] void refuse(const char* problem) { throw std::invalid_argument(problem); }
 
-void check_permutation(const std::vector<uint32_t>& triangles, size_t count) {
-  if (triangles.size() != count) refuse("the meshlets do not hold each triangle once");
-  std::vector<bool> seen(count, false);
-  for (uint32_t t : triangles) {
-    if (t >= count || seen[t]) refuse("the meshlets do not hold each triangle once");
-    seen[t] = true;
-  }
-}
-
 // Checks disks. Looks triangles and vertices up in arrays: sorting each disk takes twice as long.
 class DiskCheck {
  public:
@@ -95,8 +86,17 @@ bool are_begins(const std::vector<uint32_t>& begin, size_t end) {
              begin.end();
 }
 
+void check_order(const std::vector<uint32_t>& triangles, size_t count) {
+  if (triangles.size() != count) refuse("the meshlets do not hold each triangle once");
+  std::vector<bool> seen(count, false);
+  for (uint32_t t : triangles) {
+    if (t >= count || seen[t]) refuse("the meshlets do not hold each triangle once");
+    seen[t] = true;
+  }
+}
+
 void check_lists(const Meshlets& meshlets, size_t triangle_count) {
-  check_permutation(meshlets.triangles, triangle_count);
+  check_order(meshlets.triangles, triangle_count);
   if (!are_begins(meshlets.disk_begin, triangle_count)) refuse("the disks' begins are not valid");
   if (!are_begins(meshlets.meshlet_begin, meshlets.disk_begin.size() - 1))
     refuse("the meshlets' begins are not valid");

@@ -20,10 +20,10 @@ namespace {
 // Triangles per patch: some hundred regions, and small enough for a core's own cache.
 constexpr size_t kPatchSize = 1 << 15;
 
-// How regions are made. With sweeps, kNormal's files are within 0.6 % of kHigh's and kFast's within
-// 3.5 %; more sweeps or cycles change kNormal's by 0.1 %. Twice the rounds change kHigh's by 0.1 %
-// on average. Mending instead of growing saves 7 % of kFast's time for the same bytes, giving up
-// after one failed search up to 5 % for 0.2 % more bytes.
+// How regions are made. With sweeps, kNormal's files are within 0.6 % of kPaper's and kFast's
+// within 3.5 %; more sweeps or cycles change kNormal's by 0.1 %. Twice the rounds change kPaper's
+// by 0.1 % on average. Mending instead of growing saves 7 % of kFast's time for the same bytes,
+// giving up after one failed search up to 5 % for 0.2 % more bytes.
 struct Schedule {
   int rounds, cycles, sweeps;  // as in GrowthOptions
   bool mends;

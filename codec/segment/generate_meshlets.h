@@ -13,9 +13,9 @@
 
 namespace gltf_meshlet_codec {
 
-// How much time goes into small files. kFast and kNormal shift the borders of regions, kHigh grows
-// regions anew in each round, as the paper.
-enum class Effort { kFast, kNormal, kHigh };
+// How much time goes into small files. kFast and kNormal shift the borders of regions. kPaper grows
+// regions anew in each round, as the paper: only for bench, and for the conformance vectors.
+enum class Effort { kFast, kNormal, kPaper };
 
 struct GenerationOptions {
   int max_triangles = 64;  // per meshlet, 1..64

@@ -29,6 +29,9 @@ Problem pack_view(const uint8_t* data, size_t size, int threads, std::vector<uin
 
 // Reads the table of a packed view. Returns the rule that it breaks, if any.
 Problem read_page_table(const uint8_t* data, size_t size, List<PackedPage>& pages);
+// Likewise, from the first bytes of a packed view of view_bytes.
+Problem read_page_table(const uint8_t* head, size_t head_bytes, uint64_t view_bytes,
+                        List<PackedPage>& pages);
 
 // Unpacks pages one at a time. Not thread-safe: use one per thread.
 class PageUnpacker : public Allocated {

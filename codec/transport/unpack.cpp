@@ -25,17 +25,23 @@ std::unique_ptr<PageUnpacker> make_page_unpacker() {
 }
 
 Problem read_page_table(const uint8_t* data, size_t size, List<PackedPage>& pages) {
+  return read_page_table(data, size, size, pages);
+}
+
+Problem read_page_table(const uint8_t* data, size_t head_bytes, uint64_t size,
+                        List<PackedPage>& pages) {
   const auto word = [&](size_t at) {
     uint32_t x;
     std::memcpy(&x, data + at, 4);
     return x;
   };
   pages.clear();
-  if (size < 4) return {"the packed view is too short"};
+  if (head_bytes > size) head_bytes = size_t(size);
+  if (head_bytes < 4 || size > SIZE_MAX) return {"the packed view is too short"};
   if ((word(0) & 255) != kTransportVersion)
     return {"the packed view is of version #; a newer release may read it", word(0) & 255};
   const size_t count = word(0) >> 8;
-  if (count < 1 || count > (size - 4) / 8)
+  if (count < 1 || count > (head_bytes - 4) / 8)
     return {"the packed view is shorter than its page table"};
   size_t from = 4 + 8 * count, to = 0;
   for (size_t i = 0; i < count; i++) {

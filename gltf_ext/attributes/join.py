@@ -40,6 +40,8 @@ def decode_view(view: _codec.Bytes, source_vertices: int | None) -> Arrays:
 
 def without_copies(joinable: Joinable, values: list[np.ndarray], source_vertices: int) -> Arrays:
     """Triangles and values without the vertices that are doubled."""
+    if source_vertices >= len(joinable.integers[0]):
+        return joinable.triangles, values
     numbers, count = joinable.join(source_vertices)
     if count == len(numbers):
         return joinable.triangles, values

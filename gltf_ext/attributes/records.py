@@ -29,7 +29,7 @@ from gltf_ext.sources.source import Source, blocks
 
 HASH = "hash"
 # Triangles, position ids, positions, streams and their values, as _codec.encode takes them.
-Mesh = tuple[np.ndarray, np.ndarray, np.ndarray, list[_codec.Stream], list[np.ndarray]]
+EncoderInput = tuple[np.ndarray, np.ndarray, np.ndarray, list[_codec.Stream], list[np.ndarray]]
 
 
 @dataclass
@@ -195,11 +195,7 @@ class RecordFormat:
 
     def vertices_of(self, triangles: Triangles) -> Vertices:
         """Join equal vertices; leaves out triangles with two equal ones, and unused vertices."""
-        numbers, count = weld_rows(triangles.records)
-        corners = numbers if triangles.corners is None else triangles.corners
-        if triangles.corners is not None and count < len(numbers):
-            corners = numbers[corners]
-        corners = np.ascontiguousarray(corners.reshape(-1, 3), np.uint32)
+        corners, numbers, count = join_equal(triangles)
         is_degenerate = has_repeats(corners)
         numbers_left = np.arange(count)
         if is_degenerate.any():
@@ -228,7 +224,7 @@ class RecordFormat:
         """Return uint32[n, elements] of each stream."""
         return [records[str(s)].astype(np.uint32) for s in range(len(self.plan.streams))]
 
-    def mesh_of(self, vertices: Vertices) -> Mesh:
+    def encoder_input_of(self, vertices: Vertices) -> EncoderInput:
         """Return the first arguments of _codec.encode."""
         values = self.values_of(vertices.records)
         positions = self.attributes_of(vertices, values, ("POSITION",))["POSITION"]
@@ -261,6 +257,18 @@ class RecordFormat:
             )
             for name in names
         }
+
+
+def join_equal(triangles: Triangles) -> tuple[np.ndarray, np.ndarray, int]:
+    """Join equal vertices.
+
+    Returns (uint32[T, 3]: their numbers at corners; the numbers of all records; how many differ).
+    """
+    numbers, count = weld_rows(triangles.records)
+    corners = numbers if triangles.corners is None else triangles.corners
+    if triangles.corners is not None and count < len(numbers):
+        corners = numbers[corners]
+    return np.ascontiguousarray(corners.reshape(-1, 3), np.uint32), numbers, count
 
 
 def weld_rows(rows: np.ndarray) -> tuple[np.ndarray, int]:

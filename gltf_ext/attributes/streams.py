@@ -22,6 +22,7 @@ signed ones and for positions; the options for bits do not apply to it.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -33,27 +34,34 @@ from gltf_ext.sources.attribute_names import is_of_target, local_name, semantic
 GRID, OCT, INTEGER, FLOAT32, SIGN = range(5)
 # Skin weights whose sum differs from one by less than this are taken to sum to one.
 WEIGHT_SUM_TOLERANCE = 1e-3
+EXACT = 32  # bits of an attribute that keeps its floats
 SMALLEST_STEP = float(np.finfo(np.float32).tiny)  # GPUs flush smaller ones to zero
 
 
 @dataclass(frozen=True)
 class Bits:
-    """Bits per component of the attributes that are quantised."""
+    """Bits per component of the attributes that are quantised.
+
+    by_name: attribute -> its own bits, or EXACT; of morph targets as "targets[i].NAME".
+    """
 
     position: int = 12
     normal: int = 8
     texcoord: int = 12
     color: int = 8
     weight: int = 8
+    by_name: Mapping[str, int] = field(default_factory=dict)
 
-    def of(self, semantic: str) -> int:
-        """Bits of a morph target's deltas of this semantic."""
-        return {
+    def of(self, name: str) -> int:
+        """Bits of an attribute, or of the deltas that move it."""
+        bits = {
             "NORMAL": self.normal,
             "TANGENT": self.normal,
             "TEXCOORD": self.texcoord,
             "COLOR": self.color,
-        }.get(semantic, self.position)
+            "WEIGHTS": self.weight,
+        }.get(semantic(local_name(name)), self.position)
+        return self.by_name.get(name, bits)
 
 
 @dataclass(frozen=True)
@@ -73,7 +81,7 @@ def position_grid(low: np.ndarray, high: np.ndarray, bits: int, step: float | No
     Its step is `step`, or the longest side / (2^bits - 1). Raises MeshletError for a step that
     needs more than 24 bits.
     """
-    extent = float(np.max(np.asarray(high, np.float64) - low))
+    extent = extent_of(low, high)
     step_used = _step(extent, bits) if step is None else max(float(np.float32(step)), SMALLEST_STEP)
     cells = extent / step_used
     if np.rint(cells) >= 2**GRID_MAX_BITS:
@@ -106,13 +114,19 @@ def grid_values(values: np.ndarray, stream: Stream) -> np.ndarray:
 
     Any integer for values that are no number or far beyond the grid, as in a damaged file.
     """
-    result = np.empty(values.shape, np.uint32)
-    for c, offset in enumerate(stream.offset):
+    result: np.ndarray = grid_cells(values, stream.offset, stream.step).astype(np.uint32)
+    return result
+
+
+def grid_cells(values: np.ndarray, offset: tuple[float, ...], step: float) -> np.ndarray:
+    """round((value - offset) / step) in float64, as int64[V, elements]."""
+    result = np.empty(values.shape, np.int64)
+    for c, column_offset in enumerate(offset):
         cells = values[:, c].astype(np.float64)
         with np.errstate(all="ignore"):
-            cells -= offset
-            if stream.step != 1.0:
-                cells /= stream.step
+            cells -= column_offset
+            if step != 1.0:
+                cells /= step
             result[:, c] = np.rint(cells, out=cells).astype(np.int64)
     return result
 
@@ -142,12 +156,13 @@ def _floats(values: np.ndarray) -> tuple[float, ...]:
     return tuple(float(v) for v in values)
 
 
-def _extent(bounds: np.ndarray) -> float:
-    return float(np.max(bounds[1].astype(np.float64) - bounds[0]))
+def extent_of(low: np.ndarray, high: np.ndarray) -> float:
+    """Return the longest side of a box. In float64: floats may be farther apart than any float."""
+    return float(np.max(np.asarray(high, np.float64) - low))
 
 
 def _value_grid(bounds: np.ndarray, bits: int) -> Stream:
-    step = _step(_extent(bounds), bits)
+    step = _step(extent_of(*bounds), bits)
     return Stream(GRID, bounds.shape[1], bits, step, _floats(bounds[0]))
 
 
@@ -372,19 +387,20 @@ def _attribute_streams(
     name: str, bounds: np.ndarray, grid: Grid | None, bits: Bits
 ) -> list[Stream]:
     kind, is_float, width = semantic(name), bounds.dtype.kind == "f", bounds.shape[1]
+    own_bits = bits.of(name)
     if kind == "COLOR" and bounds.dtype == np.uint16:
-        return [_unit_grid(bounds, bits.color, np.iinfo(np.uint16).max)]
+        return [_unit_grid(bounds, own_bits, np.iinfo(np.uint16).max)]
     if not is_float:
         return [_exact(name, columns) for columns in _split_columns(bounds)]
     if name == "POSITION":
         assert grid is not None  # the caller has one for float positions
         return [_fit_bits(name, Stream(GRID, 3, 1, grid.step, grid.offset), bounds)]
     if (name, width) in (("NORMAL", 3), ("TANGENT", 4)):
-        return [Stream(OCT, 2, bits.normal), Stream(SIGN, 1, 1)][: width - 2]
-    if kind == "TEXCOORD":
-        return [_value_grid(bounds, bits.texcoord)]
-    if kind in ("COLOR", "WEIGHTS"):
-        return [_unit_grid(bounds, bits.color if kind == "COLOR" else bits.weight, 1.0)]
+        return [Stream(OCT, 2, own_bits), Stream(SIGN, 1, 1)][: width - 2]
+    if kind == "TEXCOORD" and own_bits != EXACT:
+        return [_value_grid(bounds, own_bits)]
+    if kind in ("COLOR", "WEIGHTS") and own_bits != EXACT:
+        return [_unit_grid(bounds, own_bits, 1.0)]
     return [Stream(FLOAT32, columns.shape[1], 32) for columns in _split_columns(bounds)]
 
 
@@ -398,7 +414,7 @@ def _target_streams(name: str, bounds: np.ndarray, grid: Grid | None, bits: Bits
     if name == "POSITION" and grid is not None:
         step = grid.step
     else:
-        step = _step(_extent(bounds), bits.of(semantic(name)))
+        step = _step(extent_of(*bounds), bits.of(name))
     return [_delta_grid(name, columns, step) for columns in _split_columns(bounds)]
 
 

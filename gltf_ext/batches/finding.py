@@ -30,6 +30,7 @@ from gltf_ext.sources.importers import SUFFIXES
 
 GLOB = re.compile(r"[*?\[]")
 NO_MODEL = f"is no model; use {' '.join(SUFFIXES)}"
+DISK = "file"  # the protocol of paths
 BY_ITSELF = "give it to a batch by itself"
 MAC_METADATA = "._"  # starts the names of files that macOS writes beside others
 
@@ -66,21 +67,31 @@ class Search:
     skipped: list[str] = field(default_factory=list)
 
 
-def find_models(source: str | Sequence[str], goal: Folder, outputs: Outputs) -> Search:
-    """Find the models of a batch. goal: its destination; outputs: what is in it.
+def find_models(
+    source: str | Sequence[str], goal: Folder, outputs: Outputs, root: str | None = None
+) -> Search:
+    """Find the models of a batch. What is wrong with a single one is its problem.
 
-    source: a folder, searched with all folders below it; a glob; a file; a .txt with a path or URL
-    in each line; or a list of those. What is wrong with a single model is its problem. Raises
-    MeshletError, OSError.
+    Args:
+        source: a folder, searched with all folders below it; a glob; a file; a .txt with a path or
+            URL in each line; or a list of those.
+        goal: the destination.
+        outputs: what is in it.
+        root: the folder from which the names of a list's models start; by default, of the storage.
+
+    Raises:
+        MeshletError: no model is found, or the source cannot be read.
+        OSError: the source cannot be read.
     """
     search = Search()
     if isinstance(source, str) and source.lower().endswith(".txt"):
         source = _lines(source)
-        paths = _from_list(source, search)
-    elif isinstance(source, str):
-        paths = _from_folder(source, search)
+    if not isinstance(source, str):
+        paths = _from_list(source, search, root)
+    elif root:
+        raise MeshletError("root is for lists", "leave it out", options=("root",))
     else:
-        paths = _from_list(source, search)
+        paths = _from_folder(source, search)
     below = _Below(goal)
     in_destination = 0
     model_by_name: dict[str, Model] = {}
@@ -120,32 +131,32 @@ def _lines(path: str) -> list[str]:
 # --- a list ---
 
 
-def _from_list(entries: Sequence[str], search: Search) -> dict[str, Model]:
+def _from_list(entries: Sequence[str], search: Search, root: str | None) -> dict[str, Model]:
     """Return path or URL -> model, for each entry of a list.
 
-    Names start below the last folder that contains all models, with the protocol if there are
-    several.
+    Names are whole paths, so that no entry changes the name of another one, or start below root.
+    Those of other storages start with the protocol.
     """
     models: dict[str, Model] = {}
-    parts_of: dict[str, tuple[str, ...]] = {}
+    start = _parts(f"{root}/model")[1][:-1] if root else ()
     for entry in entries:
         path = posixpath.basename(entry.replace(os.sep, "/"))
         if not path.lower().endswith(SUFFIXES):
             is_folder = "://" not in entry and os.path.isdir(entry)
             search.left_out[entry] = "is a folder; name it by itself" if is_folder else NO_MODEL
             continue
-        model, parts = _entry(entry)
-        models[model.url], parts_of[model.url] = model, parts
-    folders = [parts[:-1] for parts in parts_of.values()]
-    equal_parts = takewhile(lambda column: len(set(column)) == 1, zip(*folders))
-    common_count = len(list(equal_parts))
-    for url, parts in parts_of.items():
-        models[url].name = "/".join(parts[common_count:])
+        path, parts = _parts(entry)
+        if parts[: len(start)] != start:
+            search.left_out[entry] = f"lies outside {root}"
+            continue
+        name = "/".join(parts[len(start) :] if root or parts[0] != DISK else parts[1:])
+        model = _local(path, name) if parts[0] == DISK else _addressed(path, name)
+        models[model.url] = model
     return models
 
 
-def _entry(entry: str) -> tuple[Model, tuple[str, ...]]:
-    """Return (a model of a list, its protocol and the parts of its path)."""
+def _parts(entry: str) -> tuple[str, tuple[str, ...]]:
+    """Return (path or URL of an entry of a list, its protocol and the parts of its path)."""
     if "://" not in entry or entry.startswith(("file://", "local://")):
         path = Folder("/").fs._strip_protocol(entry)
         # With a zero byte, which _local reports, there are no links.
@@ -153,20 +164,24 @@ def _entry(entry: str) -> tuple[Model, tuple[str, ...]]:
             path = posixpath.join(real_path(os.path.dirname(path)), os.path.basename(path))
         drive, tail = os.path.splitdrive(path)  # C: of Windows is no name of a folder
         steps = f"{drive.replace(':', '')}{tail}".split("/")
-        return _local(path), ("file", *filter(None, steps))
+        return path, (DISK, *filter(None, steps))
     protocol, _, tail = entry.partition("://")
-    parts = (protocol, *filter(None, tail.split("/")))
+    return entry, (protocol, *filter(None, tail.split("/")))
+
+
+def _addressed(entry: str, name: str) -> Model:
+    """Return a model of a storage that is no disk, where it may be missing or something else."""
     try:
         folder = Folder(entry)
         info = folder.fs.info(folder.path)
         if info.get("type") == "directory":
-            return Model(folder.url, problem="is a folder; name it by itself"), parts
-        return Model(folder.url, "", int(info.get("size") or 0), stamp_of(info)), parts
+            return Model(folder.url, name, problem="is a folder; name it by itself")
+        return Model(folder.url, name, int(info.get("size") or 0), stamp_of(info))
     except FileNotFoundError:
-        return Model(entry, problem="is not there; check the address"), parts
+        return Model(entry, name, problem="is not there; check the address")
     except Exception as error:  # of a network, of any package
         reason = MeshletError(f"{type(error).__name__}: {error}").message
-        return Model(entry, problem=f"cannot be read: {reason}"), parts
+        return Model(entry, name, problem=f"cannot be read: {reason}")
 
 
 def _local(path: str, name: str = "") -> Model:
@@ -200,13 +215,13 @@ def _from_folder(source: str, search: Search) -> dict[str, Model]:
         if os.path.isdir(folder.url):
             return _from_walk(folder.path, "", search)
         if os.path.lexists(folder.path):
-            return _from_list([source], search)
+            return _from_list([source], search, os.path.dirname(source) or ".")
         if GLOB.search(folder.path):
             return _from_walk(*_split_pattern(folder.path), search)
         raise MeshletError("is not there", "check the path", source)
     try:
         if last_part.lower().endswith(SUFFIXES) and not GLOB.search(folder.path):
-            return _from_list([source], search)
+            return _from_list([source], search, posixpath.dirname(source))
         if GLOB.search(folder.path) and not folder.fs.exists(folder.path):
             root, _ = _split_pattern(folder.path)
             infos = folder.fs.glob(folder.path, detail=True)

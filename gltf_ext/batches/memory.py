@@ -8,14 +8,16 @@ from collections.abc import Mapping
 from typing import Any
 
 from gltf_ext.batches.storage import folder_of
+from gltf_ext.document import gltf
 from gltf_ext.document.container import CHUNK_HEADER, GLB_HEADER
 from gltf_ext.options import Options
-from gltf_ext.sources import ply, stl
+from gltf_ext.sources import stl
+from gltf_ext.sources.ply_header import read_header
 
-# Measured for compress and verify: 201 to 238 bytes of a triangle of a single large primitive, 290
-# to 423 with levels of detail, both with the file; less for many small primitives.
-PER_TRIANGLE = 425
-BASE = 64 << 20  # measured: 34 MB for the process, the rest for small models with textures
+# Measured for compress and verify (bench/batch_memory.py): up to 240 bytes of a triangle of a large
+# primitive, 290 to 423 with levels of detail, both with the file; less for many primitives.
+PER_TRIANGLE, PER_TRIANGLE_LOD = 250, 425
+BASE = 128 << 20  # measured: 85 MB for the process of a worker, the rest for small models
 HEADER = 1 << 16  # bytes read for the header of a .ply
 # Fewest bytes that a triangle takes in a text: an .obj without normals.
 PER_TEXT_TRIANGLE = 30
@@ -27,16 +29,20 @@ def estimate(url: str, size: int, options: Mapping[str, Any]) -> int:
     url: its path or URL; size: of the file in bytes; options: of compress.
     """
     try:
-        triangles = _triangles(url, size)
+        triangles, more = _content(url, size)
     except Exception:  # a file that is gone, hostile or of a network: compress says what is wrong
-        triangles = size // PER_TEXT_TRIANGLE
-    full = BASE + 2 * size + PER_TRIANGLE * triangles
+        triangles, more = size // PER_TEXT_TRIANGLE, 0
+    per_triangle = PER_TRIANGLE_LOD if options.get("lod") else PER_TRIANGLE
+    full = BASE + 2 * (size + more) + per_triangle * triangles
     limit = Options.of({"max_memory": options.get("max_memory")}).memory
     return min(full, BASE + limit) if limit else full
 
 
-def _triangles(url: str, size: int) -> int:
-    """At least about as many as the file holds. Raises what a damaged file makes it raise."""
+def _content(url: str, size: int) -> tuple[int, int]:
+    """Return (at least about as many triangles as the file holds, bytes of the buffers beside it).
+
+    Raises what a damaged file makes it raise.
+    """
     folder, name = folder_of(url)
     match name.rpartition(".")[2].lower():
         case "glb":
@@ -46,17 +52,25 @@ def _triangles(url: str, size: int) -> int:
         case "gltf":
             return _of_gltf(folder.read(name))
         case "ply":
-            header = ply.read_header(io.BytesIO(folder.read(name, 0, HEADER)))
-            return min(size, header.rows_of("face"))
+            header = read_header(io.BytesIO(folder.read(name, 0, HEADER)))
+            return min(size, header.rows_of("face")), 0
         case "stl":
-            return size // stl.TRIANGLE.itemsize
-    return size // PER_TEXT_TRIANGLE
+            return size // stl.TRIANGLE.itemsize, 0
+    return size // PER_TEXT_TRIANGLE, 0
 
 
-def _of_gltf(text: bytes) -> int:
-    """Of all primitives, from their accessors, which say it for compressed ones too."""
+def _of_gltf(text: bytes) -> tuple[int, int]:
+    """Return the same, from the accessors, which say it for compressed primitives too."""
     root = json.loads(text)
     counts = [int(accessor["count"]) for accessor in root["accessors"]]
     primitives = [p for mesh in root["meshes"] for p in mesh["primitives"]]
-    corner_accessors = {p.get("indices", p["attributes"].get("POSITION")) for p in primitives}
-    return sum(counts[i] // 3 for i in corner_accessors - {None})
+    corners = {
+        p.get("indices", p["attributes"].get("POSITION")): p.get("mode", gltf.TRIANGLES)
+        for p in primitives
+    }
+    corners.pop(None, None)
+    triangles = sum(
+        counts[i] // (3 if mode == gltf.TRIANGLES else 1) for i, mode in corners.items()
+    )
+    others = [b for b in root.get("buffers", ()) if not b.get("uri", "data:").startswith("data:")]
+    return triangles, sum(int(buffer["byteLength"]) for buffer in others)

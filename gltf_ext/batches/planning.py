@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import os
+import uuid
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -25,40 +26,60 @@ class Plan:
     Attributes:
         models: by name; jobs: one for each.
         records: by name, of jobs that need no work: unchanged ones, and those that cannot be done.
+        limited: by name, records of jobs that killed their workers or took too long before.
+        reasons: by name, why a job has to be done.
         outputs: what batches wrote into the destination before.
         allowed_outputs: names of all files that this run may write.
         remarks: of the report, on what has no job.
     """
 
-    def __init__(self, source: str | Sequence[str], goal: Folder, options: dict[str, Any]) -> None:
-        """Raise MeshletError, OSError. Writes into the destination what the run may write."""
+    remarks: dict[str, Any]
+
+    def __init__(
+        self,
+        source: str | Sequence[str],
+        goal: Folder,
+        options: dict[str, Any],
+        root: str | None = None,
+    ) -> None:
+        """Raise MeshletError, OSError. Writes nothing."""
         self.outputs = Outputs(goal)
-        search = find_models(source, goal, self.outputs)
+        search = find_models(source, goal, self.outputs, root)
         self._goal = goal
         self.models = {model.name: model for model in search.models}
         if not goal.exists(STATE):
             for name in (REPORT, PAGE):
                 if goal.exists(name):
                     raise MeshletError(NOT_OURS, path=goal.at(name))
-        if goal.is_local:
-            os.makedirs(goal.at(STATE), exist_ok=True)
-        goal.remove_partials()
         self._key = str.lower if goal.ignores_case() else str
+        run = uuid.uuid4().hex
         names = output_names(list(self.models), self._key is str.lower)
         self.jobs = [
-            Job(self.models[name].url, name, goal.url, output, options, task.VERSION)
+            Job(self.models[name].url, name, goal.url, output, options, task.VERSION, run)
             for name, output in names.items()
         ]
         self.records = self._refused_records()
         possible_jobs = [job for job in self.jobs if job.name not in self.records]
         self.allowed_outputs = {name for job in possible_jobs for name in job.outputs}
-        self.outputs.save(self.allowed_outputs)  # before any is written: the process may be killed
+        self.limited: dict[str, Record] = {}
+        self.reasons: dict[str, str] = {}
         self.records |= self._unchanged_records(possible_jobs)
         self.remarks = {
             "left_out": [{"path": p, "reason": r} for p, r in sorted(search.left_out.items())],
             "skipped": sorted(search.skipped),
             "leftover": sorted(self.outputs.names - {n for job in self.jobs for n in job.outputs}),
         }
+
+    def begin(self) -> None:
+        """Write into the destination what the run may write. Raises OSError."""
+        if self._goal.is_local:
+            os.makedirs(self._goal.at(STATE), exist_ok=True)
+        self._goal.remove_partials()
+        self.outputs.save(self.allowed_outputs)  # before any is written: the process may be killed
+
+    def open_jobs(self) -> list[Job]:
+        """Return the jobs without a record."""
+        return [job for job in self.jobs if job.name not in self.records]
 
     def _refused_records(self) -> dict[str, Record]:
         """Return the records of the jobs that cannot be done."""
@@ -94,23 +115,32 @@ class Plan:
     def _unchanged_records(self, jobs: list[Job]) -> dict[str, Record]:
         """Return the records of the jobs whose inputs and outputs have not changed."""
         goal = self._goal
-        texts = goal.read_all([j.record_name for j in jobs if self.outputs.exists(j.record_name)])
+        names = (name for job in jobs for name in (job.record_name, job.limit_name))
+        texts = goal.read_all([name for name in names if self.outputs.exists(name)])
         folders: dict[str, Folder] = {}
         records = {}
         for job in jobs:
             # A damaged record, or what a storage raises: then its worker has a look, and only this
             # model fails.
             with contextlib.suppress(Exception):
-                record = json.loads(texts[job.record_name])
-                folder_url, _, model = job.source.rpartition("/")
-                if folder_url not in folders:
-                    folders[folder_url] = folder_of(job.source)[0]
-                known_stamps = {model: self.models[job.name].stamp}
-                stamp = _Stamps(folders[folder_url], known_stamps)
-                # Two files may have the same stamp. Of another one, the worker compares the bytes.
-                current = job.is_current(record) and record.get("source") == job.source
-                if current and job.is_unchanged(record, stamp, self.outputs.stamp):
+                text = texts.get(job.record_name)
+                self.reasons[job.name] = "has no complete record" if text else "is new"
+                record: Record = json.loads(text or "null")
+                reason = job.difference(record)
+                if not reason:
+                    folder_url, _, model = job.source.rpartition("/")
+                    if folder_url not in folders:
+                        folders[folder_url] = folder_of(job.source)[0]
+                    known_stamps = {model: self.models[job.name].stamp}
+                    stamp = _Stamps(folders[folder_url], known_stamps)
+                    # Of other stamps, the worker compares the bytes.
+                    reason = job.changed_file(record, stamp, self.outputs.stamp)
+                if not reason:
                     records[job.name] = {**record, "status": UNCHANGED}
+                self.reasons[job.name] = reason
+                record = json.loads(texts.get(job.limit_name, "null"))
+                if reason and task.reached_limit(job, record, self.models[job.name].stamp):
+                    self.limited[job.name] = record
         return records
 
 

@@ -3,31 +3,28 @@
 from __future__ import annotations
 
 import contextlib
-import json
 import numbers
 import os
 import time
-from collections import deque
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
-from gltf_ext.batches import task
-from gltf_ext.batches.finding import Model
-from gltf_ext.batches.memory import estimate
-from gltf_ext.batches.page import page
-from gltf_ext.batches.planning import PAGE, REPORT, Plan
+from gltf_ext import scheduler as dask_scheduler
+from gltf_ext.batches import reports
+from gltf_ext.batches.dispatch import Dispatch
+from gltf_ext.batches.planning import Plan
+from gltf_ext.batches.progress import Listener, Progress, display
+from gltf_ext.batches.pruning import gone_outputs, prune_outputs
 from gltf_ext.batches.storage import Folder
-from gltf_ext.batches.task import DONE, FAILED, UNCHANGED, Job, Record
 from gltf_ext.errors import MeshletError
 from gltf_ext.options import Options
-from gltf_ext.progress import Advance, progress_bar
-from gltf_ext.scheduler import MEMORY, Workers, connected, require_dask, silence
+from gltf_ext.scheduler import MEMORY, connected, require_dask, require_package, silence
 
 if TYPE_CHECKING:
-    from distributed import Client, Future
+    from distributed import Client
 
 PathText = str | os.PathLike[str]
-RETRIES = 2  # of a task that raises, such as for a network that fails
+TIME_LIMIT = 3600.0  # seconds of a file
 RUN_AGAIN = "run again: what is done is kept"
 
 
@@ -35,9 +32,13 @@ def batch(
     source: PathText | Sequence[PathText],
     destination: PathText,
     *,
+    root: PathText | None = None,
     scheduler: str | Client | None = None,
     workers: int | None = None,
-    progress: bool = False,
+    time_limit: float = TIME_LIMIT,
+    check: bool = False,
+    prune: Callable[[list[str]], bool] | bool = False,
+    progress: Listener | bool = False,
     **options: Any,
 ) -> dict[str, Any]:
     """Compress and verify many models, a task a file, on Dask distributed.
@@ -52,63 +53,107 @@ def batch(
         source: a folder with all folders below it, a glob, a file, a .txt with a path or URL in
             each line, or a list of paths or URLs; on a disk or wherever fsspec reads.
         destination: a folder, likewise. Outputs are named as their models, with the suffix .glb.
+        root: of a list: the folder below which the names of outputs start. By default, they are
+            whole paths.
         scheduler: address of a running scheduler, or a distributed.Client; by default a cluster of
             processes on this machine.
         workers: processes of that cluster; by default one per processor.
-        progress: draw a progress bar on a terminal.
+        time_limit: seconds for a file, after which it fails.
+        check: write nothing; the report says what would be done and why.
+        prune: remove outputs whose models are gone, or a function that is called with their names
+            and returns whether to remove them.
+        progress: draw a progress bar on a terminal, and elsewhere print a line to standard error
+            every ten seconds; or a function that is called with each event, a dictionary.
         options: of compress. A task takes one thread unless `threads` says more.
 
     Returns a report, which is also written to batch.json and, as a page, to batch.html:
-        source, destination, version, options, seconds.
+        source, destination, version, options, time_limit, seconds.
+        stopped: what ended the run before all files had ended, such as a scheduler that is lost;
+            empty if nothing did.
         totals: counts of done, unchanged and failed files, and of what was left_out; input_bytes,
             output_bytes, triangles.
         files: one for each model, failed ones first: name, output, status ("done", "unchanged",
             "failed"); error if it failed, else source (path or URL of the model), input_digest,
             output_digest (SHA-256), input_bytes, output_bytes, triangles, ratio (of raw floats to
             compressed geometry), max_error_percent (of positions, of the box's diagonal), warnings,
-            thumbnail (PNG in base64), seconds; inputs: path from the model's folder -> stamp, of
-            all files that were read or not there; outputs: name -> stamp and digest, of all files
-            that were written; former: name -> digests, of files that batches with other options
-            wrote.
+            thumbnail (PNG in base64), seconds; inputs: path from the model's folder -> stamp and
+            digest, of all files that were read or not there; outputs: name -> stamp and digest, of
+            all files that were written; former: name -> digests, of files that batches with other
+            options wrote.
         left_out: path and reason, of what may hold models but was not looked at: a folder that
             cannot be read, a link to a folder, a model in the destination that no batch wrote, a
             line of a list that names no model, or one with the name of another.
         skipped: names of models in the destination that batches wrote there.
         leftover: names of outputs of models that this run does not have.
+        gone, removed: of these, whose models are gone, and those that were removed.
+        todo: with `check`, name and reason of each file that would be done.
 
-    Raises MeshletError when nothing can be started or the scheduler is lost, OSError when the
-    source or the destination cannot be read or written.
+    Raises MeshletError when nothing can be started, or when the scheduler or all workers are lost:
+    then the report is written all the same. Raises OSError when the source or the destination
+    cannot be read or written.
     """
-    Options.of({"progress": progress})
-    options = Options.plain(options)
-    _check_cluster(scheduler, workers)
+    listener = progress if callable(progress) else None
+    if listener is None:
+        Options.of({"progress": progress})
+    options = Options.json_values(options)
+    _check_arguments(scheduler, workers, time_limit)
     start = time.perf_counter()
     if isinstance(source, str | os.PathLike):
         paths: str | list[str] = os.fspath(source)
     else:
         paths = [os.fspath(entry) for entry in source]
     goal = Folder(os.fspath(destination))
-    plan = Plan(paths, goal, options)
-    open_jobs = [job for job in plan.jobs if job.name not in plan.records]
-    open_jobs.sort(key=lambda job: -plan.models[job.name].size)
-    if open_jobs:
-        finished_count, total = len(plan.records), len(plan.jobs)
-        with progress_bar("batch", progress) as advance, _client(scheduler, workers) as client:
-            run = _Run(client, plan.models, advance, finished_count, total)
-            run.run_all(open_jobs)
-            plan.records.update(run.records)
-    files = [plan.records[job.name] for job in plan.jobs]
+    plan = Plan(paths, goal, options, os.fspath(root) if root is not None else None)
+    report = reports.head(str(paths), os.fspath(destination), options, time_limit)
+    orphans = gone_outputs(goal, plan)
+    plan.remarks["gone"] = sorted(name for files in orphans.values() for name in files)
+    if check:
+        return reports.of_check(report, plan)
+    plan.begin()
+    stop: BaseException | None = None
+    with display(progress is True) as show:
+        status = Progress(plan.records, len(plan.jobs), listener, show)
+        if plan.open_jobs():
+            reports.write(goal, reports.of_run(report, plan, "", start, "it has not ended"))
+            stop = _run(plan, status, scheduler, workers, time_limit)
+    removed = prune_outputs(goal, orphans, prune) if stop is None else []
     plan.outputs.settle(plan.allowed_outputs)
-    report = _report(str(paths), os.fspath(destination), options, files)
-    report |= plan.remarks
-    report["totals"]["left_out"] = len(report["left_out"])
-    report["seconds"] = time.perf_counter() - start
-    goal.write(REPORT, json.dumps(report, indent=1).encode())
-    goal.write(PAGE, page(report).encode())
+    report = reports.of_run(report, plan, _reason(stop), start)
+    report["removed"] = removed
+    reports.write(goal, report)
+    status.tell("end", totals=report["totals"], stopped=report["stopped"])
+    if stop is not None:
+        raise stop
     return report
 
 
-def _check_cluster(scheduler: Any, workers: Any) -> None:
+def _run(
+    plan: Plan,
+    status: Progress,
+    scheduler: str | Client | None,
+    workers: int | None,
+    time_limit: float,
+) -> BaseException | None:
+    """Do the jobs of a plan; returns what ended it before all had ended."""
+    try:
+        with _client(scheduler, workers) as client:
+            dispatch = Dispatch(client, plan, status, time_limit, RUN_AGAIN)
+            try:
+                dispatch.run()
+            finally:
+                plan.records.update(dispatch.records)
+    except (MeshletError, OSError, KeyboardInterrupt) as error:
+        return error
+    return None
+
+
+def _reason(stop: BaseException | None) -> str:
+    if stop is None:
+        return ""
+    return "it was interrupted" if isinstance(stop, KeyboardInterrupt) else str(stop)
+
+
+def _check_arguments(scheduler: Any, workers: Any, time_limit: Any) -> None:
     """Raise MeshletError for a value that these options of batch cannot have."""
     if not (scheduler is None or isinstance(scheduler, str)):
         require_dask()
@@ -123,27 +168,10 @@ def _check_cluster(scheduler: Any, workers: Any) -> None:
     count = isinstance(workers, numbers.Integral) and not isinstance(workers, bool)
     if workers is not None and not (count and workers >= 1):
         raise MeshletError(f"workers is {workers!r}", "use 1 or more", options=("workers",))
-
-
-def _report(
-    source: str, destination: str, options: dict[str, Any], files: list[Record]
-) -> dict[str, Any]:
-    order = (FAILED, DONE, UNCHANGED)
-    good = [file for file in files if file["status"] != FAILED]
-    return {
-        "source": source,
-        "destination": destination,
-        "version": task.VERSION,
-        "options": options,
-        "totals": {
-            **{status: sum(file["status"] == status for file in files) for status in order},
-            **{
-                key: sum(file[key] for file in good)
-                for key in ("input_bytes", "output_bytes", "triangles")
-            },
-        },
-        "files": sorted(files, key=lambda file: (file["status"] != FAILED, file["name"])),
-    }
+    is_number = isinstance(time_limit, numbers.Real) and not isinstance(time_limit, bool)
+    if not (is_number and 0 < time_limit < float("inf")):
+        problem = f"time_limit is {time_limit!r}"
+        raise MeshletError(problem, "use seconds above 0", options=("time_limit",))
 
 
 # --- the cluster ---
@@ -158,16 +186,23 @@ def _client(scheduler: str | Client | None, workers: int | None) -> Iterator[Cli
 
     if isinstance(scheduler, str):
         with connected(scheduler) as client:
+            require_package(client)
             yield client
         return
     if scheduler is not None:
+        require_package(scheduler)
         yield scheduler
         return
     silence()
     count = workers or os.cpu_count() or 1
-    # A task on a worker that dies fails at once: `_Run` decides what to do with it.
+    preload = [*dask.config.get("distributed.worker.preload"), "gltf_ext.batches.interrupts"]
+    # A task on a worker that dies fails at once: `Dispatch` decides what to do with it.
+    settings = {
+        "distributed.scheduler.allowed-failures": 0,
+        "distributed.scheduler.worker-ttl": f"{dask_scheduler.SILENCE} s",
+    }
     with (
-        dask.config.set({"distributed.scheduler.allowed-failures": 0}),
+        dask.config.set(settings),
         LocalCluster(
             n_workers=count,
             threads_per_worker=1,
@@ -175,84 +210,9 @@ def _client(scheduler: str | Client | None, workers: int | None) -> Iterator[Cli
             resources={MEMORY: MEMORY_LIMIT // count},
             dashboard_address="127.0.0.1:0",  # any free port: a fixed one may be taken
             silence_logs=50,  # CRITICAL
+            preload=preload,
+            preload_argv=[[]] * len(preload),
         ) as cluster,
         Client(cluster) as client,
     ):
         yield client
-
-
-class _Run:
-    """Keeps the cluster busy with as many tasks as it needs, and collects their records.
-
-    Dask holds a worker's death against every task that it had assigned to the worker. Those are few
-    here, and each of them runs again, alone, before its file counts as the one that kills workers.
-    """
-
-    def __init__(
-        self,
-        client: Client,
-        models: Mapping[str, Model],
-        advance: Advance | None,
-        finished_count: int,
-        total: int,
-    ) -> None:
-        self.workers, self.models = Workers(client, retry_advice=RUN_AGAIN), models
-        self.advance, self.finished_count, self.total = advance, finished_count, total
-        self.records: dict[str, Record] = {}
-        self.flight: dict[Future, tuple[Job, int]] = {}
-
-    def run_all(self, jobs: list[Job]) -> None:
-        """Run all jobs. Raises MeshletError when the scheduler or all workers are lost."""
-        suspects = self.run_some(deque(jobs))
-        for job in suspects:
-            if self.run_some(deque([job])):
-                self.note(job.failure("it killed its worker, twice"))
-
-    def run_some(self, queue: deque[Job]) -> list[Job]:
-        """Run jobs; returns those whose worker died."""
-        from distributed import KilledWorker
-
-        lost_jobs = []
-        while queue or self.flight:
-            self.submit(queue)
-            for future in self.workers.wait(self.flight):
-                job, _ = self.flight.pop(future)
-                record, error = self.workers.outcome(future)
-                if record is not None:
-                    self.note(record)
-                elif isinstance(error, KilledWorker):
-                    lost_jobs.append(job)
-                else:
-                    self.note(job.failure(_reason(error)))
-        return lost_jobs
-
-    def note(self, record: Record) -> None:
-        self.records[record["name"]] = record
-        if self.advance is not None:
-            self.advance((self.finished_count + len(self.records)) / self.total)
-
-    def submit(self, queue: deque[Job]) -> None:
-        """Submit jobs while workers are free and have the memory; one in any case."""
-        threads, memory = self.workers.free()
-        while queue and len(self.flight) <= 2 * threads:
-            job = queue[0]
-            size_needed = estimate(job.source, self.models[job.name].size, job.options)
-            reserved = sum(size for _, size in self.flight.values())
-            if self.flight and memory and reserved + size_needed > memory:
-                return
-            queue.popleft()
-            future = self.workers.submit(_work, job, memory=size_needed, retries=RETRIES)
-            self.flight[future] = job, size_needed
-
-
-def _reason(error: BaseException | None) -> str:
-    """Of a task that raised what it does not expect."""
-    if isinstance(error, OSError) and error.strerror:
-        return f"{error.filename or ''}: {error.strerror}; check the path and its permissions"
-    return f"{type(error).__name__}: {error}"
-
-
-def _work(job: Job) -> Record:
-    from distributed import get_worker
-
-    return task.run(job, get_worker().local_directory)

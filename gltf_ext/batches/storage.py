@@ -246,6 +246,7 @@ class Outputs:
                 self.stamps = self._folder.stamps()
             except Exception:  # of a network, of any package: all that was planned is listed
                 return
+        self.names = {name for name in self.names if self.exists(name)}
         self.save({name for name in names if self.exists(name)})
 
     def _read_list(self) -> set[str] | None:

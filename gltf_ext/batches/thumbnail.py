@@ -1,8 +1,9 @@
-"""Small pictures of models for the page of a batch, drawn with numpy."""
+"""Small pictures of models for the page of a batch."""
 
 from __future__ import annotations
 
-import io
+import struct
+import zlib
 from collections.abc import Iterator
 from itertools import starmap
 from pathlib import Path
@@ -16,11 +17,13 @@ from gltf_ext.document.nodes import placed_nodes
 from gltf_ext.sources.importers import open_model
 from gltf_ext.sources.primitives import is_compressed
 
-PIXELS = 96
-SAMPLES = 12 * PIXELS * PIXELS  # on all surfaces: more than one for nearly every pixel
+PIXELS = 64
 # Of a scene. Of more, some are left out, so that neither a large model nor one with many instances
-# takes much memory. Of each primitive at least MIN_TRIANGLES are there.
-MAX_TRIANGLES, MAX_PRIMITIVES, MIN_TRIANGLES = 200_000, 2000, 100
+# takes much memory or time. Of each primitive at least MIN_TRIANGLES are there.
+MAX_TRIANGLES, MAX_PRIMITIVES, MIN_TRIANGLES = 10_000, 500, 20
+# Up to so many triangles are filled. Of more, points are drawn, one a triangle and at least
+# MIN_SAMPLES: a picture then takes about a tenth of the time that its model takes.
+MAX_FILLED, MIN_SAMPLES = 500, 5000
 # Rows: right, up and towards the viewer, who looks down from the front and the right.
 VIEW = np.array([[0.82, 0.0, -0.57], [-0.24, 0.91, -0.34], [0.52, 0.41, 0.75]])
 LIGHT = np.array([0.3, 0.5, 0.81])
@@ -28,23 +31,35 @@ LIGHT = np.array([0.3, 0.5, 0.81])
 
 def thumbnail(path: Path) -> bytes:
     """Return a PNG of the default scene in grey. Raises MeshletError."""
-    from PIL import Image
-
     document = open_model(path)
     instances = list(_instances(document))
     instances = instances[:: 1 + len(instances) // MAX_PRIMITIVES]
     max_triangles = max(MIN_TRIANGLES, MAX_TRIANGLES // max(len(instances), 1))
     keys = dict.fromkeys(key for key, _ in instances)
     triangles_of = {key: _triangles(document, *key, max_triangles) for key in keys}
-    corners = [np.empty((0, 3, 3))]
+    corners = [np.empty((0, 3, 3), np.float32)]
     for key, matrix in instances:
-        corners.append(triangles_of[key] @ matrix[:3, :3].T + matrix[:3, 3])
-    shades = _draw(np.concatenate(corners) @ VIEW.T)
-    png = io.BytesIO()
-    Image.fromarray(np.stack([shades, np.where(shades, 255, 0)], axis=-1).astype(np.uint8)).save(
-        png, "PNG"
+        view = (VIEW @ matrix[:3]).astype(np.float32)
+        corners.append(triangles_of[key] @ view[:, :3].T + view[:, 3])
+    return _png(_draw(np.concatenate(corners)))
+
+
+def _png(shades: np.ndarray) -> bytes:
+    """Return a PNG of uint8[PIXELS, PIXELS], where 0 is transparent."""
+    # Not with PIL, which takes five times longer.
+    rows = np.zeros((PIXELS, 1 + PIXELS), np.uint8)  # each starts with its filter, which is none
+    rows[:, 1:] = shades
+    header = struct.pack(">IIBBBBB", PIXELS, PIXELS, 8, 0, 0, 0, 0)
+    chunks = (
+        (b"IHDR", header),
+        (b"tRNS", b"\0\0"),
+        (b"IDAT", zlib.compress(rows.tobytes(), 3)),
+        (b"IEND", b""),
     )
-    return png.getvalue()
+    return b"\x89PNG\r\n\x1a\n" + b"".join(
+        struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+        for kind, data in chunks
+    )
 
 
 def _instances(document: Document) -> Iterator[tuple[tuple[int, int], np.ndarray]]:
@@ -78,24 +93,55 @@ def _triangles(document: Document, mesh: int, primitive: int, max_triangles: int
 
 
 def _draw(corners: np.ndarray) -> np.ndarray:
-    """Shades 0 (nothing) to 255, float64[PIXELS, PIXELS]. corners: float64[T, 3, 3] as seen."""
-    shades = np.zeros((PIXELS, PIXELS))
+    """Shades 0 (nothing) to 255, uint8[PIXELS, PIXELS]. corners: float32[T, 3, 3] as seen."""
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     areas = np.linalg.norm(normals, axis=1)
-    area_sums = np.cumsum(areas)
-    if not len(area_sums) or not 0 < area_sums[-1] < np.inf:
-        return shades
-    number = np.arange(SAMPLES)
-    triangle = np.searchsorted(area_sums, (number + 0.5) / SAMPLES * area_sums[-1])
-    u, v = number * 0.7548776662466927 % 1, number * 0.5698402909980532 % 1  # evenly spread
-    u, v = np.where(u + v > 1, 1 - u, u), np.where(u + v > 1, 1 - v, v)
-    a, b, c = corners[triangle].transpose(1, 0, 2)
-    points = a + u[:, None] * (b - a) + v[:, None] * (c - a)
+    visible = (areas > 0) & (areas < np.inf)
+    corners, normals, areas = corners[visible], normals[visible], areas[visible]
+    if not len(corners):
+        return np.zeros((PIXELS, PIXELS), np.uint8)
     low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
     scale = (PIXELS - 2) / max((high - low)[:2].max(), 1e-30)
-    pixels = ((points - (low + high) / 2) * scale)[:, :2] + PIXELS / 2
-    columns, rows = pixels.astype(int).clip(0, PIXELS - 1).T
-    brightness = 60 + 190 * np.abs(normals[triangle] @ LIGHT) / areas[triangle]
-    order = np.argsort(points[:, 2], kind="stable")  # the nearest are drawn last
-    shades[PIXELS - 1 - rows[order], columns[order]] = brightness[order]
-    return shades
+    corners = (corners - (low + high) / 2) * (scale * np.array([1, -1, 1], np.float32))
+    corners[..., :2] += PIXELS / 2
+    shades = (60 + 190 * np.abs(normals @ LIGHT) / areas).astype(np.uint8)
+    if len(corners) <= MAX_FILLED:
+        return _filled(corners, shades)
+    return _sampled(corners, shades, areas)
+
+
+def _filled(corners: np.ndarray, shades: np.ndarray) -> np.ndarray:
+    """Return the picture of few triangles, the nearest drawn last."""
+    from PIL import Image, ImageDraw
+
+    order = np.argsort(corners[:, :, 2].sum(axis=1), kind="stable")
+    picture = Image.new("L", (PIXELS, PIXELS))
+    draw = ImageDraw.Draw(picture)
+    outlines = corners[order, :, :2].reshape(-1, 6).tolist()
+    for outline, shade in zip(outlines, shades[order].tolist()):
+        draw.polygon(outline, shade)
+    return np.asarray(picture)
+
+
+def _sampled(corners: np.ndarray, shades: np.ndarray, areas: np.ndarray) -> np.ndarray:
+    """Return the picture of many triangles: of points, spread evenly over them."""
+    from PIL import Image, ImageFilter
+
+    number = np.arange(max(len(corners), MIN_SAMPLES))
+    area_sums = np.cumsum(areas, dtype=np.float64)
+    triangle = np.searchsorted(area_sums, (number + 0.5) / len(number) * area_sums[-1])
+    u, v = (number * step % 1 for step in (0.7548776662466927, 0.5698402909980532))
+    u, v = np.where(u + v > 1, (1 - u, 1 - v), (u, v)).astype(np.float32)
+    points = np.einsum("tcx,ct->xt", corners[triangle], np.stack([1 - u - v, u, v]))
+    columns, rows = points[:2].astype(np.intp).clip(0, PIXELS - 1)
+    depths = points[2] - points[2].min()
+    # 16 bits, which are sorted 20 times as fast.
+    steps = (depths * (65535 / max(depths.max(), 1e-30))).astype(np.uint16)
+    order = np.argsort(steps, kind="stable")  # the nearest are drawn last
+    picture = np.zeros((PIXELS, PIXELS), np.uint8)
+    picture[rows[order], columns[order]] = shades[triangle[order]]
+    # Holes that the points leave: they have at least four neighbours.
+    image = Image.fromarray(picture)
+    neighbours = np.asarray(image.filter(ImageFilter.RankFilter(3, 5)))
+    image = Image.fromarray(np.where(picture, picture, neighbours))
+    return np.asarray(image.filter(ImageFilter.MedianFilter(3)))

@@ -181,17 +181,17 @@ def _changes(
     edge, count = _codec.weld(np.ascontiguousarray(borders["ends"]).reshape(-1, 6).view(np.uint8))
     ends = borders["ends"][first_of_each(edge, count)]
     edge, sign = edge.astype(np.int64), borders["sign"].astype(np.int64)
-    group, source_group = (
-        values[borders["cluster"]] for values in (tables.cluster_group, tables.cluster_source)
+    group, finer_group = (
+        values[borders["cluster"]] for values in (tables.cluster_group, tables.finer_group)
     )
     is_replaced = np.isfinite(tables.groups["error"])[group]
     owner, border, signs = _sum_edges(
         group[is_replaced], edge[is_replaced], sign[is_replaced, None]
     )
-    is_replacement = source_group >= 0
+    is_replacement = finer_group >= 0
     # Second column: whether the edge is on the border of the group.
     group_of, changed_edges, sums = _sum_edges(
-        np.concatenate([source_group[is_replacement], owner]),
+        np.concatenate([finer_group[is_replacement], owner]),
         np.concatenate([edge[is_replacement], border]),
         np.concatenate(
             [

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from gltf_ext.checks.samples import shading_differences, surface_distances
+from gltf_ext.checks.samples import compare_surfaces, sample_surface
 from gltf_ext.document.document import Document
 from gltf_ext.lod.cuts import cut_at_level, error_of
 from gltf_ext.lod.reading import LodPrimitive, levels_of
@@ -56,11 +56,12 @@ def _measure(primitive: LodPrimitive, most_samples: int) -> list[Report]:
     largest = float(np.abs(finest.attributes["POSITION"]).max(initial=0.0))
     by_size = SAMPLES_PER_TRIANGLE * len(finest.indices)
     samples = min(max(by_size, LEAST_SAMPLES), most_samples)
+    points = sample_surface(finest, samples)
     result = []
     for level in range(1, primitive.tables.level_count):
         cut = cut_at_level(primitive.tables, level)
         mesh = primitive.mesh(cut)
-        distances = surface_distances(finest, mesh, samples)
+        distances, shading = compare_surfaces(mesh, finest, points, samples)
         stated_error = error_of(primitive.tables, cut)
         result.append(
             {
@@ -77,7 +78,7 @@ def _measure(primitive: LodPrimitive, most_samples: int) -> list[Report]:
                     name: dict(
                         zip(("median", f"p{SHADING}"), np.percentile(differences, [50, SHADING]))
                     )
-                    for name, differences in shading_differences(mesh, finest, samples).items()
+                    for name, differences in shading.items()
                 },
             }
         )

@@ -8,11 +8,14 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from gltf_ext.attributes.extension import read_compressed, source_of
+from gltf_ext.attributes.details import areas_of, collapse_of_source, joins_vertices, sample_of
+from gltf_ext.attributes.extension import Compressed, read_compressed, source_of
+from gltf_ext.attributes.ranges import visible_error
 from gltf_ext.attributes.records import RecordFormat
+from gltf_ext.attributes.streams import Grid
+from gltf_ext.checks.accessors import accessor_problems
 from gltf_ext.checks.attribute_errors import Errors, errors_of
 from gltf_ext.checks.findings import Findings
-from gltf_ext.checks.topology import topologies
 from gltf_ext.checks.triangles import Comparison, keys_of
 from gltf_ext.document.document import Document
 from gltf_ext.errors import blaming
@@ -29,22 +32,22 @@ def read_original(document: Document, mesh: int, index: int) -> Source:
 
 
 def compare(
-    document: Document,
+    documents: tuple[Document, Document],
     source: Source,
     original: str | os.PathLike[str],
     findings: Findings,
     folder: str,
     advance: Advance | None,
-    with_topology: bool = True,
 ) -> None:
-    """Compare a primitive of the original with the one at the same place of the document.
+    """Compare a primitive of the original with the one at the same place of the other document.
 
     Values that are quantised to equal integers decode to equal values, so that errors need the
     source and the compressed accessors' types only. Where triangles are missing, only vertices that
     the compressed primitive has count; none of a source that is read in parts.
-    original: path of the source, for errors; folder: for work files. with_topology: not for a
-    source that is compressed itself: its vertices are the file's, copies included.
+    documents: the original and the compressed one; original: path of the source, for errors;
+    folder: for work files.
     """
+    before, document = documents
     mesh, index = source.mesh, source.primitive
     if not is_compressed(document.primitive(mesh, index)):
         findings.triangles += source.triangle_count
@@ -67,20 +70,63 @@ def compare(
     comparison = Comparison(source, record_format, compressed, folder)
     comparison.run(advance)
     findings.triangles += comparison.triangles
-    findings.add_triangles(compressed, comparison.missing, comparison.extra, comparison.collapsed)
+    findings.add_triangles(compressed, comparison.missing, comparison.extra)
+    findings.problems += accessor_problems(before, document, compressed, comparison.box)
     is_same = not (comparison.missing or comparison.extra)
-    if with_topology and source.is_in_memory and is_same:
-        findings.add_topology(compressed, *topologies(source, record_format, compressed))
-    errors = {name: Errors() for name in first}
+    # The vertices of a source that is compressed itself are the file's, copies included.
+    is_plain = not is_compressed(before.primitive(mesh, index))
+    if is_plain and is_same and (pair := comparison.topologies()):
+        is_of_grid = pair[0] != pair[1] and joins_vertices(source, record_format)
+        findings.add_topology(compressed, *pair, is_of_grid)
+    findings.rounding = before.import_rounding
+    _compare_values(source, record_format, compressed, comparison, findings)
+    _add_collapse(source, record_format, compressed, findings)
+
+
+def _add_collapse(
+    source: Source, record_format: RecordFormat, compressed: Compressed, findings: Findings
+) -> None:
+    if source.box is not None:
+        stream = record_format.plan.streams[0]
+        grid = Grid((stream.offset[0], stream.offset[1], stream.offset[2]), stream.step)
+        findings.add_collapse(compressed, collapse_of_source(source, grid, sample_of(source)))
+
+
+def _compare_values(
+    source: Source,
+    record_format: RecordFormat,
+    compressed: Compressed,
+    comparison: Comparison,
+    findings: Findings,
+) -> None:
     formats = {name: types for name, _, types in compressed.named_streams}
+    errors = {name: Errors() for name in formats}
     decoding = dataclasses.replace(record_format, formats=formats)
     if not comparison.missing or source.is_in_memory:
-        known_keys = np.concatenate(comparison.vertices) if comparison.missing else None
+        known_keys = comparison.keys if comparison.missing else None
         for part in _errors_of_parts(source, decoding, known_keys):
             for name, part_errors in part.items():
+                if not source.is_in_memory:
+                    part_errors.distances.clear()
                 errors[name].join(part_errors)
+        if source.is_in_memory and known_keys is None:
+            _measure_area(source, errors)
     for name, of_values in errors.items():
-        findings.add_value_errors(mesh, compressed, name, of_values)
+        stream = record_format.plan.streams_of(name)[0]
+        look = findings.look_of(compressed.mesh, compressed.primitive)
+        of_values.limit = visible_error(name, stream, look, formats[name][0])
+        findings.add_value_errors(compressed.mesh, compressed, name, of_values)
+
+
+def _measure_area(source: Source, errors: dict[str, Errors]) -> None:
+    """Set the errors of most of the area, of a source in memory."""
+    ((names, numbers),) = source.numberings
+    corners = source.corners(names, numbers, 0, source.triangle_count).astype(np.intp)
+    rows = source.attributes["POSITION"]
+    areas = areas_of(rows.rows(0, rows.count).astype(np.float64)[corners])
+    used = source.used_rows()
+    for each in errors.values():
+        each.measure_area(used, corners, areas)
 
 
 def _errors_of_parts(

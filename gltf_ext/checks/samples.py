@@ -7,8 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from gltf_ext import _codec
+from gltf_ext.attributes.details import areas_of
 from gltf_ext.sources.attribute_names import semantic
 from gltf_ext.sources.primitives import Primitive
+
+# Of the samples for distances, of which the largest counts, a share is enough for the median and
+# the 95th percentile of shading, but not fewer than so many.
+SHADING_SHARE, LEAST_SHADING = 8, 1_000
 
 
 @dataclass(frozen=True)
@@ -32,11 +37,14 @@ class SurfacePoints:
 def spread_by_area(primitive: Primitive, samples: int) -> SurfacePoints:
     """Return points spread by area, the same ones each time; one on a surface without area."""
     random = np.random.default_rng(0)
-    a, b, c = _corners(primitive, np.arange(len(primitive.indices))).transpose(1, 0, 2)
-    area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
-    if not area.sum() > 0.0:
+    sums = np.cumsum(
+        areas_of(primitive.attributes["POSITION"].astype(np.float64)[primitive.indices])
+    )
+    if not len(sums) or not sums[-1] > 0.0:
         return SurfacePoints(np.zeros(1, np.int64), np.array([[1.0, 0.0, 0.0]]))
-    triangle = random.choice(len(area), samples, p=area / area.sum())
+    # In the order of triangles: the search for the nearest one begins at the last, and takes a
+    # third of the time on dragon, which has 871,306.
+    triangle = np.searchsorted(sums / sums[-1], np.sort(random.random(samples)), "right")
     u, v = random.random(samples), random.random(samples)
     beyond = u + v > 1.0
     u[beyond], v[beyond] = 1.0 - u[beyond], 1.0 - v[beyond]
@@ -82,17 +90,52 @@ def shading_differences(
         Name -> float64[samples] for each set of normals (degrees) and texture coordinates (units of
         uv).
     """
-    surface_points = spread_by_area(surface, samples)
-    _, nearest = nearest_points(surface_points.of(surface, "POSITION").astype(np.float32), original)
+    points = spread_by_area(surface, samples)
+    _, nearest = nearest_points(points.of(surface, "POSITION").astype(np.float32), original)
+    return _shading_at(points, surface, nearest, original)
+
+
+def compare_surfaces(
+    surface: Primitive, original: Primitive, original_points: np.ndarray, samples: int
+) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """Return the results of surface_distances, and of shading_differences at fewer samples.
+
+    Looks for the nearest triangles of the original once. original_points: sample_surface of it.
+    """
+    points = spread_by_area(surface, samples)
+    places = points.of(surface, "POSITION").astype(np.float32)
+    distances, triangle = _nearest_triangles(places, original)
+    back = distances_to(original_points, surface)
+    if not _shaded(original):
+        return np.concatenate([back, distances]), {}
+    count = min(max(LEAST_SHADING, len(places) // SHADING_SHARE), len(places))
+    some = np.arange(count) * len(places) // count  # all over the surface
+    of_some = SurfacePoints(points.triangle[some], points.weights[some])
+    corners = _corners(original, triangle[some])
+    weights = _nearest_weights(places[some].astype(np.float64), corners)
+    nearest = SurfacePoints(triangle[some], weights)
+    return np.concatenate([back, distances]), _shading_at(of_some, surface, nearest, original)
+
+
+def _shading_at(
+    surface_points: SurfacePoints, surface: Primitive, nearest: SurfacePoints, original: Primitive
+) -> dict[str, np.ndarray]:
+    """Return the differences of shading_differences between points of two surfaces."""
     differences = {}
-    for name in original.attributes:
+    for name in _shaded(original):
         a, b = surface_points.of(surface, name), nearest.of(original, name)
         if semantic(name) == "TEXCOORD":
             differences[name] = np.linalg.norm(a - b, axis=1)
-        elif name == "NORMAL":
+        else:
             crossed = np.linalg.norm(np.cross(a, b), axis=1)
             differences[name] = np.degrees(np.arctan2(crossed, (a * b).sum(axis=1)))
     return differences
+
+
+def _shaded(primitive: Primitive) -> list[str]:
+    """Return the names of normals and texture coordinates."""
+    names = primitive.attributes
+    return [name for name in names if name == "NORMAL" or semantic(name) == "TEXCOORD"]
 
 
 def _corners(primitive: Primitive, triangles: np.ndarray) -> np.ndarray:

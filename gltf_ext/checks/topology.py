@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from gltf_ext._joinable import topology
-from gltf_ext.attributes.extension import Compressed
-from gltf_ext.attributes.join import decode
-from gltf_ext.attributes.records import RecordFormat
-from gltf_ext.sources.source import Source
+from gltf_ext._joinable import Joinable, topology
+from gltf_ext.attributes.join import without_copies
+from gltf_ext.attributes.records import Triangles, join_equal
+from gltf_ext.ranges import has_repeats
 
 
 @dataclass(frozen=True)
@@ -30,18 +29,18 @@ class Topology:
 
 
 def topologies(
-    source: Source, record_format: RecordFormat, compressed: Compressed
+    triangles: Triangles, joinable: Joinable, source_vertices: int
 ) -> tuple[Topology, Topology]:
-    """Return the topology of a source in memory, and of what the primitive decodes to.
+    """Return the topology of the triangles of a source, and of what they decode to.
 
     Equal vertices of the source are one; triangles that have a vertex twice do not count. Raises
-    MeshletError.
+    ValueError.
     """
-    before = record_format.vertices_of(record_format.triangles_of(source))
-    after = decode(compressed)
+    corners, _, count = join_equal(triangles)
+    decoded, (numbers,) = without_copies(joinable, [joinable.integers[0]], max(source_vertices, 1))
     return (
-        Topology(**topology(before.triangles, len(before.records))),
-        Topology(**topology(after.indices, after.vertex_count)),
+        Topology(**topology(corners[~has_repeats(corners)], count)),
+        Topology(**topology(decoded, len(numbers))),
     )
 
 

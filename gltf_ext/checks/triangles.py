@@ -7,8 +7,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from gltf_ext import _codec
+from gltf_ext._joinable import Joinable
 from gltf_ext.attributes.extension import Compressed, malformed_from, parts_of
-from gltf_ext.attributes.records import HASH, RecordFormat, weld_rows
+from gltf_ext.attributes.records import HASH, RecordFormat, Triangles, weld_rows
+from gltf_ext.checks.topology import Topology, topologies
+from gltf_ext.document.accessors import bounds
 from gltf_ext.encode.primitive import gather_corners
 from gltf_ext.progress import Advance
 from gltf_ext.ranges import has_repeats
@@ -28,9 +31,10 @@ class Comparison:
     Attributes:
         triangles: number of the source's, without those that a writer may leave out.
         missing, extra: number of triangles that only the source has, and only the compressed one.
-        collapsed: of the source's triangles, with two corners on one point of the grid.
-        vertices: keys of the compressed primitive's vertices, part after part; none for a source
-            that is read in parts, where they might not fit memory.
+        box: uint32[2, 3]: smallest and largest integers of the compressed primitive's positions.
+        keys: of the compressed primitive's vertices, uint64[V].
+        source_triangles, joinable: both sides, quantised; as `keys` None for a source that is read
+            in parts, where they might not fit memory.
     """
 
     def __init__(
@@ -48,8 +52,11 @@ class Comparison:
         self._source, self._record_format = source, record_format
         self._compressed, self._folder = compressed, folder
         self._buckets = Buckets(TRIANGLE, TRIANGLE.itemsize * count, folder)
-        self.triangles = self.missing = self.extra = self.collapsed = 0
-        self.vertices: list[np.ndarray] = []
+        self.triangles = self.missing = self.extra = 0
+        self.box: np.ndarray | None = None
+        self.keys: np.ndarray | None = None
+        self.source_triangles: Triangles | None = None
+        self.joinable: Joinable | None = None
 
     def run(self, advance: Advance | None) -> None:
         """Set the counts. Raises MeshletError, OSError."""
@@ -61,50 +68,78 @@ class Comparison:
             self.missing += missing
             self.extra += extra
 
+    def topologies(self) -> tuple[Topology, Topology] | None:
+        """Return those of both sides; None if it is read in parts. Raises MeshletError."""
+        if self.source_triangles is None or self.joinable is None:
+            return None
+        with malformed_from(self._compressed.where):
+            source_vertices = self._compressed.source_vertices
+            return topologies(self.source_triangles, self.joinable, source_vertices)
+
     def _add_source(self, progress: Advance) -> None:
-        for keys, cells, positions, fraction in self._source_corners():
+        for keys, positions, fraction in self._source_corners():
             progress(fraction)
-            is_same = has_repeats(positions)
-            self.collapsed += int(np.count_nonzero(has_repeats(cells) & ~is_same))
-            is_optional = is_same & has_repeats(keys)
+            is_optional = has_repeats(positions) & has_repeats(keys)
             self.triangles += len(keys) - int(np.count_nonzero(is_optional))
             self._add(keys, np.where(is_optional, OPTIONAL_IN_SOURCE, IN_SOURCE))
 
-    def _source_corners(self) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray, float]]:
-        """Yield keys of vertices, grid points and positions, [T, 3] each, and the progress."""
+    def _source_corners(self) -> Iterator[tuple[np.ndarray, np.ndarray, float]]:
+        """Yield keys of vertices and of positions, [T, 3] each, and the progress."""
         source, record_format = self._source, self._record_format
         if source.is_in_memory:
             triangles = record_format.triangles_of(source)
             columns = self._columns(triangles.records)
+            self.source_triangles = triangles
             for first, last in blocks(triangles.count):
                 rows = triangles.corners_between(first, last)
-                keys, cells, positions = (column[rows] for column in columns)
-                yield keys, cells, positions, last / triangles.count
+                keys, positions = (column[rows] for column in columns)
+                yield keys, positions, last / triangles.count
             return
-        soup = WorkFile(self._folder)
-        for first, last, corners, fraction in gather_corners(source, record_format, soup):
+        corner_file = WorkFile(self._folder)
+        for first, last, corners, fraction in gather_corners(source, record_format, corner_file):
             if fraction < 1.0:
-                soup.write(corners, 3 * first * record_format.fine.itemsize)
+                corner_file.write(corners, 3 * first * record_format.fine.itemsize)
             else:
                 yield *self._columns(corners), last / source.triangle_count
-        soup.close()
+        corner_file.close()
 
-    def _columns(self, records: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _columns(self, records: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the keys of _source_corners, of records [...]."""
         streams = [records[str(s)] for s in range(len(self._record_format.plan.streams))]
-        return keys_of(streams), keys_of(streams[:1]), records[HASH]
+        return keys_of(streams), records[HASH]
 
     def _add_compressed(self, progress: Advance) -> None:
-        byte_count = 0
-        for part in parts_of(self._compressed.blob):
-            with malformed_from(self._compressed.where):
-                triangles, values = _codec.decode(part)
-            keys = keys_of(values)
-            self._add(keys[triangles], IN_COMPRESSED)
+        for triangles, integers, fraction in self._decoded():
+            keys = np.empty(len(integers[0]), np.uint64)
+            for first, last in blocks(len(keys)):
+                keys[first:last] = keys_of([values[first:last] for values in integers])
+            for first, last in blocks(len(triangles)):
+                self._add(keys[triangles[first:last]], IN_COMPRESSED)
+            self._widen(integers[0])
             if self._source.is_in_memory:
-                self.vertices.append(keys)
+                self.keys = keys
+            progress(fraction)
+
+    def _decoded(self) -> Iterator[tuple[np.ndarray, list[np.ndarray], float]]:
+        """Yield triangles and integers of the compressed primitive, and the progress."""
+        view = self._compressed.blob
+        if self._source.is_in_memory:
+            with malformed_from(self._compressed.where):
+                self.joinable, _ = _codec.decode_joinable(view)
+            yield self.joinable.triangles, self.joinable.integers, 1.0
+            return
+        byte_count = 0
+        for part in parts_of(view):
+            with malformed_from(self._compressed.where):
+                triangles, integers = _codec.decode(part)
             byte_count += len(part)
-            progress(byte_count / len(self._compressed.blob))
+            yield triangles, integers, byte_count / len(view)
+
+    def _widen(self, positions: np.ndarray) -> None:
+        """Make the box contain positions: uint32[n, 3]."""
+        rows = [positions] if self.box is None else [positions, self.box]
+        if len(positions):
+            self.box = np.stack(bounds(np.concatenate(rows)))
 
     def _add(self, corners: np.ndarray, origin: np.ndarray | int) -> None:
         """corners: uint64[T, 3]."""

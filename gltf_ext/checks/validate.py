@@ -18,9 +18,9 @@ from gltf_ext.attributes.extension import (
 from gltf_ext.checks.levels import lod_problems
 from gltf_ext.document import gltf, json_values
 from gltf_ext.document.accessors import accessor_format, bounds, read_accessor, stated_bounds
-from gltf_ext.document.buffer_layout import Renumber, map_accessors, map_views
 from gltf_ext.document.document import Document, item
 from gltf_ext.document.gltf2 import Model, name_of
+from gltf_ext.document.references import Renumber, map_accessors, map_views
 from gltf_ext.errors import MeshletError
 from gltf_ext.progress import Advance, progress_bar, shared_progress
 from gltf_ext.sources.importers import open_model

@@ -11,17 +11,20 @@ from pathlib import Path
 from typing import Any
 
 from gltf_ext.attributes.extension import has_compressed
+from gltf_ext.checks.accessors import moved_nodes
 from gltf_ext.checks.findings import Findings, report_of
 from gltf_ext.checks.level_errors import level_problems, measure_levels
 from gltf_ext.checks.primitives import compare, read_original
 from gltf_ext.document.document import Document
 from gltf_ext.document.gltf2 import Model, name_of
+from gltf_ext.document.looks import Looks
 from gltf_ext.errors import MeshletError, blaming
 from gltf_ext.options import Options
 from gltf_ext.progress import progress_bar
+from gltf_ext.sources.features import number_features
 from gltf_ext.sources.importers import open_model
 from gltf_ext.sources.large import open_source
-from gltf_ext.sources.primitives import is_compressed, triangle_primitives
+from gltf_ext.sources.primitives import triangle_primitives
 
 
 def verify(
@@ -46,7 +49,7 @@ def verify(
         progress: draw a progress bar on a terminal.
 
     Returns:
-        ok: triangles_equal and errors_within_bits hold, and there is no other problem.
+        ok: triangles_equal and errors_within_bits hold, and there are no other problems or losses.
         triangles_equal: both have the same multiset of triangles, up to rotation, with all
             attributes quantised.
         errors_within_bits: position components are off by at most half a step, the others by at
@@ -56,13 +59,22 @@ def verify(
             None if none was. Not compared: those read in parts, those whose original is
             compressed, those with other triangles.
         max_error, rms_error: attribute -> distance in model or attribute units; of directions the
-            distance of unit vectors. None when no vertex could be compared.
+            distance of unit vectors; of positions in an .obj or .ply to the doubles of the file.
+            None when no vertex could be compared.
         max_error_percent, rms_error_percent: the same in percent of the diagonal of the
             attribute's bounding box over the mesh.
         max_error_degrees: attribute -> largest angle, for directions.
         error_over_bound: attribute -> largest error as a fraction of the allowed one.
         triangles, missing_triangles, extra_triangles, differing_primitives: counts.
-        collapsed_triangles: count of those with two corners on one point of the grid.
+        collapsed_triangles, collapsed_area_percent: those without area on the grid; estimated of
+            primitives that are read in parts.
+        is_torn: whether the topology differs although the grid makes no vertices equal.
+        area_error: attribute -> the error that 99.9 % of the area stays within, in the units of
+            max_error, in the worst primitive; None where triangles are missing or read in parts.
+        area_error_percent: the same in percent, as max_error_percent.
+        seen_error: attribute -> "unit" ("texels" of the largest texture, at least 1024 in a tile;
+            "8-bit steps" of colours and weights), "max" and "area" in it; of values that are
+            rounded.
         levels: for each level of detail but the finest: mesh, primitive, level, triangles,
             stated_error, measured_error (99.9 % of surface samples are closer to the finest level,
             both ways), rounding (of that distance), largest_distance, share_within (the stated
@@ -71,7 +83,9 @@ def verify(
             difference to the nearest point of the finest level, at samples of the level. Stated
             errors do not cover it.
         not_measured: mesh and primitive of those whose levels are not measured.
-        problems: one line each.
+        problems: one line each; losses: the same for what bits lose so that it shows: a value that
+            is off by over a texel or an 8-bit step since others are far away. warnings: the
+            collapsed area of primitives, from 0.1 % on.
 
     Raises:
         MeshletError: a file is malformed, or the second one is not compressed.
@@ -94,21 +108,21 @@ def _compare_files(original: Model, compressed: Model, options: Options) -> dict
     original_name, compressed_name = name_of(original), name_of(compressed)
     with blaming(original_name):
         original_document, large = open_source(original, options)
+        number_features(original_document, large)  # as `compress` does
     with blaming(compressed_name):
         compressed_document = open_model(compressed)
     if not has_compressed(compressed_document):
         raise _misplaced(original_document, compressed_name)
-    findings = Findings()
+    looks = Looks(original_document)
+    findings = Findings(lambda mesh, index: looks.of([original_document.primitive(mesh, index)]))
+    documents = original_document, compressed_document
     with progress_bar(Path(compressed_name).name, options.progress) as advance:
         for mesh, index in _primitives_of_both(original_document, compressed_document, findings):
             with blaming(original_name):
                 source = large.get((mesh, index)) or read_original(original_document, mesh, index)
-            is_plain = not is_compressed(original_document.primitive(mesh, index))
-            folder = str(options.work_dir)
             with blaming(compressed_name):
-                compare(
-                    compressed_document, source, original_name, findings, folder, advance, is_plain
-                )
+                compare(documents, source, original_name, findings, str(options.work_dir), advance)
+    findings.problems += moved_nodes(*documents)
     with blaming(compressed_name):
         levels, not_measured = measure_levels(compressed_document, large=set(large))
     findings.problems += level_problems(levels)

@@ -7,34 +7,47 @@ import inspect
 import os
 import tempfile
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, ParamSpec, Protocol
 
 import numpy as np
 
 from gltf_ext import _codec
-from gltf_ext.attributes.extension import read_compressed, source_of
+from gltf_ext.attributes.choice import finer_grids
+from gltf_ext.attributes.details import Collapse, collapse_of_source, joins_vertices
+from gltf_ext.attributes.extension import read_compressed
 from gltf_ext.attributes.records import RecordFormat
-from gltf_ext.attributes.streams import Bits, Grid, dequantise, position_grid
+from gltf_ext.attributes.streams import Grid, dequantise
+from gltf_ext.checks.topology import topologies
 from gltf_ext.commands.inspect import inspect_document
+from gltf_ext.commands.jobs import Job, boxes_of, coarse_grids, jobs_of
+from gltf_ext.commands.losses import (
+    collapse_warnings,
+    limited,
+    range_warnings,
+    rounding_warnings,
+    steps_of,
+    torn_warnings,
+)
+from gltf_ext.commands.order import drop_numbered
 from gltf_ext.commands.result import Result, output_path
 from gltf_ext.commands.transcode import pack_compressed
 from gltf_ext.document import gltf
-from gltf_ext.document.buffer_layout import unknown_index_holders
 from gltf_ext.document.container import fallback_of
 from gltf_ext.document.document import Document
 from gltf_ext.document.draco import DRACO
 from gltf_ext.document.gltf2 import File, Model, name_of
 from gltf_ext.document.images import embed_images
+from gltf_ext.document.references import ambiguous_references
 from gltf_ext.encode.primitive import Compression, encode
 from gltf_ext.errors import MeshletError, blaming
 from gltf_ext.lod.document import add_levels, arrange, forget_levels
 from gltf_ext.lod.tables import EXTENSION as LEVELS
-from gltf_ext.options import MIN_POSITION_BITS, Options
+from gltf_ext.options import Options
 from gltf_ext.progress import Advance, progress_bar, shared_progress
 from gltf_ext.scheduler import LocalThreads, Runner, runner
-from gltf_ext.sources.large import Larges, open_source
+from gltf_ext.sources.features import number_features
+from gltf_ext.sources.large import open_source
 from gltf_ext.sources.primitives import (
     EXTENSION,
     DropCounts,
@@ -42,50 +55,16 @@ from gltf_ext.sources.primitives import (
     describe,
     describe_indices,
     store_primitive,
-    triangle_primitives,
 )
-from gltf_ext.sources.repair import read_finite_bounds, repair_warnings
-from gltf_ext.sources.source import Box, Source
+from gltf_ext.sources.repair import repair_warnings
+from gltf_ext.sources.source import Box
 
 PIXELS = 1000  # of a primitive's longest side, to judge whether its levels pay
 DEGENERATE, NOT_FINITE = "every triangle is degenerate", "no triangle has finite positions"
 LOSSY_BEFORE = (EXTENSION, DRACO, "KHR_mesh_quantization")
-# Extensions of a primitive that rely on the order of its triangles or vertices, which changes.
-ORDER_DEPENDENT = (
-    "FB_ngon_encoding",
-    "CESIUM_primitive_outline",
-    "EXT_mesh_manifold",
-    "EXT_mesh_polygon",
-)
 
 Report = dict[str, Any]
 P = ParamSpec("P")  # the options of compress, as keyword arguments
-
-
-@dataclass
-class Job:
-    """A distinct primitive to encode.
-
-    Attributes:
-        source: the primitive, in memory or in its file.
-        users: the document's primitives that it stands for.
-        drop_counts: counts of vertices and triangles left out.
-        grid: of its positions; None if they are integers.
-        reason_kept: why it is not compressed; empty if it is.
-        result: what it became.
-    """
-
-    source: Source
-    users: list[gltf.Primitive]
-    drop_counts: DropCounts
-    grid: Grid | None = None
-    reason_kept: str = ""
-    result: Compression = field(default_factory=Compression)
-
-    @property
-    def location(self) -> dict[str, int]:
-        """For reports."""
-        return {"mesh": self.source.mesh, "primitive": self.source.primitive}
 
 
 class _Command(Protocol[P]):
@@ -135,20 +114,21 @@ def compress(input: Model, output: File | None, settings: Options) -> Report:
     of at most 1 GiB; a primitive with more bytes has one of its own.
 
     Options:
-        position_bits: bits of a position along the longest side (4 to 24, default 12).
-        normal_bits: bits of each of the two elements of a normal or tangent (4 to 16, default 8).
-        texcoord_bits: bits of each texture coordinate (4 to 16, default 12).
-        color_bits: bits of each colour component that is not stored in 8 bits (4 to 16, default 8).
-        weight_bits: bits of each float skin weight (4 to 16, default 8).
+        position_bits: bits of a position along the longest side (4 to 24 or auto, default auto).
+        normal_bits: bits of each of the two elements of a normal or tangent (4 to 16 or auto,
+            default auto).
+        texcoord_bits: bits of each texture coordinate (4 to 16 or auto, default auto).
+        color_bits: bits of each colour component that is not stored in 8 bits (4 to 16 or auto,
+            default auto).
+        weight_bits: bits of each float skin weight (4 to 16 or auto, default auto).
         step: position step in model units, instead of bits: 0.001 is 1 mm if units are metres.
         grid: "mesh" or "scene": one position grid per mesh, or one for the whole scene (default
             mesh).
         max_triangles: most triangles in a meshlet (16 to 64, default 64).
         lambda_: above 0 and up to 1000; small values give planar meshlets, large ones compact
             meshlets (default 1.4).
-        effort: "fast" or "normal" or "high": how long to look for a smaller file; against normal,
-            fast takes about 0.6 of the time for 2 % more bytes, and high 1.7 times for 0.2 % fewer
-            (default normal).
+        effort: "fast" or "normal": how long to look for a smaller file; against normal, fast takes
+            about 0.6 of the time for 2 % more bytes (default normal).
         page_bytes: largest size of a page, a blob of neighbouring meshlets that decodes alone; 0
             for one blob per primitive, else at least 4096; by default 131072 in primitives of more
             than 131072 triangles, 0 in others; instead of 0, 32768 with levels of detail, and
@@ -184,6 +164,9 @@ def compress(input: Model, output: File | None, settings: Options) -> Report:
             triangles, before large ones are split; "iterations" is the most of any primitive.
         dropped: counts of vertices and triangles left out.
         kept: primitives left uncompressed: mesh, primitive and reason.
+        collapsed: "triangles" without area on the position grid, and their "area_percent".
+        steps: attribute -> "step" and "bits", smallest and largest: positions in units of the
+            scene, normals as degrees of the largest error, the others in their own units.
         warnings: one line each.
 
     Raises MeshletError when the input cannot be compressed, OSError when a file cannot be read or
@@ -196,20 +179,24 @@ def compress(input: Model, output: File | None, settings: Options) -> Report:
         )
     with runner(settings.scheduler, settings.threads) as chunks, blaming(name):
         document, large = open_source(input, settings)
-        sources_read = document.files()
-        jobs = _jobs(document, large, settings)
+        feature_warnings = number_features(document, large)
+        input_files = document.files()
+        jobs = jobs_of(document, large, settings)
         encoded = _encode_all(jobs, settings, chunks, Path(name).name)
         for job in encoded:
             _replace(document, job, settings.fallback)
         changes = _finish_document(document, jobs, encoded, settings)
+        changes["warnings"] += feature_warnings
         if settings.lod:
             changes["lod"] = _add_all_levels(document, encoded)
             changes["warnings"] += _useless_levels(encoded)
         if settings.transport:
             pack_compressed(document, settings.threads)
+        for job in jobs:
+            job.source.give_back_copy()
         result = Result.of(document, path)
         contents = inspect_document(document, _statistics_by_view(encoded))
-    report = {**result.write(input, sources_read), "fallback_bytes": result.fallback_bytes}
+    report = {**result.write(input, input_files), "fallback_bytes": result.fallback_bytes}
     if report["output_bytes"] >= report["input_bytes"]:
         changes["warnings"].append("the file grew; the original is smaller")
     if path:
@@ -247,6 +234,7 @@ def _encode_all(jobs: list[Job], options: Options, chunks: Runner, title: str) -
         raise MeshletError("holds no triangles with a POSITION", "there is nothing to compress")
     with progress_bar(title, options.progress) as advance:
         _encode_at_once(jobs, options, chunks, advance)
+        _mend_torn(jobs, options, chunks)
     encoded = [job for job in jobs if not job.reason_kept]
     if not encoded:
         raise MeshletError(
@@ -286,11 +274,61 @@ def _encode_at_once(
             raise
 
 
+def _mend_torn(jobs: list[Job], options: Options, chunks: Runner) -> None:
+    """Encode meshes again that a chosen grid has torn, with finer grids up to one that does not.
+
+    Where none does, or it has no room for other values, the first stays. All primitives of a mesh
+    have the same grid.
+    """
+    by_grid: dict[Grid | None, list[Job]] = {}
+    for job in jobs:
+        by_grid.setdefault(job.grid, []).append(job)
+    for coarse, torn in by_grid.items():
+        if coarse is None or not any(job.is_torn for job in torn):
+            continue
+        if not all(job.source.is_in_memory for job in torn):  # some are gone
+            continue
+        box = boxes_of([(None, job.source) for job in torn])[None]
+        torn.sort(key=lambda job: not job.is_torn)
+        for grid in finer_grids([job.choice for job in torn], coarse, box):
+            try:
+                again = _encode_on(grid, torn, options, chunks)
+            except MeshletError:  # of values that need too many bits there
+                break
+            if not any(job.is_torn for job in again):
+                for job, mended in zip(torn, again):
+                    job.grid, job.collapse, job.result = grid, mended.collapse, mended.result
+                    job.is_torn = False
+                break
+
+
+def _encode_on(grid: Grid, jobs: list[Job], options: Options, chunks: Runner) -> list[Job]:
+    """Return jobs encoded on another grid, those that were torn first, up to where one is again."""
+    again = [Job(job.choice, job.users, DropCounts(), grid) for job in jobs]
+    count = sum(job.is_torn for job in jobs)
+    for some in (again[:count], again[count:]):
+        if some and not any(job.is_torn for job in again):
+            _encode_at_once(some, options, chunks, None)
+    return again
+
+
+def _is_torn(job: Job, record_format: RecordFormat) -> bool:
+    """Return whether a grid has made vertices equal so that the mesh decodes otherwise."""
+    result, source = job.result, job.source
+    has_copies = result.source_vertices < result.statistics["vertices"]
+    if not (has_copies and source.is_in_memory and joins_vertices(source, record_format)):
+        return False
+    triangles = record_format.triangles_of(source)
+    joinable, _ = _codec.decode_joinable(result.view)
+    before, after = topologies(triangles, joinable, result.source_vertices)
+    return before != after
+
+
 def _finish_document(
     document: Document, jobs: list[Job], encoded: list[Job], options: Options
 ) -> dict[str, Any]:
     """Bring images and lists of extensions in order; returns the report on the changes."""
-    warnings = [*document.import_warnings, *_lossy_before(document), *_coarse_grids(jobs)]
+    warnings = [*document.import_warnings, *_lossy_before(document), *coarse_grids(jobs)]
     sources = {id(job.source): job.source for job in encoded}.values()  # jobs may share one
     warnings += repair_warnings(sources)
     document.forget_extension(EXTENSION)
@@ -298,17 +336,49 @@ def _finish_document(
     document.use_extension(EXTENSION, required=not options.fallback)
     warnings += embed_images(document)
     warnings += _settle_extensions(document, encoded)
+    total, losses = _losses(encoded, document.import_rounding, options.chooses_positions)
+    warnings += losses
+    mesh_of = {id(primitive): mesh for mesh, _, primitive in all_primitives(document)}
     of_jobs = [{**job.location, "reason": job.reason_kept} for job in jobs if job.reason_kept]
     drop_counts = DropCounts()
     for job in jobs:
         drop_counts.add(job.drop_counts)
+        drop_counts.add(job.result.drop_counts)
     drop_counts.non_finite_triangles = sum(source.replaced["POSITION"] for source in sources)
     return {
         "generation": _generation(encoded),
         "dropped": vars(drop_counts),
         "kept": [*_without_positions(document), *of_jobs],
+        "collapsed": {"triangles": round(total.count), "area_percent": 100 * total.share},
+        "steps": steps_of(
+            document,
+            [
+                ({mesh_of[id(user)] for user in job.users}, job.choice, job.result.plan)
+                for job in encoded
+            ],
+        ),
         "warnings": warnings,
     }
+
+
+def _losses(encoded: list[Job], rounding: float, is_auto: bool) -> tuple[Collapse, list[str]]:
+    """Return the triangles that grids collapse, and warnings about what is lost.
+
+    rounding: of positions, when they were read; is_auto: whether the grids were chosen.
+    """
+    collapses: dict[str, Collapse] = {}
+    total, warnings = Collapse(), []
+    for job in encoded:
+        total.add(job.collapse)
+        collapses.setdefault(job.source.where, Collapse()).add(job.collapse)
+        warnings += range_warnings(job.choice, job.result.plan)
+    steps = [job.grid.step for job in encoded if job.grid]
+    lines = [
+        *rounding_warnings(rounding, steps),
+        *collapse_warnings(collapses, is_auto),
+        *torn_warnings([job.source.where for job in encoded if job.is_torn]),
+    ]
+    return total, [*lines, *limited(warnings)]
 
 
 def _without_positions(document: Document) -> list[dict[str, Any]]:
@@ -330,103 +400,7 @@ def _lossy_before(document: Document) -> list[str]:
     ]
 
 
-# --- collecting ---
-
-Identity = tuple[Any, ...]  # equal for primitives with the same data
-
-
-def _jobs(document: Document, large: Larges, options: Options) -> list[Job]:
-    """One job per distinct primitive (same indices, attributes and targets) and position grid."""
-    sources: dict[Identity, tuple[Source, DropCounts]] = {}
-    uses = []
-    for mesh, index, primitive in triangle_primitives(document):
-        identity = _identity(primitive)
-        if identity not in sources and (mesh, index) in large:
-            sources[identity] = large[mesh, index], DropCounts()
-        elif identity not in sources:
-            sources[identity] = _source(document, mesh, index, options.non_finite)
-        uses.append((mesh if options.grid == "mesh" else None, primitive, identity))
-    boxes = _boxes([(key, sources[identity][0]) for key, _, identity in uses])
-    grids = {key: _grid(box, options) for key, box in boxes.items()}
-    jobs: dict[tuple[Identity, Grid | None], Job] = {}
-    for key, primitive, identity in uses:
-        source, drop_counts = sources[identity]
-        grid = grids.get(key)
-        job = jobs.setdefault((identity, grid), Job(source, [], drop_counts, grid))
-        job.users.append(primitive)
-    return list(jobs.values())
-
-
-def _identity(primitive: gltf.Primitive) -> Identity:
-    compression = [repr(gltf.extension(primitive, name)) for name in (EXTENSION, DRACO)]
-    names = (tuple(sorted(names.items())) for names in gltf.attribute_sets(primitive))
-    return (gltf.mode(primitive), primitive.get("indices"), *compression, *names)
-
-
-def _source(
-    document: Document, mesh: int, index: int, non_finite: str
-) -> tuple[Source, DropCounts]:
-    source, drop_counts = source_of(document, mesh, index)
-    if len(source.attributes) <= _codec.BLOB_MAX_STREAMS:  # else it stays uncompressed
-        read_finite_bounds(source, non_finite)
-    return source, drop_counts
-
-
-def _boxes(sources: list[tuple[int | None, Source]]) -> dict[int | None, Box]:
-    """Key -> box of all its primitives that have triangles and float positions."""
-    boxes: dict[int | None, Box] = {}
-    for key, source in sources:
-        if box := source.box:
-            low, high = box
-            old_box = boxes.get(key, (low, high))
-            boxes[key] = np.minimum(low, old_box[0]), np.maximum(high, old_box[1])
-    return boxes
-
-
-def _grid(box: Box, options: Options) -> Grid:
-    grid = position_grid(*box, _bits(options).position, options.step)
-    if options.step is not None and _is_coarse(box, grid):
-        extent = float((box[1] - box[0]).max())
-        raise MeshletError(
-            f"step {options.step:g} leaves fewer than {MIN_POSITION_BITS} bits for positions "
-            f"in a box of {extent:g}",
-            f"use a step of at most {extent / 2 ** (MIN_POSITION_BITS - 1):.3g}",
-        )
-    return grid
-
-
-def _is_coarse(box: Box, grid: Grid) -> bool:
-    """Return whether a box that is not a point needs fewer than MIN_POSITION_BITS on the grid."""
-    extent = float((box[1] - box[0]).max())
-    return 0.0 < extent < (2.0 ** (MIN_POSITION_BITS - 1) - 0.5) * grid.step
-
-
-def _coarse_grids(jobs: list[Job]) -> list[str]:
-    """Warnings for meshes that are small on the grid that they share."""
-    boxes = _boxes([(job.source.mesh, job.source) for job in jobs])
-    grids: dict[int | None, Grid] = {
-        job.source.mesh: job.grid for job in reversed(jobs) if job.grid
-    }
-    return [
-        f"mesh {mesh}: fewer than {MIN_POSITION_BITS} bits are left for its positions; "
-        "use --grid mesh or a smaller step"
-        for mesh, box in boxes.items()
-        if _is_coarse(box, grids[mesh])
-    ]
-
-
 # --- encoding ---
-
-
-def _bits(options: Options) -> Bits:
-    assert options.position_bits is not None  # Options sets it
-    return Bits(
-        options.position_bits,
-        options.normal_bits,
-        options.texcoord_bits,
-        options.color_bits,
-        options.weight_bits,
-    )
 
 
 def _encode_job(
@@ -443,16 +417,20 @@ def _encode_job(
             job.drop_counts.degenerate_triangles += source.triangle_count
             _keep(job, DEGENERATE)
             return
-        record_format = RecordFormat.of(source, job.grid, _bits(options))
+        record_format = RecordFormat.of(source, job.grid, job.choice.bits)
         streams = len(record_format.plan.streams)
     if streams > max_streams:
         job.reason_kept = f"it takes {streams} streams, at most {max_streams} are possible"
         return
     own_runner = LocalThreads(threads) if source.is_in_memory else chunks
     job.result = encode(source, record_format, options, own_runner, progress)
-    job.drop_counts.add(job.result.drop_counts)
     if not job.result.statistics:
         _keep(job, DEGENERATE)
+        return
+    if job.grid and job.choice.sample:
+        job.collapse = collapse_of_source(source, job.grid, job.choice.sample)
+        if options.chooses_positions:
+            job.is_torn = _is_torn(job, record_format)
 
 
 def _keep(job: Job, reason: str) -> None:
@@ -520,19 +498,19 @@ def _useless_levels(encoded: list[Job]) -> list[str]:
     """
     from gltf_ext.lod.cuts import cut_at_error, held_bytes  # commands without levels start faster
 
-    plain_bytes = level_bytes = 0
+    bytes_without_levels = bytes_with_levels = 0
     for job in encoded:
         if not job.result.levels:
             continue
         tables = job.result.levels.tables
         size = float(np.ptp(_decoded_box(job.result), axis=0).max())
-        plain_bytes += len(job.result.view)
-        level_bytes += held_bytes(tables, cut_at_error(tables, size / PIXELS))
-    if level_bytes < plain_bytes or not plain_bytes:
+        bytes_without_levels += len(job.result.view)
+        bytes_with_levels += held_bytes(tables, cut_at_error(tables, size / PIXELS))
+    if bytes_with_levels < bytes_without_levels or not bytes_without_levels:
         return []
     return [
         f"levels of detail do not pay: for one pixel of error in {PIXELS} a viewer loads "
-        f"{level_bytes:,} bytes, and {plain_bytes:,} without levels"
+        f"{bytes_with_levels:,} bytes, and {bytes_without_levels:,} without levels"
     ]
 
 
@@ -541,23 +519,17 @@ def _useless_levels(encoded: list[Job]) -> list[str]:
 
 def _settle_extensions(document: Document, encoded: list[Job]) -> list[str]:
     """Correct extensionsUsed and extensionsRequired; return warnings."""
-    users = [user for job in encoded for user in job.users]
-    for user in users:
-        gltf.pop_extension(user, DRACO)
-    warnings = []
-    for name in ORDER_DEPENDENT:
-        carriers = [user for user in users if gltf.pop_extension(user, name) is not None]
-        if carriers or name in document.extensionsUsed:
-            warnings.append(
-                f"{name} describes the order of triangles, which changes; it is dropped"
-            )
-            document.forget_extension(name)
+    for job in encoded:
+        for user in job.users:
+            gltf.pop_extension(user, DRACO)
+    compressed = {id(user): job.counts for job in encoded for user in job.users}
+    warnings = drop_numbered(document, compressed)
     if not any(gltf.has_extension(p, DRACO) for _, _, p in all_primitives(document)):
         document.forget_extension(DRACO)
-    unknown = unknown_index_holders(document)
+    unknown = sorted(ambiguous_references(document))
     if unknown:
         warnings.append(
-            f"{', '.join(unknown)} may refer to the original accessors, so their data is kept; "
+            f"{', '.join(unknown)} may refer to original accessors, so the data of these is kept; "
             "remove the extension for a smaller file"
         )
     return warnings

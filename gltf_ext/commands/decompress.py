@@ -57,7 +57,7 @@ def decompress(
     folder = str(path.parent) if path else tempfile.gettempdir()
     with blaming(name_of(input)):
         document = open_model(input)
-        sources = document.files()
+        input_files = document.files()
         compressed = require_compressed(document)
         warnings = missing_levels(document) if level or error is not None else []
         with progress_bar(Path(name_of(input)).name, progress) as advance:
@@ -66,7 +66,7 @@ def decompress(
         forget_levels(document)
         warnings += embed_images(document)
         result = Result.of(document, path)
-    return {**result.write(input, sources), "triangles": triangles, "warnings": warnings}
+    return {**result.write(input, input_files), "triangles": triangles, "warnings": warnings}
 
 
 def _expand_all(

@@ -50,15 +50,15 @@ class Result:
         fallback = sizes.get(fallback_of(output), 0)
         return cls(files, None, sum(sizes.values()) - fallback, fallback)
 
-    def write(self, input: Model, sources: Sequence[Path]) -> dict[str, Any]:
+    def write(self, input: Model, input_files: Sequence[Path]) -> dict[str, Any]:
         """Write the files, if any, and begin a command's report.
 
         Args:
             input: the model that was read.
-            sources: further files that were read.
+            input_files: further files that were read.
 
         Returns:
-            input, input_bytes (with those of the sources, but without a fallback), output and
+            input, input_bytes (with those of input_files, but without a fallback), output and
             output_bytes; instead of writing, gltf: the GLTF2.
 
         Raises:
@@ -66,16 +66,16 @@ class Result:
             OSError: a file cannot be written.
         """
         report: dict[str, Any] = {"input": name_of(input), "output": None}
-        report["input_bytes"] = _input_bytes(input, sources)
+        report["input_bytes"] = _input_bytes(input, input_files)
         report["output_bytes"] = self.output_bytes
         if not self.files:
             return {**report, "gltf": self.gltf}
-        write_files(self.files, [*([input] if is_path(input) else []), *sources])
+        write_files(self.files, [*([input] if is_path(input) else []), *input_files])
         *_, model = self.files
         return {**report, "output": str(model)}
 
 
-def _input_bytes(input: Model, sources: Sequence[Path]) -> int:
+def _input_bytes(input: Model, input_files: Sequence[Path]) -> int:
     fallback = fallback_of(Path(input)) if is_path(input) else None
-    files = [path for path in dict.fromkeys(sources) if path != fallback and path.is_file()]
+    files = [path for path in dict.fromkeys(input_files) if path != fallback and path.is_file()]
     return size_of(input) + sum(path.stat().st_size for path in files)

@@ -9,7 +9,7 @@ import numpy as np
 
 from gltf_ext.document import gltf
 from gltf_ext.document.document import DAMAGED, Document, item
-from gltf_ext.errors import MeshletError
+from gltf_ext.errors import EXPORT_AGAIN, MeshletError
 
 DTYPES: dict[int, np.dtype] = {
     gltf.BYTE: np.dtype("i1"),
@@ -31,9 +31,7 @@ def accessor_format(accessor: gltf.Accessor, name: str) -> Format:
     """Return the format of an accessor. Raises MeshletError with `name` for an invalid one."""
     component, kind = accessor.get("componentType"), accessor.get("type")
     if component not in DTYPES or kind not in COMPONENTS:
-        raise MeshletError(
-            f"{name} has component type {component} and type {kind}", "export the model again"
-        )
+        raise MeshletError(f"{name} has component type {component} and type {kind}", EXPORT_AGAIN)
     dtype, components = DTYPES[component], COMPONENTS[kind]
     if kind.startswith("MAT") and dtype.itemsize < 4:
         raise MeshletError(
@@ -51,9 +49,7 @@ def element_count(accessor: gltf.Accessor, name: str, count: int | None) -> int:
     if elements < 0:
         raise MeshletError(f"{name} has no valid count", DAMAGED)
     if count is not None and elements != count:
-        raise MeshletError(
-            f"{name} has {elements} elements instead of {count}", "export the model again"
-        )
+        raise MeshletError(f"{name} has {elements} elements instead of {count}", EXPORT_AGAIN)
     return elements
 
 

@@ -4,42 +4,21 @@ from __future__ import annotations
 
 import dataclasses
 from collections import defaultdict
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any
 
 from gltf_ext.document import gltf
 from gltf_ext.document.accessors import accessor_format, drop_infinite_bounds
-from gltf_ext.document.document import Document, item
+from gltf_ext.document.document import Document, NewBytes, item
+from gltf_ext.document.references import Renumber, map_accessors, map_views, pinned_numbers
 from gltf_ext.errors import MeshletError
 
-Renumber = Callable[[int], int]
-# Extensions whose accessor and buffer view indices are all found by map_accessors and map_views.
-SAFE_PREFIXES = (
-    "KHR_materials_",
-    "KHR_texture_",
-    "KHR_lights_",
-    "KHR_mesh_quantization",
-    "KHR_draco_mesh_compression",
-    "KHR_animation_pointer",
-    "KHR_xmp",
-    "KHR_node_",
-    "EXT_texture_",
-    "EXT_lights_",
-    "EXT_mesh_features",
-    "EXT_mesh_gpu_instancing",
-    "EXT_structural_metadata",
-    "EXT_meshlet_edgebreaker",
-    "EXT_meshlet_lod",
-    "EXT_meshlet_transport",
-    "MSFT_lod",
-    "MSFT_texture_dds",
-    "FB_ngon_encoding",
-    "VRM",
-)
-# EXT_structural_metadata: the buffer views of a property table's property.
-METADATA_VIEW_KEYS = ("values", "arrayOffsets", "stringOffsets")
 BLOB_ALIGNMENT = 4
 METADATA_ALIGNMENT = 8
+WITH_METADATA = ("EXT_structural_metadata", "EXT_feature_metadata", "EXT_mesh_features")
+# What stands for an unused accessor or buffer view, where the numbers of later ones must stay.
+NO_ACCESSOR: gltf.Accessor = {"componentType": gltf.FLOAT, "count": 1, "type": "SCALAR"}
+NO_BYTES = bytes(4)
 
 Pieces = list[bytes | memoryview]
 
@@ -48,113 +27,12 @@ def pack(document: Document, most: int, split_bytes: int) -> tuple[list[Pieces],
     """Drop unused data and lays out the buffers: (pieces of each, of the fallback's).
 
     Views added with `fallback` go to the last buffer, all others to buffer 0 if they take at most
-    `most` bytes. Else each buffer has at most `split_bytes`, or one larger view. If an extension
-    unknown to this package holds integers, nothing old is dropped or renumbered.
+    `most` bytes. Else each buffer has at most `split_bytes`, or one larger view.
     """
-    if not unknown_index_holders(document):
-        _drop_unused(document)
+    _drop_unused(document)
     for accessor in document.accessors:
         drop_infinite_bounds(accessor)  # JSON cannot hold them
     return _lay_out(document, most, split_bytes)
-
-
-def unknown_index_holders(document: Document) -> list[str]:
-    """Name of unknown extensions in use that hold integers, which may be indices."""
-    return sorted(
-        {
-            name
-            for name, value in _extensions(document.json)
-            if not name.startswith(SAFE_PREFIXES) and _holds_integer(value)
-        }
-    )
-
-
-def _holds_integer(value: Any) -> bool:
-    if isinstance(value, dict):
-        return any(_holds_integer(v) for v in value.values())
-    if isinstance(value, list):
-        return any(_holds_integer(v) for v in value)
-    return isinstance(value, int) and not isinstance(value, bool)
-
-
-# --- references ---
-
-
-def _extensions(value: Any) -> Iterator[tuple[str, Any]]:
-    """Return (name, object) of every extension in JSON, nested ones included."""
-    if isinstance(value, list):
-        children = value
-    elif isinstance(value, dict):
-        inner = value.get("extensions")
-        if isinstance(inner, dict):
-            yield from inner.items()
-        children = [child for key, child in value.items() if key != "extras"]
-    else:
-        return
-    for child in children:
-        if child and not isinstance(child, (int, float, str)):
-            yield from _extensions(child)
-
-
-def map_accessors(document: Document, renumber: Renumber) -> None:
-    """Replace every accessor index by renumber(index)."""
-    for mesh in document.meshes:
-        for primitive in mesh["primitives"]:
-            for attributes in gltf.attribute_sets(primitive):
-                _map_values(attributes, renumber)
-            _map_field(primitive, "indices", renumber)
-    for animation in document.animations:
-        for sampler in animation["samplers"]:
-            _map_field(sampler, "input", renumber)
-            _map_field(sampler, "output", renumber)
-    for skin in document.skins:
-        _map_field(skin, "inverseBindMatrices", renumber)
-    for name, value in _extensions(document.json):
-        if (
-            name == "EXT_mesh_gpu_instancing"
-            and isinstance(value, dict)
-            and isinstance(value.get("attributes"), dict)
-        ):
-            _map_values(value["attributes"], renumber)
-
-
-def map_views(document: Document, renumber: Renumber) -> None:
-    """Replace every buffer view index by renumber(index)."""
-    for accessor in document.accessors:
-        _map_field(accessor, "bufferView", renumber)
-        sparse = accessor.get("sparse", {})
-        _map_field(sparse.get("indices", {}), "bufferView", renumber)
-        _map_field(sparse.get("values", {}), "bufferView", renumber)
-    for image in document.images:
-        _map_field(image, "bufferView", renumber)
-    for name, value in list(_extensions(document.json)):
-        keys: tuple[str, ...] = ("bufferView",)
-        if name == "EXT_structural_metadata":
-            keys += METADATA_VIEW_KEYS
-        _map_keys(value, keys, renumber)
-
-
-def _map_field(owner: Any, field: str, renumber: Renumber) -> None:
-    if field in owner:
-        owner[field] = renumber(owner[field])
-
-
-def _map_values(attributes: dict[str, Any], renumber: Renumber) -> None:
-    for name, index in attributes.items():
-        attributes[name] = renumber(index)
-
-
-def _map_keys(value: Any, keys: tuple[str, ...], renumber: Renumber) -> None:
-    """Renumbers integers under these keys. Skips nested extensions: `_extensions` lists them."""
-    if isinstance(value, list):
-        for v in value:
-            _map_keys(v, keys, renumber)
-    elif isinstance(value, dict):
-        for key, v in value.items():
-            if key in keys and isinstance(v, int) and not isinstance(v, bool):
-                value[key] = renumber(v)
-            elif key not in ("extensions", "extras"):
-                _map_keys(v, keys, renumber)
 
 
 # --- dropping ---
@@ -163,9 +41,16 @@ def _map_keys(value: Any, keys: tuple[str, ...], renumber: Renumber) -> None:
 Mapper = Callable[[Document, Renumber], None]
 
 
-def _used(document: Document, mapper: Mapper, items: list[Any], kind: str) -> list[int]:
-    """Return the items in use, in their order. Renumbers every reference to them."""
-    used: set[int] = set()
+def _used(
+    document: Document, mapper: Mapper, items: list[Any], kind: str, pinned: set[int]
+) -> tuple[list[int], set[int]]:
+    """Return (the items that stay, in their order; of these, those in use).
+
+    Renumbers every reference to them. Up to the last pinned item, all stay: its number may stand
+    in an unknown extension.
+    """
+    used = {index for index in pinned if index < len(items)}
+    last = max(used, default=-1)
 
     def note(index: int) -> int:
         item(items, index, kind)
@@ -173,19 +58,23 @@ def _used(document: Document, mapper: Mapper, items: list[Any], kind: str) -> li
         return index
 
     mapper(document, note)
-    indices = sorted(used)
+    indices = sorted(used | set(range(last + 1)))
     new_index = {old: new for new, old in enumerate(indices)}
     mapper(document, new_index.__getitem__)
-    return indices
+    return indices, used
 
 
 def _drop_unused(document: Document) -> None:
-    accessors = list(document.accessors)
-    used = _used(document, map_accessors, accessors, "accessor")
-    document.accessors[:] = [accessors[old] for old in used]
+    accessors, pinned = list(document.accessors), pinned_numbers(document)
+    indices, used = _used(document, map_accessors, accessors, "accessor", pinned)
+    document.accessors[:] = [accessors[i] if i in used else {**NO_ACCESSOR} for i in indices]
     if len(used) < len(accessors):
         _trim_views(document)
-    document.arrange_views(_used(document, map_views, document.bufferViews, "bufferView"))
+    indices, used = _used(document, map_views, document.bufferViews, "bufferView", pinned)
+    for index in set(indices) - used:
+        document.bufferViews[index] = {"buffer": 0, "byteLength": len(NO_BYTES)}
+        document.new_bytes[index] = NewBytes(memoryview(NO_BYTES), False)
+    document.arrange_views(indices)
 
 
 def _trim_views(document: Document) -> None:
@@ -280,7 +169,7 @@ class _Buffer:
 def _lay_out(document: Document, most: int, split_bytes: int) -> tuple[list[Pieces], Pieces]:
     """Place the views one after the other in their buffers and replaces the list of buffers."""
     alignment = BLOB_ALIGNMENT
-    if "EXT_structural_metadata" in document.extensionsUsed:
+    if any(name in document.extensionsUsed for name in WITH_METADATA):
         alignment = METADATA_ALIGNMENT
     contents = [_content(document, i) for i in range(len(document.bufferViews))]
     size = sum(alignment + len(content) for content, is_fallback in contents if not is_fallback)

@@ -13,8 +13,9 @@ from urllib.parse import quote
 from gltf_ext.document.buffer_layout import Pieces, pack
 from gltf_ext.document.document import CONVERT, DAMAGED, Document, read_file
 from gltf_ext.document.lfs import refuse_pointer
+from gltf_ext.document.meshopt import unpack_meshopt
 from gltf_ext.document.transport import unpack_views
-from gltf_ext.errors import MeshletError
+from gltf_ext.errors import EXPORT_AGAIN, MeshletError
 
 GLB_HEADER = struct.Struct("<4sII")  # magic, version, length of the file
 CHUNK_HEADER = struct.Struct("<I4s")  # length, type
@@ -25,7 +26,7 @@ MAX_BINARY_BYTES = 15 << 28  # of a .glb's binary chunk; the rest is for the JSO
 BIN_BYTES = 1 << 30
 MAX_JSON_DEPTH = 200
 CUT_OFF = "the file is cut off; get it again"
-EMPTY, EXPORT_AGAIN = "is empty", "export it again"
+EMPTY = "is empty"
 
 
 # --- reading ---
@@ -91,6 +92,7 @@ def parse_json(text: bytes, binary: memoryview | None, base: Path) -> Document:
             "the file is damaged; export it again",
         )
     document = Document(properties, binary, base)
+    unpack_meshopt(document)
     document.was_packed = unpack_views(document)
     return document
 

@@ -6,9 +6,10 @@ import base64
 import binascii
 import mmap
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Final, TypeVar
 from urllib.parse import unquote, unquote_to_bytes
@@ -24,20 +25,26 @@ DAMAGED = "the file is damaged; get it again"
 T = TypeVar("T")
 MOST_READ = 1 << 24  # bytes of a file; larger ones are mapped
 CONVERT = "convert it first: npx gltf-pipeline -i IN -o OUT.glb"
-MESHOPT_REMEDY = "decompress it first: gltfpack -noq -i IN.glb -o OUT.glb"
+MESHOPT_REMEDY = "install a decoder: pip install gltf-meshlet[meshopt]"
 
 
 @dataclass(frozen=True)
 class NewBytes:
     """Bytes of a buffer view that is not in a buffer yet.
 
+    source: these, or what returns them when they are read for the first time.
     fallback: they go to the fallback's buffer, not to the binary chunk.
     packed: what is written instead of them, see transport.py.
     """
 
-    data: memoryview
+    source: memoryview | Callable[[], memoryview]
     fallback: bool
     packed: bytes | None = None
+
+    @cached_property
+    def data(self) -> memoryview:
+        """The bytes. Raises MeshletError."""
+        return self.source if isinstance(self.source, memoryview) else self.source()
 
 
 class Document:
@@ -49,8 +56,10 @@ class Document:
         new_bytes: buffer view -> its bytes, if they are not in a buffer yet.
         base: the folder that relative uris refer to.
         import_warnings: one line for each thing lost when another format was read.
+        import_rounding: the largest difference of a coordinate to that in the file, a double.
         import_files: the other files that were read then, such as materials and textures.
         was_packed: the file had packed views (transport.py).
+        unread_bytes: what all views take that are decoded when they are read (meshopt.py).
     """
 
     def __init__(
@@ -78,8 +87,10 @@ class Document:
         self.new_bytes: dict[int, NewBytes] = {}
         self.base = base
         self.import_warnings: tuple[str, ...] = ()
+        self.import_rounding = 0.0
         self.import_files: tuple[Path, ...] = ()
         self.was_packed = False
+        self.unread_bytes = 0
         self._binary = binary
         self._buffers_read: dict[int, memoryview] = {}
 
@@ -101,7 +112,8 @@ class Document:
         buffer = item(self.buffers, index, "buffer")
         if index not in self._buffers_read:
             uri, length = buffer.get("uri"), buffer.get("byteLength")
-            data = self._binary if uri is None else memoryview(self._buffer_of(uri))
+            binary = self._binary if index == 0 else None
+            data = binary if uri is None else memoryview(self._buffer_of(uri))
             if data is None:
                 raise MeshletError(f"buffer {index} has neither a uri nor a binary chunk", DAMAGED)
             if length is None or not 0 <= length <= len(data):
@@ -119,14 +131,16 @@ class Document:
             return self.new_bytes[index].data
         if any(name.endswith("meshopt_compression") for name in view.get("extensions", ())):
             raise MeshletError("is compressed with meshopt", MESHOPT_REMEDY)
+        return self.bytes_at(view, f"bufferView {index}")
+
+    def bytes_at(self, view: gltf.BufferView, where: str) -> memoryview:
+        """Return the bytes of a buffer that `view` says. Raises MeshletError with `where`."""
         if "buffer" not in view:
-            raise MeshletError(f"bufferView {index} names no buffer", DAMAGED)
+            raise MeshletError(f"{where} names no buffer", DAMAGED)
         buffer = self.bytes_of_buffer(view["buffer"])
         start, length = gltf.byte_offset(view), view.get("byteLength")
         if length is None or start < 0 or length < 0 or start + length > len(buffer):
-            raise MeshletError(
-                f"bufferView {index} reaches beyond buffer {view['buffer']}", DAMAGED
-            )
+            raise MeshletError(f"{where} reaches beyond buffer {view['buffer']}", DAMAGED)
         return buffer[start : start + length]
 
     def add_view(
@@ -212,9 +226,10 @@ def _require_version_2(properties: Any) -> None:
     """Raise MeshletError for another version of glTF. Lists of glTF 1.0 are objects by name."""
     is_first = any(member(properties, name) for name in ("accessors", "bufferViews", "meshes"))
     default = "1.0" if is_first else gltf.VERSION
-    version = str(member(properties, "asset").get("version", default))
-    if not version.startswith("2"):
-        raise MeshletError(f"is glTF {version}, not glTF 2.0", CONVERT)
+    version = member(properties, "asset").get("version")
+    version = default if version is None else str(version)
+    if version.split(".")[0] != "2":
+        raise MeshletError(f"is glTF {version or 'of no version'}, not glTF 2.0", CONVERT)
 
 
 def read_file(path: Path) -> bytes | memoryview:

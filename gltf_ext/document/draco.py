@@ -11,10 +11,9 @@ import numpy as np
 from gltf_ext.document import gltf
 from gltf_ext.document.accessors import accessor_format
 from gltf_ext.document.document import Document, item
-from gltf_ext.errors import MeshletError
+from gltf_ext.errors import EXPORT_AGAIN, MeshletError
 
 DRACO = "KHR_draco_mesh_compression"
-REMEDY = "export the model again"
 VERSION = (2, 2)  # of the bitstream, the only one in glTF
 EDGEBREAKER = 1
 HAS_METADATA = 0x8000
@@ -43,7 +42,7 @@ def decode_draco(
         values = next((array for unique_id, array in arrays if unique_id == ids[name]), None)
         if values is None or values.ndim != 2 or values.shape[1] != components:
             raise MeshletError(
-                f"Draco data of {where} has no {name} of {components} components", REMEDY
+                f"Draco data of {where} has no {name} of {components} components", EXPORT_AGAIN
             )
         result[name] = np.ascontiguousarray(values, dtype)
     vertex_counts = {len(values) for values in result.values()}
@@ -53,7 +52,7 @@ def decode_draco(
         or faces.shape[1] != 3
         or (faces.size and not 0 <= faces.min() <= faces.max() < min(vertex_counts))
     ):
-        raise MeshletError(f"Draco data of {where} is inconsistent", REMEDY)
+        raise MeshletError(f"Draco data of {where} is inconsistent", EXPORT_AGAIN)
     result["indices"] = faces.astype(np.uint32).ravel()
     return result
 
@@ -69,18 +68,20 @@ def _decode(
             f"{where} is compressed with Draco", "install DracoPy to read it: pip install DracoPy"
         ) from None
     if not isinstance(extension, dict) or not isinstance(extension.get("attributes"), dict):
-        raise MeshletError(f"{where} has a malformed {DRACO} object", REMEDY)
+        raise MeshletError(f"{where} has a malformed {DRACO} object", EXPORT_AGAIN)
     data = bytes(document.bytes_of_view(extension.get("bufferView")))
     try:
         if _claimed_faces(data) > LEAST_FACES + FACES_PER_BYTE * len(data):
-            raise MeshletError(f"Draco data of {where} claims more triangles than it holds", REMEDY)
+            raise MeshletError(
+                f"Draco data of {where} claims more triangles than it holds", EXPORT_AGAIN
+            )
         mesh = DracoPy.decode(data)
         arrays = [(a["unique_id"], np.asarray(a["data"])) for a in mesh.attributes]
         return arrays, np.asarray(mesh.faces)
     except MeshletError:
         raise
     except Exception:  # DracoPy raises any exception of its C++ library
-        raise MeshletError(f"Draco data of {where} cannot be decoded", REMEDY) from None
+        raise MeshletError(f"Draco data of {where} cannot be decoded", EXPORT_AGAIN) from None
 
 
 def _claimed_faces(data: bytes) -> int:

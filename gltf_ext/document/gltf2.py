@@ -125,14 +125,14 @@ def to_gltf2(document: Document) -> tuple[pygltflib.GLTF2, int, int]:
     import pygltflib
 
     (pieces, *_), fallback = pack(document, sys.maxsize, sys.maxsize)
-    binary, plain = b"".join(pieces), b"".join(fallback)
+    binary, fallback_bytes = b"".join(pieces), b"".join(fallback)
     size = len(json_of(document)) + len(binary)
-    if plain:
-        document.buffers[-1]["uri"] = DATA_URI + base64.b64encode(plain).decode()
+    if fallback_bytes:
+        document.buffers[-1]["uri"] = DATA_URI + base64.b64encode(fallback_bytes).decode()
     result = _object(pygltflib.GLTF2, document.json)
     result.set_binary_blob(binary)
     result._path = document.base
-    return result, size, len(plain)
+    return result, size, len(fallback_bytes)
 
 
 def _object(cls: Any, properties: Any) -> Any:

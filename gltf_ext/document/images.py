@@ -31,6 +31,16 @@ def check_size(data: bytes) -> None:
     """
     if is_pointer(data):
         raise MeshletError(f"it is {PROBLEM}", REMEDY)
+    width, height = size_of_image(data)
+    if 4 * width * height > LEAST_DECODED + DECODED_PER_BYTE * len(data):
+        raise MeshletError(f"it has too many pixels for its {len(data)} bytes")
+
+
+def size_of_image(data: bytes | memoryview) -> tuple[int, int]:
+    """Return (width, height) in pixels, as the header of an image claims.
+
+    Raises MeshletError, also for an unknown format.
+    """
     from PIL import Image
 
     try:
@@ -38,12 +48,11 @@ def check_size(data: bytes) -> None:
             warnings.simplefilter("ignore", Image.DecompressionBombWarning)
             with Image.open(io.BytesIO(data), formats=FORMATS) as image:
                 width, height = image.size
+                return width, height
     except Image.DecompressionBombError:
-        width = height = 2**31
+        return 2**31, 2**31
     except Exception:  # Pillow's readers raise anything
         raise MeshletError("it cannot be read") from None
-    if 4 * width * height > LEAST_DECODED + DECODED_PER_BYTE * len(data):
-        raise MeshletError(f"it has too many pixels for its {len(data)} bytes")
 
 
 def mime_type(data: bytes) -> str | None:

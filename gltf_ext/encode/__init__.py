@@ -7,8 +7,8 @@
 3. A source in memory is one chunk, with the corners of its triangles. Of a larger one, triangles
    become records of their three corners; a k-d tree over a sample of them cuts space into chunks
    that fit memory, and records are written to the work file of their chunk (`primitive`, `chunks`).
-4. Equal vertices of a chunk are joined, and it is made meshlets and pages of level 0 (`level_0`).
-   Pages decode alone, so those of all chunks, one after the other, are the pages of the primitive.
+4. Equal vertices of a chunk are joined, and it is made meshlets and pages (`without_levels`). Pages
+   decode alone, so those of all chunks, one after the other, are the pages of the primitive.
 5. With levels of detail, each chunk's groups are simplified once, with the vertices that other
    chunks share locked. The results are the records of the next level, which other chunks divide,
    so that former borders become inner. A chunk that is alone builds all further levels (`levels`).

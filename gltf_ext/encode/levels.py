@@ -10,8 +10,8 @@ import numpy as np
 
 from gltf_ext.attributes.records import RecordFormat, Triangles
 from gltf_ext.encode.chunks import Cells, Chunks, are_among, leaves, union
-from gltf_ext.encode.level_0 import Encoder
 from gltf_ext.encode.totals import Totals
+from gltf_ext.encode.without_levels import PlainEncoder
 from gltf_ext.errors import MeshletError
 from gltf_ext.lod import simplifier
 from gltf_ext.lod.builder import Builder, ClusterRanges, ClusterSet, Hierarchy
@@ -20,12 +20,12 @@ from gltf_ext.lod.pilot import SMALLEST_GROUP, Pilot
 from gltf_ext.lod.reduction import SHRINK
 from gltf_ext.lod.surface import Surface
 from gltf_ext.lod.tables import MAX_GROUPS
-from gltf_ext.lod.writing import Pages, encode_pages, error_limit_of, make_surface, make_tables
+from gltf_ext.lod.writing import Pages, encode_levels, error_limit_of, make_surface, make_tables
 from gltf_ext.options import Options
 from gltf_ext.progress import Advance
 from gltf_ext.ranges import begins, members
 from gltf_ext.scheduler import Runner, in_order
-from gltf_ext.sources.memory import chunk_size, plan_chunk_memory, reading
+from gltf_ext.sources.memory import chunk_size, plan_chunk_memory, reading_limits
 from gltf_ext.sources.source import blocks
 from gltf_ext.work_files import Spool, WorkFile, give_back_memory, release
 
@@ -47,13 +47,13 @@ class Remainder:
     Attributes:
         corners: coarse[T, 3]: records of their triangles.
         disks, clusters: int64: number of triangles of each disk, and of disks of each cluster.
-        source_group, error, centre, radius: as in ClusterSet.
+        finer_group, error, centre, radius: as in ClusterSet.
     """
 
     corners: np.ndarray
     disks: np.ndarray
     clusters: np.ndarray
-    source_group: np.ndarray
+    finer_group: np.ndarray
     error: np.ndarray
     centre: np.ndarray
     radius: np.ndarray
@@ -62,7 +62,7 @@ class Remainder:
         """triangles: uint32[T, 3] of the corners."""
         ranges = ClusterRanges(triangles, begins(self.disks), begins(self.clusters))
         return ClusterSet(
-            ranges, self.source_group, self.error, self.error, self.centre, self.radius
+            ranges, self.finer_group, self.error, self.error, self.centre, self.radius
         )
 
     @classmethod
@@ -71,7 +71,7 @@ class Remainder:
         ranges = frontier.ranges
         disks, counts = np.diff(ranges.disk_begin), np.diff(ranges.cluster_begin)
         corners = records[ranges.triangles]
-        origin = frontier.source_group, frontier.error, frontier.centre, frontier.radius
+        origin = frontier.finer_group, frontier.error, frontier.centre, frontier.radius
         return cls(corners, disks, counts, *origin)
 
 
@@ -83,7 +83,7 @@ class Chunk:
         first_group: number of the first group that it makes.
         triangles: its triangles; clusters: of them, None in level 0.
         border_keys: keys of positions that other chunks may have too, in ascending order.
-        is_last: whether it is the only one of its level: then all further levels are built.
+        is_only: whether its level has no other: then all further levels are built.
         must_end: whether there are to be no further levels.
         advance: moves the progress bar meanwhile; None for the chunks of a work file.
     """
@@ -93,7 +93,7 @@ class Chunk:
     triangles: Triangles
     clusters: Remainder | None
     border_keys: np.ndarray
-    is_last: bool
+    is_only: bool
     must_end: bool = False
     advance: Advance | None = None
 
@@ -119,7 +119,7 @@ class ChunkResult:
     remainder: Remainder | None = None
 
 
-def build_chunk(threads: int, encoder: Encoder, options: Options, chunk: Chunk) -> ChunkResult:
+def build_chunk(threads: int, encoder: PlainEncoder, options: Options, chunk: Chunk) -> ChunkResult:
     """Build and encode the groups of a chunk. Raises MeshletError."""
     record_format = encoder.record_format
     count = chunk.triangles.count
@@ -144,13 +144,13 @@ def build_chunk(threads: int, encoder: Encoder, options: Options, chunk: Chunk) 
         if not builder.groups:
             break
         if _is_without_levels(builder, chunk):
-            mesh = record_format.mesh_of(vertices)
-            view, totals.statistics = encoder.view_of(mesh, threads, chunk.advance)
+            encoder_input = record_format.encoder_input_of(vertices)
+            view, totals.statistics = encoder.view_of(encoder_input, threads, chunk.advance)
             result.fine = Pages(blobs=[view])
             return result
         hierarchy = builder.result()
         give_back_memory()
-        result.coarse, result.fine = encode_pages(
+        result.coarse, result.fine = encode_levels(
             hierarchy,
             surface,
             record_format.plan.streams,
@@ -206,11 +206,11 @@ def _builder(
         builder.end()
     else:
         total = len(surface.triangles)
-        while (remaining_triangles := builder.add_level(may_end=chunk.is_last)) and chunk.is_last:
+        while (remaining_triangles := builder.add_level(may_end=chunk.is_only)) and chunk.is_only:
             if chunk.advance:
                 chunk.advance(BUILD_SHARE * (1.0 - remaining_triangles / total))
     builder.meter = None  # its trees are as large as all else
-    if chunk.level == 0 and not chunk.is_last and np.isinf([g[1] for g in builder.groups]).any():
+    if chunk.level == 0 and not chunk.is_only and np.isinf([g[1] for g in builder.groups]).any():
         raise MeshletError(
             f"{record_format.where}: all triangles of a chunk collapse on the grid",
             "use more position bits or a smaller step",
@@ -220,7 +220,7 @@ def _builder(
 
 def _is_without_levels(builder: Builder, chunk: Chunk) -> bool:
     """Return whether a primitive of one chunk cannot be simplified, or has too many groups."""
-    is_whole = chunk.is_last and chunk.level == 0
+    is_whole = chunk.is_only and chunk.level == 0
     return is_whole and (np.isinf(builder.groups[0][1]) or len(builder.groups) > MAX_GROUPS)
 
 
@@ -246,7 +246,7 @@ class NextLevel:
         self._file = self._file or WorkFile(str(self._options.work_dir))
         self._file.append(clusters.corners)
         self.triangles += len(clusters.corners)
-        values = (clusters.source_group, clusters.error, clusters.centre, clusters.radius)
+        values = (clusters.finer_group, clusters.error, clusters.centre, clusters.radius)
         self._columns.append((clusters.disks, clusters.clusters, *values))
 
     def close(self) -> None:
@@ -284,7 +284,7 @@ class NextLevel:
             return cells.keys_outside(chunk[first:last], self._rows(first, last)["0"])
 
         parts = blocks(self.triangles) if cells.count > 1 else ()
-        return union(in_order(keys, parts, reading(self._options)[1]))
+        return union(in_order(keys, parts, reading_limits(self._options)[1]))
 
     def _corners(self, triangle_begin: np.ndarray, selection: np.ndarray) -> np.ndarray:
         """Return coarse[T, 3]: the triangles of clusters, in ascending order of their numbers."""
@@ -308,7 +308,7 @@ class LevelsWriter:
     """
 
     def __init__(
-        self, encoder: Encoder, options: Options, runner: Runner, folder: str | None
+        self, encoder: PlainEncoder, options: Options, runner: Runner, folder: str | None
     ) -> None:
         """folder: for work files; None to keep pages in memory.
 
@@ -386,8 +386,8 @@ class LevelsWriter:
             {level + k: count for k, count in enumerate(result.stuck_triangles)}
         )
         if result.remainder:
-            refined = result.remainder.source_group
-            refined[refined >= first_group] += self._group_count - first_group
+            finer = result.remainder.finer_group
+            finer[finer >= first_group] += self._group_count - first_group
             following.add(result.remainder)
         for page_level, pages in ((max(level, 1), result.coarse), (0, result.fine)):
             if pages.blobs:

@@ -12,14 +12,14 @@ import numpy as np
 from gltf_ext.attributes.records import RecordFormat
 from gltf_ext.attributes.streams import Plan
 from gltf_ext.encode.chunks import SAMPLES, Cells, ChunkFiles, Chunks, OneChunk, leaves
-from gltf_ext.encode.level_0 import Encoder, encode_chunk
 from gltf_ext.encode.totals import Totals
+from gltf_ext.encode.without_levels import PlainEncoder, encode_chunk
 from gltf_ext.errors import MeshletError
 from gltf_ext.lod.document import Levels
 from gltf_ext.options import Options
 from gltf_ext.progress import Advance
 from gltf_ext.scheduler import Runner
-from gltf_ext.sources.memory import UNEVEN, chunk_size, fitting
+from gltf_ext.sources.memory import UNEVEN, chunk_size, triangles_that_fit
 from gltf_ext.sources.primitives import DropCounts
 from gltf_ext.sources.row_arrays import Rows
 from gltf_ext.sources.source import Source, blocks
@@ -63,14 +63,13 @@ def encode(
     """Encode a primitive in chunks, which are the runner's tasks. Raises MeshletError, OSError."""
     chunks: Chunks
     progress: Advance = _silent
-    encoder = Encoder.of(record_format, options, source.triangle_count, source.is_in_memory)
+    encoder = PlainEncoder.of(record_format, options, source.triangle_count, source.is_in_memory)
     if source.is_in_memory:
         chunks = OneChunk(record_format.triangles_of(source), advance)
     else:
         progress = advance or _silent
         _check_space(source, record_format, options)
         chunks = sort_corners(source, record_format, options, progress)
-        source.give_back_copy()
 
     def encode_progress(fraction: float) -> None:
         progress(SORT_END + (1 - SORT_END) * fraction)
@@ -83,7 +82,7 @@ def encode(
         view, levels = writer.write(chunks, encode_progress)
         totals = writer.totals
     else:
-        view, totals = _level_0(encoder, chunks, options, runner, encode_progress)
+        view, totals = _encode_without_levels(encoder, chunks, options, runner, encode_progress)
     return Compression(
         record_format.plan,
         view,
@@ -116,10 +115,10 @@ def sort_corners(
     """Return the triangles as records of their corners, in chunks."""
     folder, limit = str(options.work_dir), chunk_size(options, source.triangle_count)
     size, total = 3 * record_format.fine.itemsize, source.triangle_count
-    soup, sample = WorkFile(folder), []
+    corner_file, sample = WorkFile(folder), []
     stride = max(total // SAMPLES, 1)
-    for first, last, corners, fraction in gather_corners(source, record_format, soup):
-        soup.write(corners, first * size)
+    for first, last, corners, fraction in gather_corners(source, record_format, corner_file):
+        corner_file.write(corners, first * size)
         if fraction == 1.0:
             positions = corners[-first % stride :: stride]["0"]
             sample.append(positions.astype(np.int32).sum(axis=1) // 3)
@@ -130,14 +129,14 @@ def sort_corners(
     # From the end: the file shrinks as those of the chunks grow.
     parts = list(blocks(total))[::-1]
     rows_by_chunk = source.in_order(
-        lambda *part: result.sort(_rows(soup, record_format, *part)), parts
+        lambda *part: result.sort(_rows(corner_file, record_format, *part)), parts
     )
     for (first, _), rows in zip(parts, rows_by_chunk):
         result.add(*rows)
-        soup.truncate(first * size)
+        corner_file.truncate(first * size)
         progress(SORT_END + (READ_END - SORT_END) * first / total)
-    soup.close()
-    if result.counts.max() > UNEVEN * fitting(options):
+    corner_file.close()
+    if result.counts.max() > UNEVEN * triangles_that_fit(options):
         raise MeshletError(
             f"{source.where} has {result.counts.max():,} triangles in one place of the grid",
             "use more position bits or more memory",
@@ -147,12 +146,12 @@ def sort_corners(
 
 
 def gather_corners(
-    source: Source, record_format: RecordFormat, soup: WorkFile
+    source: Source, record_format: RecordFormat, corner_file: WorkFile
 ) -> Iterator[tuple[int, int, np.ndarray, float]]:
     """Yield (first, last, corners: fine[last - first, 3], fraction of the passes) of triangles.
 
     Vertices are in memory as far as they fit. Then each pass over the triangles completes the
-    records that the one before has written to `soup`.
+    records that the one before has written to `corner_file`.
     """
     passes = [
         (names, numbers, low, high)
@@ -166,7 +165,7 @@ def gather_corners(
     parts = list(blocks(source.triangle_count))
     for index, (names, numbers, low, high) in enumerate(passes):
         table = _Table(source, record_format, names, numbers, low, high, len(passes) == 1)
-        tasks = ((soup if index else None, *part) for part in parts)
+        tasks = ((corner_file if index else None, *part) for part in parts)
         for (first, last), corners in zip(parts, source.in_order(table.corners, tasks)):
             yield first, last, corners, (index + 1) / len(passes)
         del table  # before the next one is made
@@ -206,10 +205,10 @@ class _Table:
         vertices = self._source.vertices(self._names, low + first, low + last)
         self._record_format.quantise_into(self._records[first:last], vertices)
 
-    def corners(self, soup: WorkFile | None, first: int, last: int) -> np.ndarray:
+    def corners(self, corner_file: WorkFile | None, first: int, last: int) -> np.ndarray:
         """Return the corners of triangles: fine[last - first, 3].
 
-        Vertices that the table does not have are as in the work file `soup`.
+        Vertices that the table does not have are as in the work file `corner_file`.
         """
         low, records = self._low, self._records
         if self._numbers is None:
@@ -224,8 +223,8 @@ class _Table:
         is_here = (rows >= 0) & (rows < len(records))
         record_format = self._record_format
         corners = (
-            _rows(soup, record_format, first, last)
-            if soup
+            _rows(corner_file, record_format, first, last)
+            if corner_file
             else np.zeros(rows.shape, record_format.fine)
         )
         for stream in records.dtype.names or ():
@@ -233,16 +232,16 @@ class _Table:
         return corners
 
 
-def _rows(soup: WorkFile, record_format: RecordFormat, first: int, last: int) -> np.ndarray:
+def _rows(corner_file: WorkFile, record_format: RecordFormat, first: int, last: int) -> np.ndarray:
     """Return fine[last - first, 3]: corners of triangles."""
-    return soup.rows(record_format.fine, 3 * first, 3 * (last - first)).reshape(-1, 3)
+    return corner_file.rows(record_format.fine, 3 * first, 3 * (last - first)).reshape(-1, 3)
 
 
 # --- without levels of detail ---
 
 
-def _level_0(
-    encoder: Encoder, chunks: Chunks, options: Options, runner: Runner, progress: Advance
+def _encode_without_levels(
+    encoder: PlainEncoder, chunks: Chunks, options: Options, runner: Runner, progress: Advance
 ) -> tuple[memoryview, Totals]:
     """Encode each chunk by itself."""
     counts, totals = chunks.counts, Totals()

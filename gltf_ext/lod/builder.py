@@ -84,12 +84,12 @@ class ClusterRanges:
 
 @dataclass
 class ClusterSet:
-    """Clusters with their errors, spheres and source groups. Lengths are in units of the grid.
+    """Clusters with their errors, spheres and finer groups. Lengths are in units of the grid.
 
     Attributes:
         ranges: the triangles of the C clusters.
-        source_group: int64[C]: the finer group that each cluster replaces a part of, -1 in level 0.
-        error: float64[C]: the error of the source group, 0 in level 0.
+        finer_group: int64[C]: the finer group that each cluster replaces a part of, -1 in level 0.
+        error: float64[C]: the error of the finer group, 0 in level 0.
         base_error: float64[C]: the largest distance to level 0 of the surface that errors are
             measured to.
         centre, radius: float64[C, 3], float64[C]: a sphere around each cluster and all finer
@@ -97,7 +97,7 @@ class ClusterSet:
     """
 
     ranges: ClusterRanges
-    source_group: np.ndarray
+    finer_group: np.ndarray
     error: np.ndarray
     base_error: np.ndarray
     centre: np.ndarray
@@ -116,7 +116,7 @@ class ClusterSet:
 
     @property
     def _values(self) -> tuple[np.ndarray, ...]:
-        return self.source_group, self.error, self.base_error, self.centre, self.radius
+        return self.finer_group, self.error, self.base_error, self.centre, self.radius
 
 
 @dataclass
@@ -126,7 +126,7 @@ class Hierarchy:
     Attributes:
         ranges: the clusters of all levels, those of level 0 first.
         cluster_group: int64[C]: the group that each cluster belongs to.
-        cluster_source: int64[C]: the finer group that each cluster replaces a part of, -1 in
+        finer_group: int64[C]: the finer group that each cluster replaces a part of, -1 in
             level 0.
         group_level: int64[G]: the level that each group was formed in.
         group_error: float64[G]: the error of the group's replacement; infinite without one.
@@ -136,7 +136,7 @@ class Hierarchy:
 
     ranges: ClusterRanges
     cluster_group: np.ndarray
-    cluster_source: np.ndarray
+    finer_group: np.ndarray
     group_level: np.ndarray
     group_error: np.ndarray
     group_centre: np.ndarray
@@ -146,7 +146,7 @@ class Hierarchy:
     def columns(self) -> tuple[np.ndarray, ...]:
         """The arrays of clusters and of groups, in the order of the constructor's arguments."""
         spheres = self.group_centre, self.group_radius
-        return self.cluster_group, self.cluster_source, self.group_level, self.group_error, *spheres
+        return self.cluster_group, self.finer_group, self.group_level, self.group_error, *spheres
 
 
 class Builder:
@@ -208,15 +208,15 @@ class Builder:
         """Return the groups so far and their clusters, without the frontier."""
         levels, errors, centres, radii = zip(*self.groups)
         ranges, group = self.clusters.ranges, self.cluster_group
-        source_group = self.clusters.source_group
+        finer_group = self.clusters.finer_group
         if len(self.frontier):
             in_group = np.flatnonzero(group >= 0)
             ranges = ranges.select(in_group)
-            group, source_group = group[in_group], source_group[in_group]
+            group, finer_group = group[in_group], finer_group[in_group]
         return Hierarchy(
             ranges,
             group,
-            source_group,
+            finer_group,
             np.array(levels),
             np.array(errors),
             np.array(centres),
@@ -301,8 +301,8 @@ class Builder:
         group_begin = np.array([0, len(self.surface.triangles)], np.uint32)
         clusters, _, _ = self._make_clusters(self.surface.triangles, group_begin)
         zeros = np.zeros(clusters.count)
-        source_group = np.full(clusters.count, -1)
-        return ClusterSet(clusters, source_group, zeros, zeros, *self._cluster_spheres(clusters))
+        finer_group = np.full(clusters.count, -1)
+        return ClusterSet(clusters, finer_group, zeros, zeros, *self._cluster_spheres(clusters))
 
     def _make_clusters(
         self, triangles: np.ndarray, begin: np.ndarray
@@ -360,12 +360,12 @@ class Builder:
             size = shrink_group_size(size, 1.0 / fraction)
 
     def _page_fraction(self, pilot: Pilot, pending: ClusterRanges, group: np.ndarray) -> float:
-        selection, source_group = (
+        selection, finer_group = (
             pending.select(group),
-            self.clusters.source_group[self.frontier[group]],
+            self.clusters.finer_group[self.frontier[group]],
         )
         ranges = selection.triangles, selection.disk_begin, selection.cluster_begin
-        return pilot.page_fraction(*ranges, source_group)
+        return pilot.page_fraction(*ranges, finer_group)
 
     def _partition(self, pending: ClusterRanges, size: int) -> Groups:
         """Group the clusters, about `size` in a group, along a Hilbert curve.

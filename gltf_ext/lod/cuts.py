@@ -15,7 +15,7 @@ from gltf_ext.lod.tables import GROUP, RUN_BYTES, Tables
 # What web/stream reads, see there: bytes of the first request, bytes of the pages of the first
 # picture, and groups of a part of the tables, at least.
 HEAD_BYTES, FIRST_BYTES, MIN_PART_GROUPS = 32768, 96 * 1024, 128
-NEAR = 1e-6  # least distance to a sphere, as a fraction of the viewer's distance to its centre
+NEAR = 1e-6  # least distance to a sphere, as a fraction of the largest radius in root pages
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,9 @@ class View:
         if self.eye is None:
             return error * self.pixels_per_unit
         distance = np.linalg.norm(centre - np.asarray(self.eye, np.float64), axis=1)
-        nearest = np.maximum(distance - radius, NEAR * distance)
+        # One for all groups: errors on the screen then grow from fine to coarse.
+        near = NEAR * radius[groups["page"] < tables.root_pages].max()
+        nearest = np.maximum(distance - radius, near)
         with np.errstate(divide="ignore", invalid="ignore"):
             pixels = error * self.pixels_per_unit / nearest
         return np.where(error > 0.0, np.where(nearest > 0.0, pixels, np.inf), 0.0)
@@ -102,8 +104,8 @@ def cut_of(tables: Tables, is_needed: np.ndarray) -> Cut:
     A cluster is drawn if its group is active and the finer group that it replaces is not.
     """
     active = active_groups(tables, is_needed)
-    source_group = tables.cluster_source
-    drawn = active[tables.cluster_group] & ~(active[source_group] & (source_group >= 0))
+    finer_group = tables.finer_group
+    drawn = active[tables.cluster_group] & ~(active[finer_group] & (finer_group >= 0))
     pages = tables.groups["page"].astype(np.int64)
     return Cut(
         active, drawn, np.unique(pages[tables.cluster_group[drawn]]), np.unique(pages[active])
@@ -156,10 +158,10 @@ def cut_at_level(tables: Tables, level: int) -> Cut:
 
 def held_bytes(tables: Tables, cut: Cut) -> int:
     """Return the bytes that a stream holds for a cut: its pages, and the tables that it reads."""
-    return table_bytes(tables, known_groups(tables, cut)) + page_bytes(tables, cut)
+    return table_bytes(tables, known_groups(tables, cut)) + bytes_of_pages(tables, cut)
 
 
-def page_bytes(tables: Tables, cut: Cut) -> int:
+def bytes_of_pages(tables: Tables, cut: Cut) -> int:
     """Return bytes of the loaded pages of a cut."""
     return int(tables.pages["byteLength"][cut.loaded].sum())
 

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from gltf_ext.document import gltf
-from gltf_ext.document.buffer_layout import map_views
 from gltf_ext.document.document import Document
+from gltf_ext.document.references import map_views, pinned_numbers
 from gltf_ext.lod.tables import EXTENSION, VERSION, Tables
 from gltf_ext.sources.primitives import EXTENSION as EDGEBREAKER
 from gltf_ext.sources.primitives import all_primitives
@@ -51,7 +51,10 @@ def add_levels(document: Document, users: list[gltf.Primitive], levels: Levels) 
 
 
 def arrange(document: Document) -> None:
-    """Order the buffer views: tables, coarse pages, level 0, everything else."""
+    """Order the buffer views: tables, coarse pages, level 0, everything else.
+
+    Those whose numbers may stand in an unknown extension stay where they are.
+    """
     rank = np.full(len(document.bufferViews), 3)
     for _, _, primitive in all_primitives(document):
         extension = gltf.extension(primitive, EXTENSION)
@@ -59,7 +62,10 @@ def arrange(document: Document) -> None:
             rank[extension["bufferView"]] = 0
             rank[extension["pages"]["bufferView"]] = 1
             rank[gltf.extension(primitive, EDGEBREAKER)["bufferView"]] = 2
-    order = np.argsort(rank, kind="stable")
+    numbers = np.arange(len(rank))
+    is_free = ~np.isin(numbers, list(pinned_numbers(document)))
+    free, order = numbers[is_free], numbers.copy()
+    order[free] = free[np.argsort(rank[free], kind="stable")]
     new_index = np.empty(len(order), np.int64)
     new_index[order] = np.arange(len(order))
     map_views(document, lambda index: int(new_index[index]))

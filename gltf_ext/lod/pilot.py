@@ -42,7 +42,7 @@ class Pilot:
         triangles: np.ndarray,
         disk_begin: np.ndarray,
         cluster_begin: np.ndarray,
-        source_group: np.ndarray,
+        finer_group: np.ndarray,
     ) -> float:
         """Return the size of a group as a fraction of a page; 0 if it certainly fits.
 
@@ -50,7 +50,7 @@ class Pilot:
             triangles: uint32[T, 3], as in ClusterRanges.
             disk_begin: int64[D + 1], as in ClusterRanges.
             cluster_begin: int64[N + 1], as in ClusterRanges.
-            source_group: int64[N], as in ClusterSet.
+            finer_group: int64[N], as in ClusterSet.
         """
         vertices = len(occurring(triangles, len(self.points)))
         bits = sum(stream.elements * stream.bits for stream in self.streams)
@@ -58,7 +58,7 @@ class Pilot:
             return 0.0
         layer = np.zeros(len(triangles), np.int64)
         if _repeats_edge(triangles, len(self.points)):  # as _find_clashes of gltf_ext.lod.writing
-            layer = np.repeat(source_group + 1, np.diff(disk_begin[cluster_begin]))
+            layer = np.repeat(finer_group + 1, np.diff(disk_begin[cluster_begin]))
         keys = (layer * len(self.points))[:, None] + triangles
         unique_keys, local_indices = np.unique(keys, return_inverse=True)
         vertex_ids = unique_keys % len(self.points)

@@ -28,7 +28,7 @@ def _describe(primitive: LodPrimitive) -> Report:
     is_stuck = _stuck_clusters(primitive)
     page = tables.groups["page"][tables.cluster_group].astype(np.int64)
     fraction = triangles / np.bincount(page, triangles)[page]
-    page_bytes = tables.pages["byteLength"][page] * fraction
+    cluster_bytes = tables.pages["byteLength"][page] * fraction
     return {
         "mesh": primitive.compressed.mesh,
         "primitive": primitive.compressed.primitive,
@@ -44,7 +44,7 @@ def _describe(primitive: LodPrimitive) -> Report:
                 "clusters": int((level == k).sum()),
                 "groups": int((tables.group_level == k).sum()),
                 "stuck_triangles": int(triangles[is_stuck & (level == k)].sum()),
-                "bytes": round(float(page_bytes[level == k].sum())),
+                "bytes": round(float(cluster_bytes[level == k].sum())),
                 "error": error_of(tables, cut_at_level(tables, k)),
             }
             for k in range(tables.level_count)
@@ -58,10 +58,8 @@ def _stuck_clusters(primitive: LodPrimitive) -> np.ndarray:
     They are copied from level 0, or grouped again one level later or more.
     """
     tables = primitive.tables
-    group, source_group = tables.cluster_group, tables.cluster_source
-    is_copied = (source_group < 0) & (tables.groups["error"][group] == 0.0)
-    is_late = (source_group >= 0) & (
-        tables.group_level[group] > tables.group_level[source_group] + 1
-    )
+    group, finer_group = tables.cluster_group, tables.finer_group
+    is_copied = (finer_group < 0) & (tables.groups["error"][group] == 0.0)
+    is_late = (finer_group >= 0) & (tables.group_level[group] > tables.group_level[finer_group] + 1)
     is_stuck: np.ndarray = is_copied | is_late
     return is_stuck

@@ -80,7 +80,7 @@ class Tables:
         return np.repeat(np.arange(len(self.groups)), self.groups["clusters"])
 
     @cached_property
-    def cluster_source(self) -> np.ndarray:
+    def finer_group(self) -> np.ndarray:
         """int64[C]: the group that each cluster was made from, -1 in level 0."""
         result = np.full(int(self.cluster_begin[-1]), -1)
         coarse = members(self.cluster_begin, np.flatnonzero(self.groups["runs"]))

@@ -343,12 +343,12 @@ class _GroupRanges:
     """The clusters of each group.
 
     Attributes:
-        order: int64[C]: clusters by group, then by their source group: runs.
+        order: int64[C]: clusters by group, then by their finer group: runs.
         begin: int64[G + 1]: the first cluster of each group in `order`, and C.
     """
 
     def __init__(self, hierarchy: Hierarchy) -> None:
-        self.order = np.lexsort((hierarchy.cluster_source, hierarchy.cluster_group))
+        self.order = np.lexsort((hierarchy.finer_group, hierarchy.cluster_group))
         self.begin = begins(
             np.bincount(hierarchy.cluster_group, minlength=len(hierarchy.group_level))
         )
@@ -370,17 +370,17 @@ def _level_vertices(
         in level 0.
     """
     clusters = hierarchy.ranges
-    fine_count = np.count_nonzero(hierarchy.cluster_source < 0)
+    fine_count = np.count_nonzero(hierarchy.finer_group < 0)
     first = int(clusters.triangle_begin[fine_count])
     corners = clusters.triangles[first:].reshape(-1)
     # Per cluster: arrays of all corners would decide the peak of memory.
     counts = 3 * np.diff(clusters.triangle_begin)[fine_count:]
-    level, cluster_source = (
+    level, finer_group = (
         hierarchy.group_level[hierarchy.cluster_group[fine_count:]],
-        hierarchy.cluster_source[fine_count:],
+        hierarchy.finer_group[fine_count:],
     )
-    is_clashing = _find_clashes(corners, counts, level, cluster_source)[cluster_source]
-    layer = np.where(is_clashing, int(level.max()) + 1 + cluster_source, level)
+    is_clashing = _find_clashes(corners, counts, level, finer_group)[finer_group]
+    layer = np.where(is_clashing, int(level.max()) + 1 + finer_group, level)
     count = len(surface.points)
     new_corners, vertex_count = _number_keys(_corner_keys(layer * count, counts, corners))
     corner_of = np.empty(vertex_count, np.uint32)
@@ -407,7 +407,7 @@ def _number_keys(keys: np.ndarray) -> tuple[np.ndarray, int]:
 
 
 def _find_clashes(
-    corners: np.ndarray, counts: np.ndarray, level: np.ndarray, cluster_source: np.ndarray
+    corners: np.ndarray, counts: np.ndarray, level: np.ndarray, finer_group: np.ndarray
 ) -> np.ndarray:
     """Find replacements with an edge that two triangles of the level use in one direction.
 
@@ -417,7 +417,7 @@ def _find_clashes(
         corners: int64: the corners of the clusters' triangles.
         counts: int64[N]: number of corners of each cluster.
         level: int64[N]: level of each cluster.
-        cluster_source: int64[N]: source group of each cluster.
+        finer_group: int64[N]: finer group of each cluster.
 
     Returns:
         bool[G]: whether the replacement of each group has such an edge.
@@ -428,12 +428,12 @@ def _find_clashes(
     keys += np.roll(corners.reshape(-1, 3), -1, axis=1).reshape(-1)
     numbers, _ = _number_keys(keys)
     repeated_corners = np.flatnonzero((np.bincount(numbers) > 1)[numbers])
-    clashes = np.zeros(int(cluster_source.max()) + 1, bool)
-    clashes[cluster_source[np.searchsorted(np.cumsum(counts), repeated_corners, "right")]] = True
+    clashes = np.zeros(int(finer_group.max()) + 1, bool)
+    clashes[finer_group[np.searchsorted(np.cumsum(counts), repeated_corners, "right")]] = True
     return clashes
 
 
-def encode_pages(
+def encode_levels(
     hierarchy: Hierarchy,
     surface: Surface,
     streams: list[Stream],
@@ -522,10 +522,10 @@ def make_tables(
     clusters = ranges.numbers_of(order)
     sizes = np.diff(ranges.begin)[order]
     owner = np.repeat(np.arange(len(order)), sizes)
-    cluster_source = hierarchy.cluster_source[clusters]
-    is_coarse = cluster_source >= 0
-    starts = is_coarse & np.append(True, (np.diff(owner) != 0) | (np.diff(cluster_source) != 0))
-    run_owner, run_group = owner[starts], new_number[cluster_source[starts]]
+    finer_group = hierarchy.finer_group[clusters]
+    is_coarse = finer_group >= 0
+    starts = is_coarse & np.append(True, (np.diff(owner) != 0) | (np.diff(finer_group) != 0))
+    run_owner, run_group = owner[starts], new_number[finer_group[starts]]
     run_of_cluster = np.cumsum(starts)[is_coarse] - 1
     groups = np.zeros(len(order), GROUP)
     groups["clusters"] = sizes

@@ -15,7 +15,7 @@ from gltf_ext.document.document import DAMAGED, Document, item
 from gltf_ext.document.draco import DRACO
 from gltf_ext.errors import MeshletError
 from gltf_ext.options import Options
-from gltf_ext.sources.memory import fitting, reading
+from gltf_ext.sources.memory import reading_limits, triangles_that_fit
 from gltf_ext.sources.primitives import is_compressed, place, triangle_primitives
 from gltf_ext.sources.source import Source, read_source
 
@@ -70,7 +70,7 @@ def large_primitives(
 
     path: the document's file. Raises MeshletError for one that has to be read as a whole.
     """
-    limit = fitting(options)
+    limit = triangles_that_fit(options)
     sizes = sorted(
         (_triangles(document, primitive), m, p) for m, p, primitive in triangle_primitives(document)
     )
@@ -100,7 +100,7 @@ def _large_primitive(
     if reason:
         raise _too_large(f"{place(mesh, index)} {reason}")
     return read_source(
-        document, mesh, index, _AccessorFiles(document, path).array, *reading(options)
+        document, mesh, index, _AccessorFiles(document, path).array, *reading_limits(options)
     )[0]
 
 
@@ -127,6 +127,8 @@ class _AccessorFiles:
         if "sparse" in accessor or "bufferView" not in accessor or not elements:
             raise _too_large(f"{name} is sparse or empty")
         index = accessor["bufferView"]
+        if index in document.new_bytes:  # its bytes were packed in the file
+            raise _too_large(f"{name} is compressed")
         length, view = len(document.bytes_of_view(index)), document.bufferViews[index]
         size, offset = format_[0].itemsize * format_[1], gltf.byte_offset(accessor)
         stride = gltf.stride(view, size)

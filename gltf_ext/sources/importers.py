@@ -6,11 +6,11 @@ import os
 from collections.abc import Callable
 from pathlib import Path
 
-from gltf_ext.document.container import EMPTY, EXPORT_AGAIN, read_document
+from gltf_ext.document.container import EMPTY, read_document
 from gltf_ext.document.document import Document
 from gltf_ext.document.gltf2 import Model, is_path, read_gltf2
 from gltf_ext.document.lfs import START, refuse_pointer
-from gltf_ext.errors import MeshletError
+from gltf_ext.errors import EXPORT_AGAIN, MeshletError
 from gltf_ext.progress import Advance
 from gltf_ext.sources import mtl, obj, ply, stl
 from gltf_ext.sources.limits import check_triangle_count
@@ -22,6 +22,7 @@ from gltf_ext.sources.mesh_files import (
     beside,
     to_document,
 )
+from gltf_ext.sources.ply_header import read_header
 from gltf_ext.sources.row_arrays import MemoryRows, NewRows
 
 GLTF_SUFFIXES = (".glb", ".gltf")
@@ -59,7 +60,7 @@ def referenced_files(path: Path) -> list[Path]:
         return mtl.referenced_files(path)
     if suffix == ".ply":
         with open(path, "rb") as file:
-            texture = ply.read_header(file).texture
+            texture = read_header(file).texture
         return beside(path.parent, texture) if texture else []
     return read_document(path).files() if suffix in GLTF_SUFFIXES else []
 
@@ -120,7 +121,8 @@ def document_of(
         # Each primitive is gone once it is indexed, so that memory holds few of them twice.
         primitives = [indexed(mesh.primitives.pop(0)) for _ in range(len(mesh.primitives))]
         meshes.append(IndexedMesh(mesh.name, primitives, mesh.parent))
-    document = to_document(meshes)
+    document = to_document(meshes, contents.offset)
     document.base, document.import_warnings = Path(path).parent, tuple(contents.warnings)
+    document.import_rounding = contents.rounding
     document.import_files = tuple(filter(os.path.isfile, contents.others))
     return document

@@ -18,7 +18,7 @@ MAX_CHUNKS = 512  # each has an open file
 UNEVEN = 1.5  # triangles of a chunk over those that it aims at, which memory is left for
 
 
-def reading(options: Options) -> tuple[int, int]:
+def reading_limits(options: Options) -> tuple[int, int]:
     """Return (bytes of memory that vertices may take at a time, number of blocks at a time)."""
     free = options.memory - BASE_BYTES
     room = int(VERTEX_FRACTION * free)
@@ -30,7 +30,7 @@ def chunk_size(options: Options, triangles: int) -> int:
 
     Raises MeshletError if memory does not hold one of MAX_CHUNKS.
     """
-    max_triangles = fitting(options)
+    max_triangles = triangles_that_fit(options)
     if triangles > MAX_CHUNKS * max_triangles:
         raise _needs(options, -(-triangles // MAX_CHUNKS))
     return max(max_triangles // AT_ONCE, min(max_triangles, LARGE_CHUNK), triangles // MAX_CHUNKS)
@@ -41,18 +41,21 @@ def plan_chunk_memory(options: Options, triangles: int, largest: int = 0) -> tup
 
     largest: triangles of the largest one; up to UNEVEN times the size that chunks aim at is usual.
     """
-    max_triangles, size = fitting(options), chunk_size(options, triangles)
+    max_triangles, size = triangles_that_fit(options), chunk_size(options, triangles)
     if largest > UNEVEN * size:
         size = min(largest, max_triangles)
     return max_triangles // size, BASE_BYTES + (options.memory - BASE_BYTES) * size // max_triangles
 
 
-def fitting(options: Options) -> int:
-    """Return the number of triangles that fit memory. Raises MeshletError for too few."""
-    count = (options.memory - BASE_BYTES) // _triangle_bytes(options)
-    if count < SMALLEST_CHUNK:
+def triangles_that_fit(options: Options) -> int:
+    """Return the number of triangles that fit memory, see `check_memory`."""
+    return (options.memory - BASE_BYTES) // _triangle_bytes(options)
+
+
+def check_memory(options: Options) -> None:
+    """Raise MeshletError for memory that too few triangles fit."""
+    if triangles_that_fit(options) < SMALLEST_CHUNK:
         raise _needs(options, SMALLEST_CHUNK)
-    return count
 
 
 def _triangle_bytes(options: Options) -> int:
@@ -62,8 +65,9 @@ def _triangle_bytes(options: Options) -> int:
 def _needs(options: Options, triangles: int) -> MeshletError:
     """Return the error for less memory than a chunk of so many triangles takes."""
     needed_bytes = BASE_BYTES + triangles * _triangle_bytes(options)
-    return MeshletError(
-        f"max_memory is {options.max_memory}",
-        f"use at least {-(-needed_bytes >> 20)}M",
-        options=("max_memory",),
-    )
+    return too_little(f"max_memory is {options.max_memory}", needed_bytes)
+
+
+def too_little(problem: str, needed_bytes: int) -> MeshletError:
+    """Return the error for a max_memory of fewer bytes than are needed."""
+    return MeshletError(problem, f"use at least {-(-needed_bytes >> 20)}M", options=("max_memory",))

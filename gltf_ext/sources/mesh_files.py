@@ -29,6 +29,8 @@ METAL_ROUGH: TexturePath = ("pbrMetallicRoughness", "metallicRoughnessTexture")
 EMISSIVE: TexturePath = ("emissiveTexture",)
 NORMAL: TexturePath = ("normalTexture",)
 TRANSFORM, STRENGTH = "KHR_texture_transform", "KHR_materials_emissive_strength"
+Vector = tuple[float, float, float]
+NO_OFFSET: Vector = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -56,16 +58,16 @@ class Material:
     Attributes:
         properties: a glTF material without textures.
         textures: by their paths in a glTF material.
-        plain: what primitives without texture coordinates have instead.
+        untextured: what primitives without texture coordinates have instead.
     """
 
     properties: dict[str, Any]
     textures: Mapping[TexturePath, Texture] = field(default_factory=dict)
-    plain: Material | None = None
+    untextured: Material | None = None
 
-    def fitting(self, attributes: Mapping[str, Any]) -> Material | None:
+    def for_attributes(self, attributes: Mapping[str, Any]) -> Material | None:
         """Return the material of a primitive with these attributes, by name."""
-        return self.plain if self.textures and "TEXCOORD_0" not in attributes else self
+        return self.untextured if self.textures and "TEXCOORD_0" not in attributes else self
 
 
 @dataclass
@@ -173,12 +175,16 @@ class MeshFile:
         warnings: a line for each thing that is left out.
         others: the other files that were looked for, such as materials and textures.
         images: file -> its image as PNG or JPEG, of those that materials have read.
+        offset: of all positions, which are without it.
+        rounding: the largest difference of a coordinate to that in the file.
     """
 
     meshes: list[Mesh]
     warnings: list[str] = field(default_factory=list)
     others: list[Path] = field(default_factory=list)
     images: dict[Path, bytes] = field(default_factory=dict)
+    offset: Vector = NO_OFFSET
+    rounding: float = 0.0
 
     def keep_triangles(self) -> None:
         """Forget primitives without triangles, and meshes without primitives."""
@@ -301,13 +307,16 @@ def to_texcoords(values: np.ndarray) -> np.ndarray:
 # --- the document ---
 
 
-def to_document(meshes: Sequence[IndexedMesh]) -> Document:
-    """Return a document with a node for each mesh, and for each parent of some."""
+def to_document(meshes: Sequence[IndexedMesh], offset: Vector = NO_OFFSET) -> Document:
+    """Return a document with a node for each mesh, and for each parent of some.
+
+    offset: translation of the root nodes.
+    """
     primitives = [primitive for mesh in meshes for primitive in mesh.primitives]
-    of_primitives = [p.material and p.material.fitting(p.attributes) for p in primitives]
+    of_primitives = [p.material and p.material.for_attributes(p.attributes) for p in primitives]
     materials = list(dict.fromkeys(m for m in of_primitives if m))
     document = Document(
-        {"asset": {"version": "2.0"}, "scene": 0, **_nodes(meshes), **_materials(materials)}
+        {"asset": {"version": "2.0"}, "scene": 0, **_nodes(meshes, offset), **_materials(materials)}
     )
     images = _images(materials)
     for holder, image in zip(document.images, images):
@@ -343,7 +352,7 @@ def _text(name: str) -> str:
     return name.encode(errors="replace").decode()
 
 
-def _nodes(meshes: Sequence[IndexedMesh]) -> dict[str, Any]:
+def _nodes(meshes: Sequence[IndexedMesh], offset: Vector) -> dict[str, Any]:
     """Return nodes and the scene: a node for each mesh, then those of parents."""
     nodes: list[dict[str, Any]] = [
         {"mesh": i, "name": _text(mesh.name)} for i, mesh in enumerate(meshes)
@@ -359,6 +368,9 @@ def _nodes(meshes: Sequence[IndexedMesh]) -> dict[str, Any]:
             roots.append(len(nodes))
             nodes.append({"name": _text(mesh.parent.name), "children": []})
         nodes[parents[mesh.parent]]["children"].append(i)
+    if any(offset):
+        for root in roots:
+            nodes[root]["translation"] = list(offset)
     return {"nodes": nodes, "scenes": [{"nodes": roots}]}
 
 

@@ -11,8 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gltf_ext import _codec
-from gltf_ext.document.container import EXPORT_AGAIN
-from gltf_ext.errors import MeshletError
+from gltf_ext.errors import EXPORT_AGAIN, MeshletError
 from gltf_ext.progress import Advance
 from gltf_ext.ranges import begins
 from gltf_ext.sources import mtl
@@ -26,6 +25,7 @@ from gltf_ext.sources.mesh_files import (
     to_floats,
     to_texcoords,
 )
+from gltf_ext.sources.offset import Offset
 from gltf_ext.sources.polygons import CornerNumbers, Points, at_corners, triangles_of
 from gltf_ext.sources.row_arrays import NewRows, Numbering, RowArray, RowRange, Rows
 from gltf_ext.sources.text import open_watched, text_blocks, words_after
@@ -229,7 +229,7 @@ class _Reader:
         rows: of each kind; colors: of vertices.
         faces: by object or group, material and set of attributes; in the order of the file.
         incomplete: faces of which only some corners have an attribute; short: those with fewer than
-            three corners.
+            three corners; offset: of positions.
     """
 
     new_rows: NewRows
@@ -239,6 +239,7 @@ class _Reader:
     others: dict[str, int] = field(default_factory=lambda: defaultdict(int))
     incomplete: int = 0
     short: int = 0
+    offset: Offset = field(default_factory=Offset)
 
     def __post_init__(self) -> None:
         self.rows = [self.new_rows() for _ in KINDS]
@@ -256,7 +257,7 @@ class _Reader:
     def _add_rows(self, rows: list[np.ndarray]) -> None:
         v, vt, vn = rows
         if len(v):
-            self.rows[VERTEX].add(to_floats(v[:, :3]))
+            self.rows[VERTEX].add(self.offset.to_local(v[:, :3]))
             self._add_colors(v[:, 3:COLORED])
         if len(vt):
             self.rows[TEXCOORD].add(to_texcoords(vt))
@@ -325,7 +326,8 @@ class _Reader:
 
     def result(self, path: Path) -> MeshFile:
         """Return the meshes. Raises MeshletError, OSError."""
-        contents = MeshFile([], self._warnings())
+        offset = self.offset
+        contents = MeshFile([], self._warnings(), offset=offset.values, rounding=offset.rounding)
         used = {faces.state.material for faces in self.faces.values()}
         materials = mtl.read(path.parent, self.libraries, used, contents)
         table: dict[str, RowArray] = dict(zip(ATTRIBUTES, self.rows))
@@ -341,7 +343,7 @@ class _Reader:
             primitive.material = material = materials.get(faces.state.material)
             mesh.primitives.append(primitive)
             contents.warnings += [f"{mesh.name}: {problem}" for problem in problems]
-            if material and material.fitting(primitive.attributes) is not material:
+            if material and material.for_attributes(primitive.attributes) is not material:
                 untextured += primitive.triangle_count
         if untextured:
             contents.warnings.append(

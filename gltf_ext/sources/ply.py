@@ -12,8 +12,7 @@ from typing import BinaryIO, Literal, NamedTuple
 import numpy as np
 
 from gltf_ext import _codec
-from gltf_ext.document.container import EXPORT_AGAIN
-from gltf_ext.errors import MeshletError
+from gltf_ext.errors import EXPORT_AGAIN, MeshletError
 from gltf_ext.progress import Advance
 from gltf_ext.ranges import numbers_of
 from gltf_ext.sources.colors import Colors
@@ -29,25 +28,20 @@ from gltf_ext.sources.mesh_files import (
     to_floats,
     to_texcoords,
 )
+from gltf_ext.sources.offset import Offset
+from gltf_ext.sources.ply_header import (
+    CORNER_TEXCOORDS,
+    INDICES,
+    STRIPS,
+    Element,
+    Header,
+    read_header,
+)
+from gltf_ext.sources.ply_header import triangles_in_header as triangles_in_header
 from gltf_ext.sources.polygons import CornerNumbers, Points, at_corners, triangles_of
 from gltf_ext.sources.row_arrays import NewRows, Numbering, RowArray, Rows, add_all
 from gltf_ext.sources.text import CUT_OFF, block_bytes, open_watched, read_rows, text_blocks
 
-MAX_HEADER_LINES = 10_000
-MAX_LINE = 10_000  # bytes
-MAX_DIGITS = 18  # of a number of rows
-TYPES = {
-    **{name: f"i{size}" for name, size in (("char", 1), ("short", 2), ("int", 4))},
-    **{name: f"u{size}" for name, size in (("uchar", 1), ("ushort", 2), ("uint", 4))},
-    **{f"int{8 * size}": f"i{size}" for size in (1, 2, 4, 8)},
-    **{f"uint{8 * size}": f"u{size}" for size in (1, 2, 4, 8)},
-    **{f"float{8 * size}": f"f{size}" for size in (2, 4, 8)},
-    "float": "f4",
-    "double": "f8",
-}
-ORDERS = {"ascii": "=", "binary_little_endian": "<", "binary_big_endian": ">"}
-INDICES = ("vertex_indices", "vertex_index")
-STRIPS = "tristrips"  # an element; -1 ends a strip
 POSITION, NORMAL = ("x", "y", "z"), ("nx", "ny", "nz")
 COLORS = (
     ("red", "green", "blue", "alpha"),
@@ -56,61 +50,10 @@ COLORS = (
     ("ambient_red", "ambient_green", "ambient_blue", "ambient_alpha"),
 )
 TEXCOORDS = (("texture_u", "texture_v"), ("u", "v"), ("s", "t"), ("texture_s", "texture_t"))
-CORNER_TEXCOORDS = "texcoord"
 # Attributes of the file's own: more would take most of the streams that a primitive may have.
 MOST_SCALARS = 32
 EXACT = 1 << 24  # float32 holds all integers up to this
 TYPES_OF_SCALARS = ("i1", "u1", "i2", "u2")  # that glTF has, beside floats
-
-
-class Property(NamedTuple):
-    """A value of each row, or a list of them.
-
-    Attributes:
-        length: the type of a list's length; None for a single value.
-    """
-
-    name: str
-    dtype: np.dtype
-    length: np.dtype | None
-
-
-class Element(NamedTuple):
-    """Rows with the same properties."""
-
-    name: str
-    rows: int
-    properties: list[Property]
-
-    @property
-    def values(self) -> dict[str, np.dtype]:
-        """Name -> type of each property that is no list."""
-        return {p.name: p.dtype for p in self.properties if p.length is None}
-
-    def first_of(self, names: Sequence[Sequence[str]], count: int) -> tuple[str, ...]:
-        """Return the first names of which the properties have at least the first `count`."""
-        values = self.values
-        for candidates in names:
-            if all(name in values for name in candidates[:count]):
-                return tuple(name for name in candidates if name in values)
-        return ()
-
-
-class Header(NamedTuple):
-    """What a file says of its rows.
-
-    Attributes:
-        order: of bytes, as numpy has it; "=" for text.
-        texture: the name of a texture file, if a comment gives one.
-    """
-
-    order: str
-    elements: list[Element]
-    texture: str
-
-    def rows_of(self, name: str) -> int:
-        """Return the number of rows of all elements of a name."""
-        return sum(element.rows for element in self.elements if element.name == name)
 
 
 class Lists(NamedTuple):
@@ -121,69 +64,6 @@ class Lists(NamedTuple):
 
 
 Columns = dict[str, "np.ndarray | Lists"]
-
-
-def read_header(file: BinaryIO) -> Header:
-    """Read up to the first element. Raises MeshletError."""
-    if _first_line(file).strip().lower() != b"ply":
-        raise MeshletError("is not a .ply", EXPORT_AGAIN)
-    end = _line_end(file)
-    order, texture = "", ""
-    elements: list[Element] = []
-    for _ in range(MAX_HEADER_LINES):
-        line = _header_line(file, end).decode(errors="replace")
-        match line.split():
-            case [] if not line:
-                break
-            case ["end_header"] if order:
-                return Header(order, elements, texture)
-            case ["format", name, *_] if name in ORDERS:
-                order = ORDERS[name]
-            case ["element", name, count] if count.isdecimal() and len(count) <= MAX_DIGITS:
-                elements.append(Element(name, int(count), []))
-            case ["property", type, name] if elements and type in TYPES:
-                elements[-1].properties.append(Property(name, np.dtype(order + TYPES[type]), None))
-            case ["property", "list", length, type, name] if (
-                elements and type in TYPES and TYPES.get(length, "f")[0] != "f"
-            ):
-                types = np.dtype(order + TYPES[type]), np.dtype(order + TYPES[length])
-                elements[-1].properties.append(Property(name, *types))
-            case ["comment", word, *_] if word.lower() == "texturefile":
-                texture = line.split(None, 2)[-1].strip()
-            case ["comment" | "obj_info", *_]:
-                pass
-            case _:
-                raise MeshletError(f"has a header line that is no .ply's ({line})", EXPORT_AGAIN)
-    raise MeshletError("has a header that does not end", EXPORT_AGAIN)
-
-
-def _first_line(file: BinaryIO) -> bytes:
-    """Read up to the end of the first line, which may be LF, CR LF or CR alone."""
-    line = file.read(len(b"ply"))
-    while (byte := file.read(1)) not in (b"", b"\n", b"\r") and len(line) < MAX_LINE:
-        line += byte
-    if byte:
-        file.seek(-1, os.SEEK_CUR)
-    return line
-
-
-def _line_end(file: BinaryIO) -> bytes:
-    """Read the end of a line, which is that of all lines of the header."""
-    start = file.read(2)
-    end = b"\r" if start[:1] == b"\r" and start != b"\r\n" else b"\n"
-    if start not in (b"\r\n", b""):
-        file.seek(1 - len(start), os.SEEK_CUR)
-    return end
-
-
-def _header_line(file: BinaryIO, end: bytes) -> bytes:
-    """Read a line with its end, from where the data may begin with any byte."""
-    line = file.readline(MAX_LINE)
-    at = line.find(end) + 1
-    if end == b"\r" and at:
-        file.seek(at - len(line), os.SEEK_CUR)
-        line = line[:at]
-    return line
 
 
 def blocks(file: BinaryIO, header: Header) -> Iterator[tuple[Element, Columns]]:
@@ -198,15 +78,6 @@ def blocks(file: BinaryIO, header: Header) -> Iterator[tuple[Element, Columns]]:
         for element in elements:
             for columns in _binary(file, element):
                 yield element, columns
-
-
-def triangles_in_header(path: Path) -> int:
-    """Return the number of triangles, as far as the header tells: one for each face.
-
-    Raises MeshletError, OSError.
-    """
-    with open(path, "rb") as file:
-        return read_header(file).rows_of("face")
 
 
 def read(path: Path, new_rows: NewRows, advance: Advance | None = None) -> MeshFile:
@@ -236,11 +107,12 @@ class _Reader:
         self._triangles = CornerNumbers(new_rows())
         self._points = Points(self._vertices["POSITION"])
         self._scalars = Scalars(header)
+        self._offset = Offset()
 
     def add(self, element: Element, columns: Columns) -> None:
         """Add a block of rows. Raises MeshletError, OSError."""
         if element.name == "vertex":
-            add_all(self._vertices, vertex_attributes(element, columns))
+            add_all(self._vertices, vertex_attributes(element, columns, self._offset))
             add_all(self._vertices, self._scalars.attributes(element, columns))
             colors = element.first_of(COLORS, 3)
             if colors:
@@ -273,7 +145,8 @@ class _Reader:
     def result(self, path: Path) -> MeshFile:
         """Return the mesh, if there is one. Raises MeshletError, OSError."""
         vertices, faces, triangles = self._vertices, self._faces, self._triangles
-        contents = MeshFile([], [*self._points.warnings, *self._scalars.warnings()])
+        lines = [*self._points.warnings, *self._scalars.warnings()]
+        contents = MeshFile([], lines, offset=self._offset.values, rounding=self._offset.rounding)
         count = vertices["POSITION"].count
         if not count:
             return contents
@@ -296,7 +169,7 @@ class _Reader:
             image = read_texture(path.parent, self.header.texture, contents)
             if image:
                 primitive.material = Material({}, {BASE_COLOR: Texture(image)})
-                if primitive.material.fitting(all_rows) is None:
+                if primitive.material.for_attributes(all_rows) is None:
                     contents.warnings.append(
                         "it has no texture coordinates, so its texture is left out"
                     )
@@ -317,10 +190,11 @@ def _stacked(columns: Columns, names: Sequence[str]) -> np.ndarray:
     return np.stack([columns[name] for name in names], axis=1)
 
 
-def vertex_attributes(element: Element, columns: Columns) -> dict[str, np.ndarray]:
+def vertex_attributes(element: Element, columns: Columns, offset: Offset) -> dict[str, np.ndarray]:
     """Return positions, normals and texture coordinates of a block of vertices, as in glTF."""
+    convert = {"POSITION": offset.to_local, "NORMAL": to_floats}
     attributes = {
-        kind: to_floats(_stacked(columns, names))
+        kind: convert[kind](_stacked(columns, names))
         for kind, names in (("POSITION", POSITION), ("NORMAL", NORMAL))
         if element.first_of([names], 3)
     }

@@ -7,8 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from gltf_ext import _codec
-from gltf_ext.document.container import EXPORT_AGAIN
-from gltf_ext.errors import MeshletError
+from gltf_ext.errors import EXPORT_AGAIN, MeshletError
 from gltf_ext.sources.row_arrays import RowArray, Rows, RowsWithout
 
 

@@ -11,12 +11,14 @@ import numpy as np
 from gltf_ext.errors import MeshletError
 from gltf_ext.progress import Advance
 from gltf_ext.sources.attribute_names import is_of_target, semantic
+from gltf_ext.sources.limits import check_vertex_count
 from gltf_ext.sources.row_arrays import Numbering, Rows
 from gltf_ext.sources.source import ArrayRows, Source, blocks
 
 REPAIR, REFUSE = "repair", "refuse"
-# Of a source that stays in files, whose memory is bounded: rows and triangles to repair.
-MOST_IN_FILES = 1 << 20
+# Of the memory for vertices of a source in files: what repairs may take. Bytes of a row or triangle
+# while it is repaired.
+REPAIR_SHARE, REPAIR_BYTES = 0.5, 256
 # What stands for values, by the kind of attribute, in the words of a warning.
 REPLACEMENTS = {
     "POSITION": "triangles left out, as a position is not finite",
@@ -51,10 +53,14 @@ def read_finite_bounds(
     if non_finite == REFUSE:
         raise _refusal(names[0], source, "repair the model first")
     for name in sorted(names, key=lambda name: (name != "POSITION", name)):
-        numbering = next(row for row in source.numberings if name in row[0])
+        numbering = source.numbering_of(name)
         rows = _bad_rows(source, name, numbering)
+        if not len(rows):  # their triangles are left out
+            continue
         if name == "POSITION":
             source.replaced[name] += _leave_out(source, numbering, rows)
+        elif name == "NORMAL" and "POSITION" not in numbering[0]:
+            source.replaced[name] += _split_normals(source, numbering, rows)
         else:  # after positions and normals, which others depend on
             values = _replacements(source, name, numbering, rows)
             source.attributes[name] = _Replaced(source.attributes[name], rows, values)
@@ -72,8 +78,13 @@ def _kind(name: str) -> str:
 
 
 def _require_few(source: Source, count: int, name: str) -> None:
-    """Raise MeshletError for more than bounded memory holds."""
-    if not source.is_in_memory and count > MOST_IN_FILES:
+    """Raise MeshletError for more rows or triangles to repair than bounded memory holds."""
+    needed_bytes = REPAIR_BYTES * count + sum(
+        rows.nbytes
+        for rows in source.attributes.values()
+        if isinstance(rows, (_Replaced, _Extended))
+    )
+    if not source.is_in_memory and needed_bytes > REPAIR_SHARE * source.room:
         raise _refusal(name, source, "it has too many of them for max_memory: repair it first")
 
 
@@ -83,16 +94,27 @@ def _require_few(source: Source, count: int, name: str) -> None:
 def _bad_rows(source: Source, name: str, numbering: Numbering) -> np.ndarray:
     """Return the rows of an attribute that are not finite and in use, in order."""
     rows = source.attributes[name]
-    bad = np.zeros(0, np.int64)
-    for first, last in blocks(rows.count):
-        is_finite = np.isfinite(rows.rows(first, last)).all(axis=1)
-        bad = np.concatenate([bad, first + np.flatnonzero(~is_finite)])
-        _require_few(source, len(bad), name)
+
+    def bad_rows(first: int, last: int) -> np.ndarray:
+        return first + np.flatnonzero(~np.isfinite(rows.rows(first, last)).all(axis=1))
+
+    bad = _collect(source, name, (bad_rows(*block) for block in blocks(rows.count)))
     is_used = np.zeros(len(bad), bool)
     for _, corners in _corners(source, numbering):
-        places, is_bad = _find(corners, bad)
-        is_used[places[is_bad]] = True
+        indices, is_bad = _find(corners, bad)
+        is_used[indices[is_bad]] = True
     return bad[is_used]
+
+
+def _collect(source: Source, name: str, parts: Iterable[np.ndarray]) -> np.ndarray:
+    """Join numbers of rows or triangles to repair, as far as memory holds them."""
+    arrays, count = [np.zeros(0, np.int64)], 0
+    for part in parts:
+        if len(part):
+            arrays.append(part)
+            count += len(part)
+            _require_few(source, count, name)
+    return np.concatenate(arrays)
 
 
 def _corners(source: Source, numbering: Numbering) -> Iterator[tuple[int, np.ndarray]]:
@@ -102,31 +124,43 @@ def _corners(source: Source, numbering: Numbering) -> Iterator[tuple[int, np.nda
 
 
 def _find(numbers: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return (places of numbers in rows, whether they are there). rows: ascending."""
+    """Return (indices of numbers in rows, whether they are there). rows: ascending."""
     if not len(rows):
         return np.zeros(numbers.shape, np.intp), np.zeros(numbers.shape, bool)
-    places = np.minimum(np.searchsorted(rows, numbers), len(rows) - 1)
-    return places, rows[places] == numbers
+    indices = np.minimum(np.searchsorted(rows, numbers), len(rows) - 1)
+    return indices, rows[indices] == numbers
 
 
 def _leave_out(source: Source, numbering: Numbering, rows: np.ndarray) -> int:
     """Leave out the triangles with one of these rows at a corner; return their number."""
-    triangles = np.zeros(0, np.int64)
-    for first, corners in _corners(source, numbering):
-        is_bad = _find(corners, rows)[1].any(axis=1)
-        triangles = np.concatenate([triangles, first + np.flatnonzero(is_bad)])
-        _require_few(source, len(triangles), "POSITION")
+    triangles = _triangles_at(source, "POSITION", numbering, rows)
     source.numberings = [_without(source, row, triangles) for row in source.numberings]
     return len(triangles)
 
 
+def _triangles_at(source: Source, name: str, numbering: Numbering, rows: np.ndarray) -> np.ndarray:
+    """Return the numbers of the triangles with one of these rows at a corner, in order."""
+    return _collect(
+        source,
+        name,
+        (
+            first + np.flatnonzero(_find(corners, rows)[1].any(axis=1))
+            for first, corners in _corners(source, numbering)
+        ),
+    )
+
+
 def _without(source: Source, numbering: Numbering, triangles: np.ndarray) -> Numbering:
     names, numbers = numbering
-    numbers = numbers or _Counting(source.attributes[names[0]].count)
-    numbers = _TrianglesWithout(numbers, triangles)
+    numbers = _TrianglesWithout(_numbers_of(source, numbering), triangles)
     if source.is_in_memory:  # read once
         return names, ArrayRows(numbers.rows(0, numbers.count))
     return names, numbers
+
+
+def _numbers_of(source: Source, numbering: Numbering) -> Rows:
+    names, numbers = numbering
+    return numbers or _Counting(source.attributes[names[0]].count)
 
 
 @dataclass(frozen=True)
@@ -141,19 +175,29 @@ class _Counting:
 
 
 @dataclass(frozen=True)
-class _TrianglesWithout:
-    """The corners of triangles without some of these. Read in whole triangles."""
+class _Derived:
+    """Rows made of others: as many of the same format, unless a subclass has another count."""
 
     source: Rows
+
+    @property
+    def count(self) -> int:
+        return self.source.count
+
+    @property
+    def format(self) -> tuple[np.dtype, int]:
+        return self.source.format
+
+
+@dataclass(frozen=True)
+class _TrianglesWithout(_Derived):
+    """The corners of triangles without some of these. Read in whole triangles."""
+
     triangles: np.ndarray
 
     @property
     def count(self) -> int:
         return self.source.count - self.source.count % 3 - 3 * len(self.triangles)
-
-    @property
-    def format(self) -> tuple[np.dtype, int]:
-        return self.source.format
 
     def rows(self, first: int, last: int) -> np.ndarray:
         if first >= last:
@@ -169,29 +213,61 @@ class _TrianglesWithout:
 
 
 @dataclass(frozen=True)
-class _Replaced:
+class _Replaced(_Derived):
     """Rows of which some have other values.
 
     Attributes:
-        places: their numbers, ascending; values: [len(places), components].
+        indices: their numbers, ascending; values: [len(indices), components].
     """
 
-    source: Rows
-    places: np.ndarray
+    indices: np.ndarray
     values: np.ndarray
 
     @property
-    def count(self) -> int:
-        return self.source.count
-
-    @property
-    def format(self) -> tuple[np.dtype, int]:
-        return self.source.format
+    def nbytes(self) -> int:
+        return self.indices.nbytes + self.values.nbytes
 
     def rows(self, first: int, last: int) -> np.ndarray:
         result = np.array(self.source.rows(first, last))
-        low, high = np.searchsorted(self.places, [first, last])
-        result[self.places[low:high] - first] = self.values[low:high]
+        low, high = np.searchsorted(self.indices, [first, last])
+        result[self.indices[low:high] - first] = self.values[low:high]
+        return result
+
+
+@dataclass(frozen=True)
+class _Extended(_Derived):
+    """Rows, then others: values, [n, components]."""
+
+    values: np.ndarray
+
+    @property
+    def nbytes(self) -> int:
+        return self.values.nbytes
+
+    @property
+    def count(self) -> int:
+        return self.source.count + len(self.values)
+
+    def rows(self, first: int, last: int) -> np.ndarray:
+        count = self.source.count
+        before = self.source.rows(min(first, count), min(last, count))
+        return np.concatenate([before, self.values[max(first - count, 0) : max(last - count, 0)]])
+
+
+@dataclass(frozen=True)
+class _Split(_Derived):
+    """Numbers of which some, `bad`, are instead `first` plus the index of a position's number."""
+
+    positions: Rows
+    bad: np.ndarray
+    own_rows: np.ndarray
+    first: int
+
+    def rows(self, first: int, last: int) -> np.ndarray:
+        result = np.array(self.source.rows(first, last))
+        is_bad = _find(result, self.bad)[1]
+        positions = self.positions.rows(first, last)[is_bad]
+        result[is_bad] = self.first + np.searchsorted(self.own_rows, positions)
         return result
 
 
@@ -213,19 +289,60 @@ def _replacements(source: Source, name: str, numbering: Numbering, rows: np.ndar
 
 def _normals(source: Source, numbering: Numbering, rows: np.ndarray) -> np.ndarray:
     """Return the normals of the triangles around vertices, weighted by area: [len(rows), 3]."""
-    sums = np.zeros((len(rows), 3))
-    of_positions = next(row for row in source.numberings if "POSITION" in row[0])
-    for first, corners in _corners(source, numbering):
-        places, is_bad = _find(corners, rows)
-        touched = np.flatnonzero(is_bad.any(axis=1))
-        if not len(touched):
-            continue
-        numbers = source.corners(*of_positions, first, first + len(corners))[touched]
-        points = _gather(source.attributes["POSITION"], numbers.reshape(-1)).reshape(-1, 3, 3)
-        a, b, c = points.astype(np.float64).transpose(1, 0, 2)
-        areas = np.repeat(np.cross(b - a, c - a)[:, None], 3, axis=1)
-        np.add.at(sums, places[touched][is_bad[touched]], areas[is_bad[touched]])
+    corners = _corners_of(source, numbering, _triangles_at(source, "NORMAL", numbering, rows))
+    return _sums_of_areas(source, corners, *_find(corners, rows), len(rows))
+
+
+def _split_normals(source: Source, numbering: Numbering, rows: np.ndarray) -> int:
+    """Replace rows of normals, which several positions may share, by one for each position.
+
+    Returns their number. Only of a source in files.
+    """
+    names, _ = numbering
+    of_positions = source.numbering_of("POSITION")
+    touched = _triangles_at(source, "NORMAL", numbering, rows)
+    corners = _corners_of(source, of_positions, touched)
+    is_bad = _find(_corners_of(source, numbering, touched), rows)[1]
+    own_rows = np.unique(corners[is_bad])
+    indices = np.searchsorted(own_rows, corners)
+    normals = _sums_of_areas(source, corners, indices, is_bad, len(own_rows))
+    old = source.attributes["NORMAL"]
+    check_vertex_count(old.count + len(own_rows), "normals")
+    numbers, positions = _numbers_of(source, numbering), _numbers_of(source, of_positions)
+    split = names, _Split(numbers, positions, rows, own_rows, old.count)
+    source.attributes["NORMAL"] = _Extended(old, normals.astype(old.format[0]))
+    source.numberings = [split if row is numbering else row for row in source.numberings]
+    return len(own_rows)
+
+
+def _corners_of(source: Source, numbering: Numbering, triangles: np.ndarray) -> np.ndarray:
+    """Return the corners of some triangles, [n, 3]. triangles: ascending."""
+    blocks_of_all = _corners(source, numbering)
+    return np.concatenate(
+        [block[_within(triangles, first, len(block))] for first, block in blocks_of_all]
+    )
+
+
+def _sums_of_areas(
+    source: Source, corners: np.ndarray, indices: np.ndarray, is_bad: np.ndarray, count: int
+) -> np.ndarray:
+    """Return unit normals, [count, 3]: sums of those of triangles at their bad corners.
+
+    corners: [n, 3], of positions; indices, is_bad: [n, 3], of the sums that they count for.
+    """
+    positions = _gather(source.attributes["POSITION"], corners.reshape(-1))
+    a, b, c = positions.reshape(-1, 3, 3).astype(np.float64).transpose(1, 0, 2)
+    areas = np.repeat(np.cross(b - a, c - a)[:, None], 3, axis=1)
+    sums = np.zeros((count, 3))
+    np.add.at(sums, indices[is_bad], areas[is_bad])
     return _unit(sums)
+
+
+def _within(numbers: np.ndarray, first: int, count: int) -> np.ndarray:
+    """Return those of `count` numbers from the first, less the first. numbers: ascending."""
+    low, high = np.searchsorted(numbers, [first, first + count])
+    result: np.ndarray = numbers[low:high] - first
+    return result
 
 
 def _tangents(source: Source, rows: np.ndarray) -> np.ndarray:

@@ -11,6 +11,7 @@ from typing import Protocol
 import numpy as np
 
 from gltf_ext.document.accessors import Format
+from gltf_ext.errors import EXPORT_AGAIN, MeshletError
 from gltf_ext.work_files import WorkFile
 
 ALIGNMENT = 8  # bytes of the largest number
@@ -73,8 +74,10 @@ class RowArray(ABC):
 
 
 def add_all(arrays: Mapping[str, RowArray], values: Mapping[str, np.ndarray]) -> None:
-    """Append values to the arrays of the same names. Raises OSError."""
+    """Append values to the arrays of the same names. Raises MeshletError for others, OSError."""
     for name, rows in values.items():
+        if arrays[name].count and arrays[name].format != (rows.dtype, rows.shape[1]):
+            raise MeshletError(f"has values of {name} of different types", EXPORT_AGAIN)
         arrays[name].add(rows)
 
 

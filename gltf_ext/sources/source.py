@@ -13,7 +13,7 @@ from gltf_ext.document import gltf
 from gltf_ext.document.accessors import Format, bounds, read_accessor
 from gltf_ext.document.document import Document
 from gltf_ext.document.draco import DRACO, decode_draco
-from gltf_ext.errors import MeshletError
+from gltf_ext.errors import EXPORT_AGAIN, MeshletError
 from gltf_ext.progress import Advance
 from gltf_ext.scheduler import in_order
 from gltf_ext.sources.attribute_names import is_of_target, local_name, pair_names, semantic
@@ -24,7 +24,6 @@ from gltf_ext.sources.row_arrays import Numbering, Rows
 # to 110 MB, with 1 << 16 at 80 to 87.
 BLOCK = 1 << 16
 CACHED = 1 << 14  # triangles whose corners are compared at a time, in the processor's cache
-EXPORT_AGAIN = "export the model again"
 WIDTHS = {"POSITION": 3, "NORMAL": 3, "TANGENT": 4}  # components; a target's TANGENT has three
 # Semantics of floats that are rounded. Others, but those of morph targets, keep any bits.
 ROUNDED = ("POSITION", "NORMAL", "TANGENT", "TEXCOORD", "COLOR", "WEIGHTS")
@@ -180,6 +179,11 @@ class Source:
                         advance(finished / total)
                 del is_used, tasks  # before the next flags are made
 
+    def used_rows(self) -> np.ndarray:
+        """Return the rows of vertices that of_used_vertices takes, of a source in memory."""
+        ((names, numbers),) = self.numberings
+        return np.flatnonzero(self._are_used(names, numbers, 0, self.vertex_count))
+
     def _of_used(
         self,
         function: Callable[[dict[str, np.ndarray]], Any],
@@ -275,6 +279,10 @@ class Source:
         """Return name -> [len(rows), components]: some vertices of a source in memory."""
         whole = self.vertices(names, 0, self.attributes[names[0]].count)
         return {name: values[rows] for name, values in whole.items()}
+
+    def numbering_of(self, name: str) -> Numbering:
+        """Return the names that share the numbers of an attribute, and these."""
+        return next(numbering for numbering in self.numberings if name in numbering[0])
 
     def corners(
         self, names: tuple[str, ...], numbers: Rows | None, first: int, last: int

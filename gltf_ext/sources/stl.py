@@ -11,8 +11,7 @@ from typing import BinaryIO, NamedTuple
 import numpy as np
 
 from gltf_ext import _codec
-from gltf_ext.document.container import EXPORT_AGAIN
-from gltf_ext.errors import MeshletError
+from gltf_ext.errors import EXPORT_AGAIN, MeshletError
 from gltf_ext.progress import Advance
 from gltf_ext.sources.colors import Colors
 from gltf_ext.sources.mesh_files import Mesh, MeshFile, MeshPrimitive, to_floats

@@ -11,8 +11,7 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
-from gltf_ext.document.container import EXPORT_AGAIN
-from gltf_ext.errors import MeshletError
+from gltf_ext.errors import EXPORT_AGAIN, MeshletError
 from gltf_ext.progress import Advance
 
 CUT_OFF = "is cut off"
@@ -21,6 +20,7 @@ CUT_OFF = "is cut off"
 # of 256 kB, and four times in 1 MB.
 LEAST_BYTES, MOST_BYTES = 1 << 18, 1 << 20
 LINE_BYTES = 1 << 12  # that are searched for a line's end at a time
+LONGEST_LINE = 64 << 20  # bytes of a line, with those that continue it: a line is read as a whole
 
 
 class _WatchedFile(io.FileIO):
@@ -69,9 +69,11 @@ def text_blocks(file: BinaryIO) -> Iterator[bytes]:
     if file.tell() == 0:
         seek_after_mark(file)
     while start := file.read(size):
-        pieces, end = [start], start[-3:]
+        pieces, end, length = [start], start[-3:], 0
         while line := next_line(file):
             pieces.append(line)
+            length += len(line)
+            _check_length(length)
             end = (end + line)[-3:]
             if not end.rstrip(b"\r\n").endswith(b"\\"):
                 break
@@ -93,17 +95,27 @@ def seek_after_mark(file: BinaryIO) -> None:
 
 
 def next_line(file: BinaryIO) -> bytes:
-    """Read a line with its end: a line feed, or a CR; a line feed may follow that is not read."""
-    pieces = []
+    """Read a line with its end: a line feed, or a CR; a line feed may follow that is not read.
+
+    Raises MeshletError for one that is too long.
+    """
+    pieces, length = [], 0
     while piece := file.readline(LINE_BYTES):
         end = piece.find(b"\r") + 1
         if end and piece[end : end + 1] != b"\n":
             file.seek(end - len(piece), os.SEEK_CUR)
             piece = piece[:end]
         pieces.append(piece)
+        length += len(piece)
+        _check_length(length)
         if piece.endswith((b"\n", b"\r")):
             break
     return b"".join(pieces)
+
+
+def _check_length(length: int) -> None:
+    if length > LONGEST_LINE:
+        raise MeshletError(f"has a line of more than {LONGEST_LINE:,} bytes", EXPORT_AGAIN)
 
 
 def _with_line_feeds(text: bytes) -> bytes:

@@ -39,7 +39,7 @@ def write(path: Path) -> Path:
             material["pbrMetallicRoughness"]["baseColorTexture"] = {"index": texture}
     _add_colors(document, primitives)
     _place(document)
-    write_files(model_files(document, path), sources=())
+    write_files(model_files(document, path), input_files=())
     return path
 
 

@@ -312,7 +312,7 @@ def meshlet_colors(meshlets: np.ndarray) -> np.ndarray:
 
 def write_glb(primitives: list[Primitive], path: str | Path) -> None:
     """Writes a .glb of `document_of` the primitives."""
-    write_files(model_files(document_of(primitives), Path(path)), sources=())
+    write_files(model_files(document_of(primitives), Path(path)), input_files=())
 
 
 def document_of(primitives: list[Primitive]) -> Document:

@@ -12,7 +12,6 @@
 #extension GL_EXT_buffer_reference : require
 #extension GL_EXT_buffer_reference_uvec2 : require
 
-#define OWN_PUSH
 #include "raytrace/rt_common.glsl"
 #include "decoders/bounds.glsl"
 #include "decoders/positions.glsl"

@@ -20,9 +20,7 @@ layout(constant_id = 21) const uint SPREAD = 1u;  // as in decode_push.glsl
 #include "decoders/shared_apexes.glsl"
 ADDRESS connected_triangles;
 #define TRIANGLE(t) TRIANGLE_AT(connected_triangles, t)
-#include "decoders/serial_prologue.glsl"
-#include "decode/serial_decoder.glsl"
-#include "decoders/serial_epilogue.glsl"
+#include "decoders/serial.glsl"
 #include "decoders/serial_connectivity.glsl"
 
 #if !defined(STREAM) || defined(BULK)

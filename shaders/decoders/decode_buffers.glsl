@@ -1,4 +1,7 @@
 // Buffers that connect.comp and lengths.comp fill for the passes after them.
+//
+// needs: push
+// optional: PLACE_OF
 #ifndef DECODE_BUFFERS_GLSL
 #define DECODE_BUFFERS_GLSL
 

@@ -1,5 +1,8 @@
 // Push constants of the decoding compute shaders (bench/gpu_decoder.py), whose job is all
 // meshlets of a blob. A shader need not use every buffer.
+#ifndef DECODE_PUSH_GLSL
+#define DECODE_PUSH_GLSL
+
 #include "decoders/decode_buffers.glsl"
 #ifdef WGSL
 #define FIRST_MESHLET push.first
@@ -44,4 +47,6 @@ uvec2 job_blob() { return push.blob; }
 uint job_blob_words() { return push.blob_words; }
 uvec2 job_triangles() { return byte_offset(push.triangles, 64u, job_place); }
 uvec2 job_values() { return byte_offset(push.values, push.value_words, job_place); }
+#endif
+
 #endif

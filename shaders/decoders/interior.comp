@@ -13,10 +13,6 @@ layout(local_size_x = 32) in;
 #else
 #include "decoders/decode_push.glsl"
 #endif
-#include "decoders/serial_prologue.glsl"
-#define OWN_GRID_POSITION
-#include "decode/serial_decoder.glsl"
-#include "decoders/serial_epilogue.glsl"
 
 ADDRESS team_triangles;
 uint packed_triangle(uint t) { return TRIANGLE_AT(team_triangles, t & 63u); }

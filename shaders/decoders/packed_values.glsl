@@ -1,7 +1,18 @@
 // The bulk passes' layout of values: per stream 64 vertices of one or more words. A vertex's
 // elements lie side by side in up to 64 bits (a position's elements take 21 bits each); if they do
 // not fit, each has a word. With STREAM these are the words of a slot; bench/gpu_decoder.py unpacks
-// the others. Include after sections.glsl and decode_push.glsl or slot_jobs.glsl.
+// the others.
+//
+// needs: WORKGROUP
+#ifndef PACKED_VALUES_GLSL
+#define PACKED_VALUES_GLSL
+
+#include "decoders/sections.glsl"
+#ifdef STREAM
+#include "decoders/slot_jobs.glsl"
+#else
+#include "decoders/decode_push.glsl"
+#endif
 
 shared uint shared_places[MAX_STREAMS];  // see place_field
 
@@ -99,3 +110,5 @@ void put_value(uint s, uint c, uint id, uint value) {
   uvec2 before = c == 0u ? uvec2(0u) : vertex_at(s, id);
   put_vertex(s, id, before | put_field(c * place_field(s, PLACE_FIELD), inside));
 }
+
+#endif

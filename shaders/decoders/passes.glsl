@@ -12,10 +12,8 @@
 #define PASSES_GLSL
 
 #define WORKGROUP 64u
-#include "decoders/serial_prologue.glsl"
 #define OWN_GRID_POSITION
-#include "decode/serial_decoder.glsl"
-#include "decoders/serial_epilogue.glsl"
+#include "decoders/serial.glsl"
 #include "decoders/sections.glsl"
 #ifdef STREAM
 #include "decoders/slot_jobs.glsl"

@@ -5,9 +5,7 @@
 #include "scene/scene.glsl"
 
 #define MAX_ELEMENTS 3u
-#include "decoders/serial_prologue.glsl"
-#include "decode/serial_decoder.glsl"
-#include "decoders/serial_epilogue.glsl"
+#include "decoders/serial.glsl"
 
 // Returns the number of triangles, 0 if the meshlet is malformed.
 uint open_positions(Primitive primitive, uint meshlet) {

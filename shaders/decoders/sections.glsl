@@ -1,6 +1,11 @@
 // The streams of a blob and small steps of reading a meshlet's sections, for shaders that decode a
-// meshlet's values with several threads (team_values.glsl, passes.glsl). Include after
-// serial_epilogue.glsl, with WORKGROUP defined as the threads of a workgroup.
+// meshlet's values with several threads (team_values.glsl, passes.glsl).
+//
+// needs: WORKGROUP
+#ifndef SECTIONS_GLSL
+#define SECTIONS_GLSL
+
+#include "decoders/serial.glsl"
 
 #define THREAD gl_LocalInvocationIndex
 
@@ -211,3 +216,5 @@ Weights unpack_weights(uint word) {
                  uint(bitfieldExtract(int(word), 12, 12)));
 }
 uint geo_shift() { return excess(stream_field(0u, STREAM_BITS), GEO_POSITION_BITS); }
+
+#endif

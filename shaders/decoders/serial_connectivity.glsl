@@ -1,5 +1,8 @@
-// The connectivity of a meshlet by the serial decoder alone, with one thread. Include after
-// serial_epilogue.glsl.
+// The connectivity of a meshlet by the serial decoder alone, with one thread.
+#ifndef SERIAL_CONNECTIVITY_GLSL
+#define SERIAL_CONNECTIVITY_GLSL
+
+#include "decoders/serial.glsl"
 
 bool header_sound;  // of the meshlet decoded last
 
@@ -21,3 +24,5 @@ bool connect(uint m) {
   }
   return error == ERROR_NONE;
 }
+
+#endif

@@ -1,7 +1,9 @@
-// The GLSL primitives that serial_decoder.glsl asks for. Include before it, and
-// serial_epilogue.glsl after it. Unless the includer defines BLOB_WORD and blob_word_total, the
-// shader calls open_blob first, and needs GL_EXT_buffer_reference and
-// GL_EXT_buffer_reference_uvec2.
+// The GLSL primitives that serial_decoder.glsl asks for and that stand before it: serial.glsl has
+// the order. Unless the includer defines BLOB_WORD and blob_word_total, the shader calls open_blob
+// first, and needs GL_EXT_buffer_reference and GL_EXT_buffer_reference_uvec2.
+//
+// needs: decode/serial_decoder.glsl, decoders/serial_epilogue.glsl
+// optional: MAX_STREAMS, MAX_ELEMENTS, BLOB_WORD
 
 // Capacities, set by the host: the most streams of a blob in the scene, and the most elements of
 // those that are decoded.

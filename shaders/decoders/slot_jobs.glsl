@@ -2,6 +2,8 @@
 // is one batch of meshlets, which go into the slots from push.first_slot on
 // (vk_backend/decode/batches.py). Same functions as decode_push.glsl. Slots between two segments
 // are empty.
+#ifndef SLOT_JOBS_GLSL
+#define SLOT_JOBS_GLSL
 
 uint job_instance;
 uint job_primitive_number;
@@ -9,6 +11,7 @@ uint job_begin;  // place of the primitive's first meshlet, if it is in the batc
 #define PLACE_OF(m) (job_begin + (m))
 #define INSTANCE job_instance
 #define PRIMITIVE job_primitive_number
+#include "raster/raster_push.glsl"
 #include "raster/culling.glsl"
 #include "decoders/slots.glsl"
 #include "decoders/decode_buffers.glsl"
@@ -100,3 +103,5 @@ uint job_blob_words() { return Primitives(the_frame().primitives).at[the_primiti
 uint job_streams() { return Primitives(the_frame().primitives).at[the_primitive()].stream_end; }
 uvec2 job_triangles() { return slot_address(push.slots, job_place); }
 uvec2 job_values() { return job_triangles(); }  // see packed_values.glsl
+
+#endif

@@ -1,14 +1,10 @@
-// Writes a decoded meshlet into a slot. Include after slots.glsl and after team_values.glsl, or
-// after serial_decoder.glsl with SERIAL defined.
+// Writes a decoded meshlet into a slot.
+//
+// needs: decoded_value
+#ifndef SLOT_OUTPUT_GLSL
+#define SLOT_OUTPUT_GLSL
 
-uint decoded_value(uint element, uint vertex) {
-  uint place = min(element, MAX_ELEMENTS - 1u) * 64u + vertex;
-#ifdef SERIAL
-  return values[place];
-#else
-  return team_values[place];
-#endif
-}
+#include "decoders/slots.glsl"
 
 // Writes an attribute at bit `place` of the vertex's attributes.
 void put_attribute(uvec2 slot, Attribute a, uint place, uint vertex) {
@@ -47,3 +43,5 @@ void put_vertex(uvec2 slot, Primitive p, uint vertex) {
   put_attribute(slot, p.texcoord, texcoord_place(p.normal), vertex);
   put_attribute(slot, p.color, color_place(p.normal, p.texcoord), vertex);
 }
+
+#endif

@@ -1,5 +1,10 @@
 // The boundary of a team's meshlet: lengths of references, values of corners, and residuals of
 // chains in place of their values.
+//
+// needs: WORKGROUP, packed_triangle, connectivity_boundary, connectivity_starts
+#ifndef TEAM_BOUNDARY_GLSL
+#define TEAM_BOUNDARY_GLSL
+
 #include "decoders/team_meshlet.glsl"
 
 // --- references, corners, chains ---
@@ -174,3 +179,5 @@ void place_team_references(HEADER_IN h) {
   }
   if (h.references == 0u && THREAD == 0u) add_waiting_loops();
 }
+
+#endif

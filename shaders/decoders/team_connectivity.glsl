@@ -1,7 +1,12 @@
-// The triangles of a meshlet by the parallel connectivity, for team_values.glsl. Include before it.
-// Call decode_connectivity with all threads after open_team and read_symbols; it ends with a
-// barrier. An includer that also has triangles from elsewhere defines OWN_TRIANGLES and the last
-// three functions itself, and may define PARALLEL_ROOM (see the file included below).
+// The triangles of a meshlet by the parallel connectivity. Call decode_connectivity with all
+// threads after open_team and read_team_symbols; it ends with a barrier.
+//
+// needs: WORKGROUP, packed_triangle, connectivity_boundary, connectivity_starts
+// optional: PARALLEL_ROOM
+#ifndef TEAM_CONNECTIVITY_GLSL
+#define TEAM_CONNECTIVITY_GLSL
+
+#include "decoders/team_meshlet.glsl"
 
 #ifndef PARALLEL_ROOM
 #define PARALLEL_ROOM(n) (n)
@@ -52,8 +57,4 @@ void decode_connectivity() {
   }
 }
 
-#ifndef OWN_TRIANGLES
-uint packed_triangle(uint t) { return parallel_triangle(t); }
-uvec2 connectivity_starts() { return parallel_starts(); }
-uvec2 connectivity_boundary() { return parallel_boundary(); }
 #endif

@@ -3,6 +3,11 @@
 // Then the values: first stream 0, then the others, which may depend on it. Only two things are
 // sequential: a chain of a reference, one thread per element, and the traversal of the interior,
 // one thread per element.
+//
+// needs: WORKGROUP, packed_triangle, connectivity_boundary, connectivity_starts
+#ifndef TEAM_INTERIOR_GLSL
+#define TEAM_INTERIOR_GLSL
+
 #include "decoders/team_meshlet.glsl"
 
 // Number of inner vertices of the seams of stream s.
@@ -413,3 +418,5 @@ void predict(HEADER_IN h, bool sound, bool only_seams, bool has_chains) {
     }
   }
 }
+
+#endif

@@ -2,20 +2,25 @@
 // (spec, appendix A.7): team_values.glsl decodes all of it, interior.comp the part inside the
 // boundary.
 //
-// The includer defines WORKGROUP, the threads of a workgroup, includes serial_prologue.glsl,
-// serial_decoder.glsl (with OWN_GRID_POSITION) and serial_epilogue.glsl first, and provides
-//   packed_triangle(t)       triangle t of the team's meshlet, packed as in serial_decoder.glsl
-//   connectivity_boundary()  mask of its boundary vertices
-//   connectivity_starts()    mask of the triangles that begin a disk
+// WORKGROUP: the threads of a workgroup. The includer also defines the three functions that are
+// declared below.
 //
 // Long functions are called from one place: compilers inline everything, and the code must fit the
 // instruction cache. Hostile bytes: every subscript is masked or bounded by a checked count, every
 // loop by 64, by the streams, or by the blob's end. Loops that contain barriers run equally often
 // in all threads.
+//
+// needs: WORKGROUP, packed_triangle, connectivity_boundary, connectivity_starts
 #ifndef TEAM_MESHLET_GLSL
 #define TEAM_MESHLET_GLSL
 
+#define OWN_GRID_POSITION
 #include "decoders/sections.glsl"
+
+uint packed_triangle(uint t);   // of the team's meshlet, packed as in serial_decoder.glsl
+uvec2 connectivity_boundary();  // mask of its boundary vertices
+uvec2 connectivity_starts();    // mask of the triangles that begin a disk
+
 // Words of a team's scratch memory: the ends of the quotients of up to four elements, or GEO's sums
 // at 64 vertices.
 #define SCRATCH_ELEMENTS 4u

@@ -1,14 +1,22 @@
 // The team decoder: WORKGROUP threads decode the values of one meshlet (spec, appendix A.7). The
 // triangles come from the serial decoder of another shader or from parallel_connectivity.glsl.
 //
-// The includer does what team_meshlet.glsl asks for. It calls open_blob and share_streams(end)
+// The includer does what team_meshlet.glsl asks for, and calls open_blob and share_streams(end)
 // once, then open_team(), read_header(m), read_team_symbols(h), and then team_decode with all
 // threads. Results: team_values[element * 64 + local id], vertex_count, and `error`,
 // equal for all threads of a team.
+//
+// needs: WORKGROUP, packed_triangle, connectivity_boundary, connectivity_starts
+#ifndef TEAM_VALUES_GLSL
+#define TEAM_VALUES_GLSL
 
 #include "decoders/team_meshlet.glsl"
 #include "decoders/team_boundary.glsl"
 #include "decoders/team_interior.glsl"
+
+uint decoded_value(uint element, uint vertex) {
+  return team_values[min(element, MAX_ELEMENTS - 1u) * 64u + vertex];
+}
 
 // Reads the symbols of meshlet h: each thread finds those of its triangles by counting bits.
 // Contains a barrier.
@@ -76,3 +84,5 @@ void team_decode(Header h) {
   predict(h, sound, false, true);
   barrier();
 }
+
+#endif

@@ -1,4 +1,6 @@
 // Culling: rejects meshlets outside the view frustum and meshlets whose triangles all face away.
+//
+// needs: push
 #ifndef CULLING_GLSL
 #define CULLING_GLSL
 

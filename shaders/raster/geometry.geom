@@ -21,12 +21,10 @@ layout(triangle_strip, max_vertices = 3 * SHARE) out;
 layout(location = 0) flat in uint in_meshlet[];
 layout(location = 1) flat in uint in_instance[];
 #define INSTANCE in_instance[0]
+#include "raster/raster_push.glsl"
 #include "raster/culling.glsl"
-#include "decoders/serial_prologue.glsl"
-#include "decode/serial_decoder.glsl"
-#include "decoders/serial_epilogue.glsl"
-#define ELEMENT_VALUE(element, id) values[(element) * 64u + (id)]
-#include "scene/decoded_vertex.glsl"
+#include "decoders/serial_values.glsl"
+#include "decoders/value_vertex.glsl"
 
 out gl_PerVertex { vec4 gl_Position; };  // redeclared without the other members to save outputs
 #if (VARYINGS & 1) != 0

@@ -4,6 +4,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
+#include "raster/raster_push.glsl"
 #include "raster/raster.glsl"
 
 layout(location = 0) flat out uint out_meshlet;

@@ -2,6 +2,11 @@
 // of several instances in one draw, also two numbers per triangle: the built-in gl_PrimitiveID
 // would do for the second, but Mesa's software renderer passes a wrong one. They are always
 // written: Mesa's software renderer draws wrong pictures if they are not.
+//
+// needs: push
+#ifndef MESH_OUTPUT_GLSL
+#define MESH_OUTPUT_GLSL
+
 #include "raster/raster.glsl"
 layout(location = 0) out vec3 out_normal[];
 layout(location = 1) out vec2 out_texcoord[];
@@ -25,11 +30,4 @@ void put_triangle(uint t, uint m, uint packed, uint vertices) {
   out_ids[t] = uvec2(INSTANCE, m * MESHLET_TRIANGLES + t);
 }
 
-#ifdef DECODED_VERTEX_GLSL
-// Writes vertex v of a meshlet, see decoded_vertex.glsl.
-void put_vertex(Primitive primitive, mat4 to_clip, uint v) {
-  gl_MeshVerticesEXT[v].gl_Position = transformed(to_clip, vertex_position(primitive, v));
-  put_attributes(v, world_normal(vertex_normal(primitive, v)), vertex_texcoord(primitive, v),
-                 vertex_color(primitive, v));
-}
 #endif

@@ -1,10 +1,12 @@
-// Shades a point of a surface with a light over the viewer's shoulder and ambient light. Before
-// including this file, include raster.glsl and define POINT, the point's pixel coordinates and
-// depth; NORMAL, its normal in world space; FACE_NORMAL(position), a normal of its triangle; and
-// what material.glsl needs.
+// Shades a point of a surface with a light over the viewer's shoulder and ambient light. POINT: the
+// point's pixel coordinates and depth; NORMAL: its normal in world space; FACE_NORMAL(position): a
+// normal of its triangle; the others: see material.glsl.
+//
+// needs: push, POINT, NORMAL, FACE_NORMAL, TEXCOORD, COLOR, SAMPLE
 #ifndef SHADING_GLSL
 #define SHADING_GLSL
 
+#include "raster/raster.glsl"
 #include "scene/default_light.glsl"
 #include "scene/material.glsl"
 

@@ -25,6 +25,7 @@ layout(location = 3) flat in uint in_instance;
 #define TRIANGLE_ID uint(gl_PrimitiveID)
 #endif
 
+#include "raster/raster_push.glsl"
 #include "raster/raster.glsl"
 
 #if (VARYINGS & 1) != 0

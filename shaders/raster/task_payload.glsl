@@ -5,6 +5,10 @@
 // 2,404. Mesh workgroups have 28 KiB or more for the payload and their shared memory together
 // (maxMeshPayloadAndSharedMemorySize). The host checks both: MeshPath.payload in
 // vk_backend/raster/mesh.py.
+#ifndef TASK_PAYLOAD_GLSL
+#define TASK_PAYLOAD_GLSL
+
+#include "raster/tasks.glsl"
 
 struct Payload {
   uint row;
@@ -22,3 +26,5 @@ taskPayloadSharedEXT Payload payload;
 #define PAYLOAD_TRIANGLES 11u  // 64 triangles, packed as in serial_decoder.glsl
 
 #define PAYLOAD_WORD(place, word) payload.words[(place) * PAYLOAD_WORDS + (word)]
+
+#endif

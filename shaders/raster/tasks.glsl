@@ -3,7 +3,7 @@
 // alike, or, with JOBS, a cluster in the list of the frame's cut.
 #ifndef TASKS_GLSL
 #define TASKS_GLSL
-#define OWN_PUSH
+
 #include "scene/scene.glsl"
 #include "levels/jobs.glsl"
 

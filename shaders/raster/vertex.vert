@@ -6,6 +6,7 @@
 #extension GL_GOOGLE_include_directive : require
 
 #define INSTANCE (push.instance + uint(gl_InstanceIndex))
+#include "raster/raster_push.glsl"
 #include "raster/raster.glsl"
 
 layout(location = 0) in vec3 position;

@@ -1,5 +1,10 @@
 // Whether rays pass a transparent surface. Masks compare alpha with the cutoff; blended surfaces
-// compare it with a random number. The order of hits does not matter. Include after open_hit.
+// compare it with a random number. The order of hits does not matter.
+//
+// needs: raytrace/rt_attributes.glsl
+#ifndef RT_ALPHA_GLSL
+#define RT_ALPHA_GLSL
+
 #include "raytrace/rt_interpolated.glsl"
 #include "raytrace/rt_random.glsl"
 
@@ -15,3 +20,5 @@ bool is_passed() {
   }
   return base_color(material).a < cutoff;
 }
+
+#endif

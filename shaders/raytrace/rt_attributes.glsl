@@ -1,4 +1,7 @@
 // The hit triangle of a meshlet in the cache. Call open_hit first.
+#ifndef RT_ATTRIBUTES_GLSL
+#define RT_ATTRIBUTES_GLSL
+
 #include "raytrace/rt_common.glsl"
 
 #include "raytrace/rt_hit.glsl"
@@ -8,8 +11,7 @@ uint id;  // meshlet * 64 + triangle
 uvec3 corners;
 vec3 weights;  // of the corners
 uvec2 slot;
-#define SLOT slot
-#include "scene/decoded_vertex.glsl"
+#include "decoders/slot_vertex.glsl"
 hitAttributeEXT HitAttributes found;
 
 #define PRIMITIVE Primitives(Frame(push.frame).primitives).at[placed.primitive]
@@ -22,3 +24,5 @@ void open_hit() {
   uint packed = SceneWords(slot).at[found.triangle];
   corners = uvec3(packed, packed >> 8, packed >> 16) & 63u;
 }
+
+#endif

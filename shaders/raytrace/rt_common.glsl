@@ -1,4 +1,4 @@
-// Shared by the ray-tracing shaders: specialisation and push constants, numbers of meshlets.
+// Shared by the ray-tracing shaders: specialisation constants, numbers of meshlets.
 #ifndef RT_COMMON_GLSL
 #define RT_COMMON_GLSL
 
@@ -31,31 +31,5 @@ layout(buffer_reference, std430, buffer_reference_align = 8) readonly buffer Sou
   Source at[];
 };
 layout(buffer_reference, std430, buffer_reference_align = 4) buffer Counts { uint at[]; };
-
-#ifndef OWN_PUSH
-layout(push_constant) uniform RaysPush {
-  uvec2 frame;      // Frame
-  uvec2 structure;  // top-level acceleration structure: of all, or of a part
-  uvec2 placed;     // per instance of the structure of all: Placed
-  uvec2 sources;    // per meshlet: Source
-  uvec2 cache;      // the slots
-  uvec2 colors;     // output, a word per pixel
-  uvec2 hits;       // output, per pixel: FirstHit
-  uvec2 records;    // of paths that sweep: rt_paths.glsl
-  uint bounces;
-  uint samples;  // paths per pixel
-  uint shadows;
-  uint width;  // of the picture
-  // Of a pass:
-  uint pixel;  // the launch's first one
-  uint part;   // FIRST_PART, LAST_PART, BACKGROUND
-  uint level;  // bounce | sample << 8
-  uint first;  // number of the meshlet in the first slot
-}
-push;
-
-// The pixel of the picture that this invocation works at.
-uint launched_pixel() { return push.pixel + gl_LaunchIDEXT.y * push.width + gl_LaunchIDEXT.x; }
-#endif
 
 #endif

@@ -7,7 +7,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-#define OWN_PUSH
 #include "raytrace/rt_common.glsl"
 
 layout(push_constant) uniform FillPush {
@@ -19,7 +18,14 @@ layout(push_constant) uniform FillPush {
 }
 push;
 
+#ifdef SERIAL
+#include "raytrace/rt_fill_serial.glsl"
+#else
+#define WORKGROUP 32u
+#include "raytrace/rt_fill_team.glsl"
+#endif
 #include "raytrace/rt_fill.glsl"
+layout(local_size_x = 32) in;
 
 void main() {
 #ifdef SERIAL

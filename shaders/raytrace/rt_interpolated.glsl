@@ -1,5 +1,7 @@
 // Attributes at a hit, from those of the triangle's corners. PRIMITIVE: what vertex_normal and the
 // like take.
+//
+// needs: raytrace/rt_attributes.glsl
 #ifndef RT_INTERPOLATED_GLSL
 #define RT_INTERPOLATED_GLSL
 

@@ -1,4 +1,8 @@
 // Tests the triangles behind a box, and reports the nearest hit.
+#ifndef RT_INTERSECTION_GLSL
+#define RT_INTERSECTION_GLSL
+
+#include "raytrace/rt_meshlet.glsl"
 #include "raytrace/rt_hit.glsl"
 #include "raytrace/rt_triangles.glsl"
 
@@ -64,3 +68,5 @@ uint open_ray() {
 void close_ray() {
   if (!masked && hit) report(t_max);
 }
+
+#endif

@@ -3,6 +3,7 @@
 #define RT_MESHLET_GLSL
 
 #include "raytrace/rt_common.glsl"
+#include "raytrace/rt_push.glsl"
 
 Placed placed;
 uint number;  // of the meshlet

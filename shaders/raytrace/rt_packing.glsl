@@ -1,5 +1,9 @@
 // Unit vectors and light in few bits, for payloads and records. All paths round in the same
 // places, whether they wait or not, so that pictures are the same.
+#ifndef RT_PACKING_GLSL
+#define RT_PACKING_GLSL
+
+#include "decoders/slots.glsl"
 
 // Octahedral, 16 bits each.
 uint packed_unit(vec3 n) {
@@ -28,3 +32,5 @@ vec3 unpacked_light(uint packed) {
 // Three floats that are not negative, with mantissas of 12 bits.
 uvec2 packed_sum(vec3 sum) { return packed_position((floatBitsToUint(sum) + 0x400u) >> 11); }
 vec3 unpacked_sum(uvec2 packed) { return uintBitsToFloat(unpacked_position(packed) << 11); }
+
+#endif

@@ -4,6 +4,9 @@
 // SWEEPS: all paths of a strip of the picture are at the same level. A pass traces its rays in one
 // part of the model, whose meshlets are decoded before, and keeps the nearest hit in the pixel's
 // record. After the last part the paths go to the next level.
+#ifndef RT_PATHS_GLSL
+#define RT_PATHS_GLSL
+
 #include "raytrace/rt_common.glsl"
 #include "raytrace/rt_hit.glsl"
 
@@ -27,3 +30,5 @@ struct Found {
 // A record per pixel of a launch, then a second one for paths that have a second level.
 layout(buffer_reference, std430, buffer_reference_align = 16) buffer FoundRecords { Found at[]; };
 layout(buffer_reference, std430, buffer_reference_align = 16) buffer LevelRecords { Level at[]; };
+
+#endif

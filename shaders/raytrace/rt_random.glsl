@@ -1,4 +1,6 @@
 // Pseudo-random numbers: the same on every device and path.
+#ifndef RT_RANDOM_GLSL
+#define RT_RANDOM_GLSL
 
 // PCG's output function (Jarzynski, Olano: Hash Functions for GPU Rendering, JCGT 2020).
 uint hash(uint x) {
@@ -9,3 +11,5 @@ uint hash(uint x) {
 
 // In [0, 1).
 float unit_float(uint x) { return float(x >> 8) * (1.0 / 16777216.0); }
+
+#endif

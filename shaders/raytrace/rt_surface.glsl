@@ -1,4 +1,9 @@
-// Normals, albedo and emission of a hit. Include after open_hit.
+// Normals, albedo and emission of a hit.
+//
+// needs: raytrace/rt_attributes.glsl
+#ifndef RT_SURFACE_GLSL
+#define RT_SURFACE_GLSL
+
 #include "raytrace/rt_exact.glsl"
 #include "raytrace/rt_interpolated.glsl"
 #include "raytrace/rt_packing.glsl"
@@ -26,3 +31,5 @@ Surface found_surface() {
           packed_light(base_color(material).rgb), unlit ? UNLIT : packed_light(emission(material)));
   return Surface(hit, placed.instance, id, weights.yz);
 }
+
+#endif

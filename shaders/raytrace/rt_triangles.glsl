@@ -3,6 +3,8 @@
 // three dot products instead of a shear: permuting the axes would cost a GPU as much as the shear
 // saves. It is watertight for the same reasons: a vertex gets the same coordinates in all
 // triangles, and one expression without contraction decides which side of an edge the ray passes.
+#ifndef RT_TRIANGLES_GLSL
+#define RT_TRIANGLES_GLSL
 
 #include "raytrace/rt_exact.glsl"
 
@@ -54,3 +56,5 @@ bool meets_triangle(vec3 a, vec3 b, vec3 c, float t_min, float t_max, out float 
   bool inside = min(u, min(v, w)) >= 0.0 || max(u, max(v, w)) <= 0.0;
   return inside && determinant != 0.0 && t > t_min && t <= t_max;
 }
+
+#endif

@@ -1,7 +1,11 @@
-// The colours of a surface. Before including this file, define TEXCOORD and COLOR, the values of
-// the vertices at the point that is shaded, and SAMPLE(number, uv), which reads a texture.
+// The colours of a surface. TEXCOORD, COLOR: the values of the vertices at the point that is
+// shaded; SAMPLE(number, uv) reads a texture.
+//
+// needs: TEXCOORD, COLOR, SAMPLE
 #ifndef MATERIAL_GLSL
 #define MATERIAL_GLSL
+
+#include "scene/scene.glsl"
 
 layout(set = 0, binding = 0) uniform sampler2D textures[];
 

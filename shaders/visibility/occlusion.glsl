@@ -1,5 +1,7 @@
 // Whether a meshlet is behind the surfaces that are drawn so far: compares the nearest depth of its
 // bounding sphere with the depth pyramid. Rounding never hides a visible meshlet.
+//
+// needs: push
 #ifndef OCCLUSION_GLSL
 #define OCCLUSION_GLSL
 

@@ -8,6 +8,7 @@
 #extension GL_EXT_buffer_reference : require
 #extension GL_EXT_buffer_reference_uvec2 : require
 
+#include "raster/raster_push.glsl"
 #include "visibility/pyramid.glsl"
 layout(local_size_x = TILE_TEXELS, local_size_y = TILE_TEXELS) in;
 

@@ -2,6 +2,8 @@
 // each other; rows of a level span the picture's tiles. The pyramid lies after the pixels at
 // push.pixels: the visibility buffer, or the depths of a depth image. A pixel has PIXEL_WORDS
 // words, the last of which is its depth.
+//
+// needs: push
 #ifndef PYRAMID_GLSL
 #define PYRAMID_GLSL
 

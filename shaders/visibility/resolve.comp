@@ -2,15 +2,13 @@
 // thread each. Later batches reuse the slots, so it marks these pixels as done.
 //
 // Inputs: the visibility buffer and the slots. Outputs: colour, depth and ids.
-// variants: visibility_resolve.comp= bench:visibility_attributes.comp=ATTRIBUTES_ONLY
+// variants: visibility_resolve.comp=
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_buffer_reference : require
 #extension GL_EXT_buffer_reference_uvec2 : require
 
 #include "visibility/visibility.glsl"
-vec3 face_normal;
-#define FACE_NORMAL(position) face_normal
 #include "visibility/seen.glsl"
 layout(local_size_x = RESOLVE_SIDE, local_size_y = RESOLVE_SIDE) in;
 
@@ -37,21 +35,13 @@ vec4 surface_color(ivec2 pixel, float depth, uvec3 v) {
   vec3 c = vertex_position(primitive, v.z);
   mat4 to_clip = object_to_clip();
   open_triangle(v, transformed(to_clip, a), transformed(to_clip, b), transformed(to_clip, c));
-#ifdef ATTRIBUTES_ONLY
-  open_pixel(pixel, depth, (ATTRIBUTES & HAS_TEXCOORD) != 0u);
-  vec4 sum = vec4(0.5);
-  sum.xyz += 0.5 * interpolated_normal(v);
-  if ((ATTRIBUTES & HAS_TEXCOORD) != 0u) sum.xy += 0.1 * TEXCOORD;
-  return sum * COLOR;
-#else
   Material material = Materials(the_frame().materials).at[instance.material];
   texcoord_matrix = material.texcoord_matrix;
   open_pixel(pixel, depth, has_texture(material));
   seen_normal = interpolated_normal(v);
   mat3 to_world = mat3(instance.object_to_world);
-  face_normal = cross(to_world * (b - a), to_world * (c - a));
+  seen_face_normal = cross(to_world * (b - a), to_world * (c - a));
   return vec4(shaded(material, base_color(material).rgb), 1.0);
-#endif
 }
 
 void main() {

@@ -11,7 +11,8 @@ uvec3 seen_corners;
 vec3 seen_x, seen_y, seen_w;  // clip coordinates of the corners
 vec3 seen_point;              // pixel coordinates and depth
 vec3 seen_weights;            // of the corners; sum 1
-vec3 seen_normal;             // in world space; the includer computes it
+vec3 seen_normal;             // in world space; who shades computes both
+vec3 seen_face_normal;
 vec2 seen_texcoord;
 vec2 texcoord_right;  // differences within the 2 x 2 pixels around, as dFdx and dFdy
 vec2 texcoord_down;
@@ -71,9 +72,7 @@ vec2 transformed_difference(vec2 v) { return texcoord_matrix.xy * v.x + texcoord
 #define SAMPLE(number, uv)                                                                 \
   textureGrad(textures[nonuniformEXT(number)], uv, transformed_difference(texcoord_right), \
               transformed_difference(texcoord_down))
-#ifndef FACE_NORMAL
-#define FACE_NORMAL(position) vec3(0.0)
-#endif
+#define FACE_NORMAL(position) seen_face_normal
 #include "raster/shading.glsl"
 
 #endif

@@ -12,8 +12,7 @@
 
 #include "decoders/slot_jobs.glsl"
 uvec2 slot;  // address
-#define SLOT slot
-#include "scene/decoded_vertex.glsl"
+#include "decoders/slot_vertex.glsl"
 
 layout(buffer_reference, std430, buffer_reference_align = 8) buffer Pixels { uint64_t at[]; };
 // at[0].x: number of pieces; may exceed MAX_PIECES. Then of each: payload, x | y << 16.

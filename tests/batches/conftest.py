@@ -9,6 +9,7 @@ import pytest
 import gltf_ext
 from tests.helpers.cluster import eventually, is_open
 from tests.helpers.environment import ROOT
+from tests.helpers.processes import answer_interrupts
 
 
 @pytest.fixture
@@ -22,7 +23,7 @@ def start(environment, tmp_path):
     """Starts a program; all are gone after the test."""
     running = []
 
-    def program(*command, output=subprocess.PIPE, **more):
+    def program(*command, output=subprocess.PIPE, session=False, **more):
         process = subprocess.Popen(
             [str(word) for word in command],
             env={**environment, **more},
@@ -30,6 +31,8 @@ def start(environment, tmp_path):
             stderr=output,
             text=True,
             cwd=tmp_path,
+            start_new_session=session,
+            preexec_fn=answer_interrupts if session else None,
         )
         running.append(process)
         return process
@@ -61,16 +64,19 @@ def compress_all(client):
 
 @pytest.fixture
 def cluster(start):
-    """cluster(port, workers): address and processes of a scheduler and workers on TCP ports."""
+    """cluster(port, workers): address and processes of a scheduler and workers on TCP ports.
 
-    def programs(port, workers, **more):
+    scheduler: environment of the scheduler; more: of the workers.
+    """
+
+    def programs(port, workers, scheduler=None, **more):
         address = f"tcp://127.0.0.1:{port}"
         python = [sys.executable, "-m"]
         options = ["--no-dashboard", "--host", "127.0.0.1"]
         # What they log goes nowhere: a pipe that nobody reads fills, and stops its program.
         quiet = subprocess.DEVNULL
         command = [*python, "distributed.cli.dask_scheduler", *options, "--port", port]
-        scheduler = start(*command, output=quiet)
+        scheduler = start(*command, output=quiet, **(scheduler or {}))
         eventually(lambda: is_open(port), process=scheduler)
         command = [*python, "distributed.cli.dask_worker", address, *options]
         command += ["--nthreads", "1", "--resources", "memory=1e9"]

@@ -23,7 +23,7 @@ def test_a_camera_that_makes_no_picture_is_ignored(tmp_path):
     png = thumbnail(write_placed(tmp_path / "grid.glb", camera=0))
     with Image.open(io.BytesIO(png)) as picture:
         assert picture.size == (PIXELS, PIXELS)
-        assert picture.getextrema()[1] == (0, 255), "a model and a background"
+        assert picture.convert("LA").getextrema()[1] == (0, 255), "a model and a background"
 
 
 def test_a_transform_that_is_too_large_is_refused(tmp_path):

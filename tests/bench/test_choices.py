@@ -32,7 +32,7 @@ def test_predictors_can_be_taken_away(tmp_path, options):
 
 def test_measured_blobs():
     figures = choices.measure_meshlets(
-        [make_vectors.several_groups(), make_vectors.seams_between_meshlets()]
+        [make_vectors.committed("several_groups"), make_vectors.committed("seams_between_meshlets")]
     )
     assert sum(figures["symbols"].values()) == pytest.approx(1)
     assert sum(figures["corners_by_hops"].values()) == pytest.approx(1)
@@ -54,6 +54,6 @@ def test_sharing_boundaries_by_hand(monkeypatch):
 
 
 def test_boundaries_of_a_real_blob_cost_more_unshared():
-    blobs = [make_vectors.several_groups()]
+    blobs = [make_vectors.committed("several_groups")]
     bits = choices.boundary_bits(blobs, 1, choices.measure_meshlets(blobs))
     assert 0 < bits["shared"] < bits["alone"]

@@ -96,12 +96,11 @@ def frame(model, path, milliseconds, **rest):
 
 def test_frames_are_compared_model_by_model_as_render_draws_them():
     rows = [
-        frame("a", "vertex", 1.0, culling=True),
-        frame("a", "mesh", 2.0, culling=True),
-        frame("b", "vertex", 10.0, culling=True),
-        frame("b", "mesh", 30.0, culling=True),
-        frame("c", "mesh", 5.0, culling=True),
-        frame("a", "mesh", 0.1, culling=False),
+        frame("a", "vertex", 1.0),
+        frame("a", "mesh", 2.0),
+        frame("b", "vertex", 10.0),
+        frame("b", "mesh", 30.0),
+        frame("c", "mesh", 5.0),
     ]
     time, memory = overview.standings(
         {"vulkan_raster": {"script": "bench.vulkan_raster", "width": 4, "height": 3, "rows": rows}}
@@ -164,10 +163,10 @@ def test_rays_are_compared_at_the_same_bounces_and_shares():
 
 def test_a_section_adds_up_memory_given_by_use():
     row = {
-        **frame("a", "stream", 1.0, culling=True),
+        **frame("a", "stream", 1.0),
         "resident_bytes": {"buffers": 1_000_000, "slots": 500_000},
     }
-    pooled = {**frame("a", "visibility-pool", 1.0, culling=True), "pool": 5}
+    pooled = {**frame("a", "visibility-pool", 1.0), "pool": 5}
     pooled |= {"turning": {"median": 0.75}, "steps": {"occlusion": 0.125}}
     measured = {
         **ORIGIN,
@@ -178,8 +177,8 @@ def test_a_section_adds_up_memory_given_by_use():
         "views": [],
     }
     page = overview.report({"vulkan_raster": measured})
-    assert "| stream, lit, culling | 1, 1.5 MB |" in page
-    assert "| visibility-pool, lit, culling | 0.75 |" in page
+    assert "| stream | 1, 1.5 MB |" in page
+    assert "| visibility-pool | 0.75 |" in page
     assert "| occlusion, with a pool | 0.125 |" in page
     assert "`python -m bench x` on 2026-01-01 at commit abc, CPU, 2 cores. On G, driver" in page
     assert "driver 1.2. With numpy 2.0." in page

@@ -25,7 +25,7 @@ def test_readme_shows_the_chart_of_the_peers():
 def test_readme_claims_a_thirteenth_of_the_raw_size():
     """The first paragraph rounds the chart's figures."""
     readme = (ROOT / "README.md").read_text()
-    assert "in about a 13th of the raw size" in " ".join(readme.split())
+    assert "in a 13th at 12 bits for positions and 8 for normals" in " ".join(readme.split())
     as_file, on_gpu = bars_of_today()["ours"]
     assert 12.5 <= as_file < 13.5 and 12.5 <= on_gpu < 13.5
 

@@ -29,7 +29,7 @@ TIES = 0.02
 def compressed_demo(folder):
     """Writes parts of the demo's model to in.glb; returns their compressed file."""
     demo_model.write_glb(demo_model.generate()[2:], folder / "in.glb")
-    gltf_ext.compress(folder / "in.glb", folder / "out.glb")
+    gltf_ext.compress(folder / "in.glb", folder / "out.glb", **common.BITS)
     return folder / "out.glb"
 
 

@@ -5,6 +5,7 @@ import pytest
 
 import gltf_ext
 from bench import parameters, speed
+from bench.common import BITS
 from bench.generated import torus
 from gltf_ext.attributes.extension import require_compressed
 from gltf_ext.sources.importers import open_model
@@ -23,7 +24,7 @@ def blobs(path):
 
 
 def test_what_is_timed_is_what_compress_writes(small, tmp_path):
-    gltf_ext.compress(small, tmp_path / "out.glb")
+    gltf_ext.compress(small, tmp_path / "out.glb", **BITS)
     assert speed.encode_ours(gltf_ext.load(small), 1) == blobs(tmp_path / "out.glb")
 
 

@@ -88,19 +88,15 @@ def test_plain_meshlets_hold_the_same_triangles(drawn):
         assert (np.diff(decoded.ids().astype(np.int64)) > 0).all()
 
 
-@pytest.mark.parametrize("culling", [True, False])
-def test_timed_pictures_are_the_same(renderer, drawn, culling):
-    """Lit pictures are those of the renderer; the cheapest shader draws the same on all paths."""
-    from bench.vulkan_paths import RASTER_PATHS, TimedDrawing
+def test_timed_pictures_are_those_of_the_renderer(renderer, drawn):
+    from bench.vulkan_paths import POOLED, RASTER_PATHS, TimedDrawing
 
     camera = drawn.cameras[0]
-    pictures = []
-    if culling:
-        whole = renderer.render(drawn, camera, "vertex", WIDTH, HEIGHT, ids=False)
-        pictures.append((whole.color.astype(int), whole.depth))
-    options = {"culling": culling, "lit": culling, "cache": 1 << 20}
+    whole = renderer.render(drawn, camera, "vertex", WIDTH, HEIGHT, ids=False)
+    pictures = [(whole.color.astype(int), whole.depth)]
     for path in RASTER_PATHS:
-        timed = TimedDrawing(renderer.device, drawn, camera, path, WIDTH, HEIGHT, **options)
+        cache = 1 << 20 if path in (POOLED, "stream") else None
+        timed = TimedDrawing(renderer.device, drawn, camera, path, WIDTH, HEIGHT, cache=cache)
         assert timed.run() > 0 and timed.run() > 0
         targets = timed.targets
         color, depth = targets.color.read(np.uint8, 4), targets.depth.read(np.float32, 1)[..., 0]
@@ -119,11 +115,10 @@ def test_a_timed_frame_can_be_run_again(renderer, drawn, overlap, monkeypatch):
     if overlap:
         monkeypatch.setattr("vk_backend.raster.stream.OVERLAPPED", 0)
     cache = 20 * Decoder.slot_bytes(drawn)
-    options = {"culling": True, "lit": True, "cache": cache}
     registered = []
     for _ in range(2):
         timed = TimedDrawing(
-            renderer.device, drawn, drawn.cameras[0], "stream", WIDTH, HEIGHT, **options
+            renderer.device, drawn, drawn.cameras[0], "stream", WIDTH, HEIGHT, cache=cache
         )
         assert len(timed.drawing.batches) > 4
         assert timed.run() > 0 and timed.run() > 0

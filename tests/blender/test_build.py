@@ -1,6 +1,8 @@
 """The zip of the Blender extension: what is in it, what it is made of. Blender is not needed."""
 
 import ast
+import hashlib
+import json
 import zipfile
 
 import pytest
@@ -62,6 +64,22 @@ def test_every_platform_of_blender_has_a_zip(wheels, no_network, tmp_path):
     """Blender has no version for musl."""
     platforms = [manifest_of(path)["platforms"] for path in build_blender.build(tmp_path)]
     assert sorted(platforms) == [[name] for name in sorted(build_blender.PLATFORMS.values())]
+
+
+def test_index_describes_every_zip(wheels, no_network, tmp_path):
+    """In the terms of the manifests, without what is inside the zips."""
+    paths = build_blender.build(tmp_path)
+    index = json.loads((tmp_path / "index.json").read_text())
+    assert index["version"] == "v1" and index["blocklist"] == []
+    assert len(index["data"]) == len(paths)
+    for path, entry in zip(paths, index["data"]):
+        archive = {name: entry.pop(f"archive_{name}") for name in ("url", "size", "hash")}
+        data = path.read_bytes()
+        digest = hashlib.sha256(data).hexdigest()
+        assert archive == {"url": f"./{path.name}", "size": len(data), "hash": f"sha256:{digest}"}
+        manifest = manifest_of(path)
+        del manifest["wheels"]
+        assert entry == manifest
 
 
 def test_the_same_input_gives_the_same_bytes(wheels, no_network, tmp_path):

@@ -15,7 +15,7 @@ from tests.helpers import blender as blender_process
 from tests.helpers.environment import MODELS, VECTORS, missing, parameters_or_missing
 from tests.helpers.gltf_builder import NORMALIZED, Builder, everything, glb_bytes, glb_json
 from tests.helpers.models import HARD, REFUSED
-from tools import build_blender, build_wheels
+from tools import blender_python, build_blender, build_wheels
 
 pytestmark = pytest.mark.full
 # Blender's importer fails on these, plain or compressed.
@@ -47,6 +47,16 @@ def extension(tmp_path_factory):
 def blender(extension, tmp_path_factory):
     with blender_process.running(extension, tmp_path_factory.mktemp("blender")) as process:
         yield process
+
+
+def test_blender_lists_the_repository(extension):
+    """Its own tool reads index.json, as it does when a user adds the address."""
+    (tool,) = blender_python.PYTHON.parent.parent.rglob("bl_pkg/cli/blender_ext.py")
+    index = extension.with_name("index.json").as_uri()
+    command = [blender_python.PYTHON, tool, "list", "--remote-url", index, "--local-dir", "."]
+    result = subprocess.run(command, cwd=extension.parent, capture_output=True, text=True)
+    version = build_blender.semantic_version(gltf_ext.__version__)
+    assert result.stdout.strip() == f"gltf_meshlet({version}): glTF Meshlet Compression"
 
 
 @pytest.fixture
@@ -118,7 +128,8 @@ def test_blender_accepts_the_zip(extension):
 
 
 def test_options_have_the_limits_of_compress(blender):
-    limits = {o.name: [*o.limits, int(o.default)] for o in OPTIONS if o.name.endswith("_bits")}
+    """Below the least number of bits, they are auto; so they are by default."""
+    limits = {o.name: [0, o.limits[1], 0] for o in OPTIONS if o.name.endswith("_bits")}
     assert blender("settings") == limits
 
 
@@ -325,7 +336,7 @@ def test_exports_within_the_bits(blender, khronos, path, tmp_path):
     assert set(report[str(compressed)]["errors"]) <= set(report[str(plain)]["errors"])
     shapes = blender("compare_shapes", plain, compressed)
     assert shapes["errors"] == ["", ""] and shapes["differences"] == []
-    # Half a step of 12 bits along each axis, and rounding of far away positions.
+    # Half a step of 12 bits along each axis, and rounding of far away positions; auto has more.
     assert max(shapes["distances"].values(), default=0) <= 3**0.5 / 2 / 4095 * 1.05
     assert sorted(file.name for file in tmp_path.iterdir()) == ["compressed.glb", "plain.glb"]
 

@@ -39,7 +39,7 @@ def compile_program(folder, cxx, cc, *options):
 def link_program(folder, cxx, cc, decoder, source=interface_program.SOURCE, options=()):
     strict = [*cc, *interface_program.STRICT, *options]
     run([*strict, "-I.", "-c", source, "-o", "program.o"], folder)
-    run([*cxx, *options, "program.o", decoder, "-o", "program", "-lpthread"], folder)
+    run([*cxx, *options, "program.o", decoder, "-o", "program", "-lpthread", "-lm"], folder)
     return folder / "program"
 
 
@@ -63,6 +63,15 @@ def test_failed_allocations_are_statuses(folder):
     program = sanitized_program(folder, "memory.c", "address,undefined")
     for packed in sorted(TRANSPORT.glob("valid*.bin"))[:3]:
         run([program, interface_program.VECTORS / "valid_group_tables.bin", packed], folder)
+
+
+def test_formats_and_bounds(folder):
+    """Every vertex format, in every way to decode, beside floats; under ASan and UBSan."""
+    program = sanitized_program(folder, "formats.c", "address,undefined")
+    vectors = interface_program.VECTORS
+    run(
+        [program, *sorted(vectors.glob("valid_*.bin")), *sorted(vectors.glob("view_*.bin"))], folder
+    )
 
 
 def test_threads_share_a_view_and_its_arrays(folder):

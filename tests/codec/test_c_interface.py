@@ -1,4 +1,4 @@
-"""codec/c: bad arguments give a status, docs/c.md is right, Python agrees with the header."""
+"""codec/c: bad arguments give a status, docs/c.md is right, Python agrees with the headers."""
 
 from __future__ import annotations
 
@@ -14,15 +14,33 @@ import numpy as np
 import pytest
 
 from gltf_ext import _codec, _library
+from gltf_ext.lod import open_lod
 from tests.helpers.environment import ROOT
 from tests.helpers.native import program_of
 
 HEADER = ROOT / "codec" / "c" / "gltf_meshlet.h"
+INTERNAL = HEADER.with_name("gltf_meshlet_internal.h")
 LIBRARY = Path(_library.library._name)
+LEVELS = ROOT / "spec" / "lod_vectors" / "lod_levels.glb"
 VECTOR = ROOT / "spec" / "vectors" / "valid_group_tables.bin"
 
 
 # --- the manual's programs ---
+
+
+def program_of_the_manual(language, compiler, marks, tmp_path):
+    """Compiles the one program in a language that has these words."""
+    if shutil.which(compiler[0]) is None:
+        pytest.skip(f"{compiler[0]} is not installed")
+    manual = (ROOT / "docs" / "c.md").read_text()
+    blocks = re.findall(rf"^```{language}\n(.*?)^```", manual, re.M | re.S)
+    (code,) = (block for block in blocks if "int main(" in block and marks in block)
+    source, program = tmp_path / f"program.{language}", tmp_path / "program"
+    source.write_text(code)
+    flags = ["-Wall", "-Wextra", "-Werror", f"-I{HEADER.parent}", source]
+    link = [f"-L{LIBRARY.parent}", "-lgltf_meshlet", f"-Wl,-rpath,{LIBRARY.parent}"]
+    subprocess.run([*compiler, *flags, *link, "-o", program], check=True)
+    return program
 
 
 @pytest.mark.parametrize(
@@ -33,16 +51,7 @@ VECTOR = ROOT / "spec" / "vectors" / "valid_group_tables.bin"
     ],
 )
 def test_program_of_the_manual(language, compiler, printed, tmp_path):
-    if shutil.which(compiler[0]) is None:
-        pytest.skip(f"{compiler[0]} is not installed")
-    (code,) = re.findall(
-        rf"^```{language}\n(.*?)^```", (ROOT / "docs" / "c.md").read_text(), re.M | re.S
-    )
-    source, program = tmp_path / f"program.{language}", tmp_path / "program"
-    source.write_text(code)
-    flags = ["-Wall", "-Wextra", "-Werror", f"-I{HEADER.parent}", source]
-    link = [f"-L{LIBRARY.parent}", "-lgltf_meshlet", f"-Wl,-rpath,{LIBRARY.parent}"]
-    subprocess.run([*compiler, *flags, *link, "-o", program], check=True)
+    program = program_of_the_manual(language, compiler, "gltf_meshlet_get_counts(view", tmp_path)
     done = subprocess.run([program, VECTOR], check=True, capture_output=True, text=True, timeout=60)
     assert printed in done.stdout
     if language == "cpp":
@@ -50,6 +59,27 @@ def test_program_of_the_manual(language, compiler, printed, tmp_path):
         assert done.stdout.startswith(f"{count} of {count} triangles")
         refused = subprocess.run([program], capture_output=True, text=True, timeout=60)
         assert (refused.returncode, refused.stderr) == (2, "give the name of a file to read\n")
+
+
+def test_program_for_levels_of_the_manual(tmp_path):
+    compiler = ["cc", "-std=c99", "-pedantic"]
+    program = program_of_the_manual("c", compiler, "gltf_meshlet_make_cut", tmp_path)
+    primitive = max(open_lod(LEVELS), key=lambda p: len(p.tables.groups))
+    tables = primitive.tables
+    pages = [primitive.page(p) for p in range(len(tables.pages))]
+    coarse = tables.coarse_pages
+    views = [tables.to_bytes(), b"".join(pages[:coarse]), b"".join(pages[coarse:])]
+    files = [tmp_path / name for name in ("tables", "coarse", "fine")]
+    for file, view in zip(files, views):
+        file.write_bytes(view)
+    counts = len(pages), coarse, len(tables.groups), len(tables.run_group), tables.root_pages
+    done = subprocess.run(
+        [program, *files, *map(str, counts)], capture_output=True, text=True, timeout=60
+    )
+    assert done.returncode == 0, done.stderr
+    drawn = [int(n) for n in re.findall(r": (\d+) triangles", done.stdout)]
+    level_0 = int(tables.pages["triangles"][coarse:].sum())
+    assert drawn[0] == 0 and sorted(drawn) == drawn and 0 < drawn[1] < drawn[-1] <= level_0
 
 
 # --- Python's side ---
@@ -73,29 +103,30 @@ def test_python_declares_what_the_header_declares(tmp_path):
     """Functions' number of arguments, structs' sizes and offsets."""
     if shutil.which("cc") is None:
         pytest.skip("cc is not installed")
-    text = re.sub(r"/\*.*?\*/", "", HEADER.read_text(), flags=re.S)
+    text = HEADER.read_text() + INTERNAL.read_text()
+    text = re.sub(r"/\*.*?\*/", "", text, flags=re.S)
     declared = dict(re.findall(r"gltf_meshlet_(\w+)\(([^;]*)\);", text))
     for name, types in map(str.split, _library.FUNCTIONS.split(",")):
         assert len(declared[name].split(",")) == len(types), name
     expected, printed = [], []
     for name, body in re.findall(r"typedef struct (gltf_meshlet_\w+) \{(.*?)\n\}", text, re.S):
-        if name == "gltf_meshlet_allocator":  # Python has no use for it
+        kind = name.removeprefix("gltf_meshlet_").title().replace("_", "")
+        names = {"Stream": "StreamRow", "Options": "MeshletOptions"}
+        struct = getattr(_library, names.get(kind, kind), None)
+        if struct is None:  # Python has no use for it
             continue
-        kind = name.removeprefix("gltf_meshlet_").capitalize()
-        struct = getattr(
-            _library, {"Stream": "StreamRow", "Options": "MeshletOptions"}.get(kind, kind)
-        )
         fields = [getattr(struct, field) for field, _ in struct._fields_]
         expected += [ctypes.sizeof(struct), *(field.offset for field in fields)]
         body = re.sub(r"\(\*(\w+)\)\([^)]*\)", r"\1", body)
         printed.append(f"sizeof({name})")
         printed += [f"offsetof({name}, {f})" for f in re.findall(r"(\w+)(?:\[\w+\])?[,;]", body)]
     calls = "".join(f'printf("%d ", (int){value});' for value in printed)
-    source = f"#include <stdio.h>\n#include <gltf_meshlet.h>\nint main(void) {{{calls}}}\n"
+    source = f"#include <stdio.h>\n#include <{INTERNAL.name}>\nint main(void) {{{calls}}}\n"
     program = tmp_path / "layout"
     command = ["cc", f"-I{HEADER.parent}", "-x", "c", "-", "-o", program]
     subprocess.run(command, input=source, text=True, check=True)
     done = subprocess.run([program], capture_output=True, text=True)
+    assert len(printed) > 120
     assert list(map(int, done.stdout.split())) == expected
 
 
@@ -116,7 +147,8 @@ def test_what_the_progress_function_raises_cancels():
 def test_calls_release_the_interpreter():
     """Python runs while another thread decodes, and is refused the same scratch."""
     decoder, numbers = _codec.Decoder(VECTOR.read_bytes()), np.zeros(200_000, np.uint32)
-    arguments = (decoder, decoder._scratch, numbers.ctypes, len(numbers), None, None, None)
+    none = _library.MeshletArrays()
+    arguments = (decoder, decoder._scratch, numbers.ctypes, len(numbers), none)
 
     def decode_all():
         while True:
@@ -176,7 +208,8 @@ def test_kept_arrays_hold_what_new_ones_do():
 def test_bad_arguments_give_a_status():
     """Under ASan and UBSan."""
     program = program_of("MESHLET_FUZZ", "bad_arguments")
-    done = subprocess.run([program, VECTOR], capture_output=True, text=True, timeout=300)
+    view = VECTOR.parent / "valid_several_groups.bin"  # its meshlets share vertices
+    done = subprocess.run([program, view], capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stderr
 
 

@@ -335,6 +335,46 @@ def test_a_ring_is_not_a_disk():
     grid = np.round((positions + 2) * 100).astype("u4")
     ring = Mesh(np.array(triangles, "u4"), positions, [grid, grid[:, :1] % 64])
     assert "not a disk" in refused(ring, list(range(12)), [0, 12], [0, 1], [0, 1])
+    view = ring.encode(meshlets=(np.arange(12, dtype="u4"), None, np.array([0, 12], "u4"), None))
+    _codec.validate(view)
+    np.testing.assert_array_equal(canonical(*_codec.decode(view)), ring.corners())
+    assert _codec.Decoder(view).meshlet_count == 1
+
+
+@given(MESHES, st.sampled_from([3, 40, 64, 65, 300]), st.integers(0, 999))
+@settings(max_examples=30, deadline=None)
+def test_meshlets_of_any_triangles_are_split(mesh, largest, seed):
+    """Without disks: meshlets that are too large for one, or hang together nowhere."""
+    count = len(mesh.triangles)
+    if not count:
+        return
+    random = np.random.default_rng(seed)
+    order = random.permutation(count) if seed % 2 else np.arange(count)
+    sizes = random.integers(1, largest + 1, count)
+    begins = np.append(np.unique(np.minimum(np.cumsum([0, *sizes]), count))[:-1], count)
+    groups = np.unique([0, (len(begins) - 1) // 2, len(begins) - 1])
+    parts = tuple(np.array(part, "u4") for part in (order, begins, groups))
+    view = mesh.encode(meshlets=(parts[0], None, parts[1], parts[2]))
+    _codec.validate(view)
+    np.testing.assert_array_equal(canonical(*_codec.decode(view)), mesh.corners())
+    pages = pages_of(view)
+    assert len(pages) == len(groups) - 1
+    for page, first, last in zip(pages, groups, groups[1:]):  # no group leaves its page
+        expected = mesh.corners(mesh.triangles[order[begins[first] : begins[last]]])
+        np.testing.assert_array_equal(canonical(*_codec.decode(page)), expected)
+
+
+def test_nearly_all_meshlets_that_are_disks_stay(mesh, view):
+    """They are cut anew, and now and then into more disks."""
+    decoder = _codec.Decoder(view)
+    triangles, values = _codec.decode(view)
+    sizes = [len(decoder.decode_meshlet(m)[0]) for m in range(decoder.meshlet_count)]
+    begins, order = np.cumsum([0, *sizes]).astype("u4"), np.arange(len(triangles), dtype="u4")
+    again = Mesh(triangles, values[0].astype(np.float32), values).encode(
+        meshlets=(order, None, begins, None)
+    )
+    decoder = _codec.Decoder(again)
+    assert len(sizes) <= decoder.meshlet_count <= 1.02 * len(sizes)
 
 
 @given(MESHES, st.sampled_from([16, 400, 1500, 5000]), st.integers(0, 999))

@@ -55,6 +55,6 @@ def test_the_encoders_statistics_are_those_of_the_blob(original):
         source.read_bounds()
         form = RecordFormat.of(source, position_grid(*source.box, 14, None), Bits())
         vertices = form.vertices_of(form.triangles_of(source))
-        blob, statistics = _codec.encode(*form.mesh_of(vertices))
+        blob, statistics = _codec.encode(*form.encoder_input_of(vertices))
         assert statistics.pop("generation")
         assert statistics == _codec.describe(blob)

@@ -3,9 +3,9 @@
 import pytest
 
 import gltf_ext
-from tests.helpers.environment import MODELS, need_package, parameters_or_missing
+from tests.helpers.environment import MODELS, parameters_or_missing
 from tests.helpers.gltf_builder import NORMALIZED, Builder, everything, grid_mesh
-from tests.helpers.models import HARD, REFUSED
+from tests.helpers.models import HARD, REFUSED, need_package_of
 
 SMALL_BYTES = 300_000  # of the hard models, those that are not only for --full
 FLOORS = {
@@ -81,8 +81,7 @@ def test_the_hard_models_are_there():
 )
 def test_hard_models_compress_or_are_refused(path, options, tmp_path):
     output = tmp_path / "out.glb"
-    if "draco" in path.stem.lower():
-        need_package("DracoPy")
+    need_package_of(path)
     if path.stem in REFUSED:
         with pytest.raises(gltf_ext.MeshletError, match=REFUSED[path.stem]):
             gltf_ext.compress(path, output, **options)

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 import gltf_ext
+from gltf_ext.sources import large, repair
+from gltf_ext.sources.source import ArrayRows, Source
 from tests.helpers.gltf_builder import Builder, everything, glb_json, grid_mesh
 
 LEFT_OUT = "triangles left out, as a position is not finite: "
@@ -196,3 +198,47 @@ def test_files_larger_than_memory(tmp_path):
         assert line["dropped"]["non_finite_triangles"] == 70
         assert f"{LEFT_OUT}70" in line["warnings"]
     assert gltf_ext.verify(path, tmp_path / "large.glb", max_memory="130M")["ok"]
+
+
+def test_a_vertex_without_any_finite_value(tmp_path):
+    """Its triangles go with its position; then nothing uses the others."""
+    builder = Builder()
+    attributes, triangles, _ = everything(columns=5, rows=4)
+    for name in ("POSITION", "NORMAL", "TANGENT", "WEIGHTS_0"):
+        attributes[name] = attributes[name].copy()
+        attributes[name][7] = np.nan
+    builder.mesh(attributes, triangles)
+    report, _ = compressed(builder.write(tmp_path / "in.glb"), tmp_path / "out.glb")
+    assert sum("not finite" in line for line in report["warnings"]) == 1
+
+
+def test_a_normal_that_positions_share_becomes_one_of_each_in_files(tmp_path, monkeypatch):
+    monkeypatch.setattr(large, "MEMORY_OF_FILE", 1 << 30)
+    monkeypatch.setattr(large, "INDEXED_SHARE", 1 << 30)
+    path = tmp_path / "in.obj"
+    path.write_text(
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvn nan 0 0\nf 1//1 2//1 3//1\nf 1//1 3//1 4//1\n"
+    )
+    results = []
+    for memory in (None, "110M"):
+        report, (primitive,) = compressed(path, tmp_path / "out.glb", max_memory=memory)
+        order = np.lexsort(primitive.attributes["POSITION"].T)
+        results.append([values[order] for values in primitive.attributes.values()])
+        text = "normals that are not finite, computed from the triangles around them: 4"
+        assert text in report["warnings"]
+    assert all(np.array_equal(*pair) for pair in zip(*results))
+    assert len(np.unique(results[0][list(primitive.attributes).index("NORMAL")], axis=0)) == 3
+
+
+def test_repairs_of_all_attributes_fit_memory():
+    """Each alone would."""
+    values = np.full((1500, 2), np.nan, np.float32)
+    positions = np.random.default_rng(0).random((1500, 3)).astype(np.float32)
+    names = [f"TEXCOORD_{i}" for i in range(20)]
+    attributes = {"POSITION": ArrayRows(positions)} | dict.fromkeys(names, ArrayRows(values))
+    source = Source(0, 0, attributes, [(tuple(attributes), None)], room=1_000_000)
+    with pytest.raises(gltf_ext.MeshletError, match="too many of them for max_memory"):
+        repair.read_finite_bounds(source)
+    source.room = 1 << 30
+    repair.read_finite_bounds(source)
+    assert source.replaced["TEXCOORD"] == 20 * 1500

@@ -10,7 +10,7 @@ import pytest
 
 import gltf_ext
 from gltf_ext import _codec
-from gltf_ext.options import OPTIONS, REMOVED_OPTIONS, Options, _declare
+from gltf_ext.options import OPTIONS, Options, _declare
 from gltf_meshlet import cli
 from tests.helpers.environment import ROOT
 from tests.helpers.gltf_builder import Builder, grid_mesh
@@ -63,9 +63,7 @@ def test_the_command_line_has_every_option_but_progress():
     command = commands.choices["compress"]
     command.complete()
     flags = {flag for action in command._actions for flag in action.option_strings}
-    removed = {f"--{name}" for name in REMOVED_OPTIONS}
-    assert flags - {"-h", "--help"} - removed == {o.flag for o in OPTIONS if o.name != "progress"}
-    assert removed <= flags and not any(flag in command.format_help() for flag in removed)
+    assert flags - {"-h", "--help"} == {o.flag for o in OPTIONS if o.name != "progress"}
 
 
 def test_shown_defaults_are_the_defaults():
@@ -83,10 +81,12 @@ def test_shown_defaults_are_the_encoders(tmp_path):
     builder.mesh({"POSITION": positions}, triangles)
     original = builder.write(tmp_path / "in.glb")
     outputs = []
-    shown = {o.name: o.type(o.default) for o in OPTIONS if o.default and o.type in (int, float)}
+    shown = {
+        o.name: o.from_text(o.default) for o in OPTIONS if o.default and o.type in (int, float)
+    }
     assert "lambda_" in shown
     for options in ({}, shown, {**shown, "lambda_": 3.0}):
-        gltf_ext.compress(original, tmp_path / "out.glb", effort="high", **options)
+        gltf_ext.compress(original, tmp_path / "out.glb", **options)
         outputs.append((tmp_path / "out.glb").read_bytes())
     assert outputs[0] == outputs[1] != outputs[2]
 
@@ -181,20 +181,6 @@ def test_functions_refuse_wrong_options_before_they_read(call, message, tmp_path
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize(
-    ("values", "message"),
-    [
-        ({"iterations": 3}, "iterations was removed; use effort"),
-        ({"fill": 0.7}, "fill was removed; use max_triangles"),
-        ({"weight": "choe"}, "weight was removed; use lambda_"),
-        ({"effort": "max"}, "effort max was removed; use high"),
-    ],
-)
-def test_removed_options_name_others(values, message):
-    with pytest.raises(gltf_ext.MeshletError, match=message):
-        Options.of(values)
-
-
 @pytest.mark.parametrize("value", [24, {"position_bits": 4}, Options(position_bits=4), None])
 def test_options_without_names_are_refused(tmp_path, value):
     with pytest.raises(TypeError, match="takes two files; name each option: position_bits=14"):
@@ -208,7 +194,7 @@ def test_efforts_trade_time_for_size(tmp_path):
     builder.mesh({"POSITION": positions}, triangles)
     original = builder.write(tmp_path / "in.glb")
     sizes = {}
-    for effort in ("fast", "normal", "high"):
+    for effort in ("fast", "normal"):
         report = gltf_ext.compress(original, tmp_path / f"{effort}.glb", effort=effort)
         sizes[effort] = report["output_bytes"]
         assert gltf_ext.verify(original, tmp_path / f"{effort}.glb")["ok"]

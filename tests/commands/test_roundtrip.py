@@ -21,6 +21,9 @@ def angle(a, b):
     return 2 * np.arcsin(np.minimum(np.linalg.norm(a - b, axis=1) / 2, 1)).max()
 
 
+BITS = {"position_bits": 12, "normal_bits": 8, "texcoord_bits": 12, "color_bits": 8}
+
+
 @pytest.fixture(scope="module")
 def source():
     return everything()
@@ -33,7 +36,7 @@ def files(source, tmp_path_factory):
     builder = Builder()
     builder.mesh(attributes, triangles, targets, NORMALIZED)
     original = builder.write(folder / "in.glb")
-    report = gltf_ext.compress(original, folder / "out.glb")
+    report = gltf_ext.compress(original, folder / "out.glb", **BITS)
     return original, folder / "out.glb", report
 
 
@@ -177,7 +180,7 @@ def test_single_meshlets_hold_the_same_corners(files, decoded):
 
 def test_same_bytes_for_any_thread_count(files, tmp_path):
     for threads in (1, 3):
-        gltf_ext.compress(files[0], tmp_path / "again.glb", threads=threads)
+        gltf_ext.compress(files[0], tmp_path / "again.glb", threads=threads, **BITS)
         assert (tmp_path / "again.glb").read_bytes() == files[1].read_bytes()
 
 
@@ -237,7 +240,7 @@ def test_scene_grid_is_one_step_for_all(tmp_path):
 
 
 def test_fallback_is_the_decoded_data_in_its_own_buffer(files, decoded, tmp_path):
-    report = gltf_ext.compress(files[0], tmp_path / "out.glb", fallback=True)
+    report = gltf_ext.compress(files[0], tmp_path / "out.glb", fallback=True, **BITS)
     properties = glb_json(tmp_path / "out.glb")
     assert "extensionsRequired" not in properties and properties["extensionsUsed"] == [
         "EXT_meshlet_edgebreaker"

@@ -121,7 +121,11 @@ def test_parts_are_joined_as_the_whole(bits, tmp_path, monkeypatch):
 def test_levels_are_closed(tmp_path):
     mesh = with_attributes(*torus(160, 60), seam=False, morph=False, skin=False)
     gltf_ext.compress(
-        write(tmp_path / "in.glb", mesh), tmp_path / "out.glb", lod=True, page_bytes=4096
+        write(tmp_path / "in.glb", mesh),
+        tmp_path / "out.glb",
+        lod=True,
+        page_bytes=4096,
+        position_bits=12,
     )
     for level in (1, 2, 3):
         gltf_ext.decompress(tmp_path / "out.glb", tmp_path / "plain.glb", level=level)
@@ -163,7 +167,7 @@ def test_verify_fails_when_a_crack_closes(tmp_path, capsys):
     original = write(tmp_path / "in.glb", ({"POSITION": positions}, triangles, []))
     closed, all_triangles = torus(60, 40)
     other = write(tmp_path / "closed.glb", ({"POSITION": closed}, all_triangles, []))
-    gltf_ext.compress(other, tmp_path / "out.glb")
+    gltf_ext.compress(other, tmp_path / "out.glb", position_bits=12)
     report = gltf_ext.verify(original, tmp_path / "out.glb")
     assert report["triangles_equal"] and not report["ok"]
     (problem,) = report["problems"]

@@ -31,7 +31,7 @@ OPTIONS = {
     "pages": SMALL_PAGES,
     "coarse_pages": {**COARSE, **SMALL_PAGES},
     "fine_pages": {**FINE, **SMALL_PAGES},
-    "one_blob": {"page_bytes": 0, "effort": "high"},
+    "one_blob": {"page_bytes": 0},
     "small_meshlets": {"max_triangles": 16, "effort": "fast"},
     "scene_grid": {"grid": "scene"},
     "levels": {"lod": True},

@@ -169,15 +169,18 @@ def test_leftovers_of_shared_buffer_views_are_cut_out(tmp_path):
     assert (tmp_path / "out.glb").stat().st_size < positions.nbytes
 
 
-def test_unknown_extensions_with_integers_keep_the_old_numbering(tmp_path):
+@pytest.mark.parametrize("key", ["accessor", "indices"])
+def test_unknown_extensions_keep_the_data_that_they_refer_to(tmp_path, key):
+    """By a key that says so, or one that may refer to accessors, with a warning."""
     positions, triangles = grid_mesh(8, 8)
     builder = Builder()
     builder.mesh({"POSITION": positions}, triangles)
-    builder.properties["nodes"][0]["extensions"] = {"ACME_thing": {"accessor": 0}}
+    builder.properties["nodes"][0]["extensions"] = {"ACME_thing": {key: 0}}
     builder.properties["extensionsUsed"] = ["ACME_thing"]
     original = builder.write(tmp_path / "in.glb")
     report = gltf_ext.compress(original, tmp_path / "out.glb")
-    assert "ACME_thing" in report["warnings"][0]
+    assert any("ACME_thing" in line for line in report["warnings"]) == (key == "indices")
+    assert glb_json(tmp_path / "out.glb")["nodes"][0]["extensions"] == {"ACME_thing": {key: 0}}
     assert values_of(tmp_path / "out.glb", 0) == values_of(original, 0)
     assert gltf_ext.verify(original, tmp_path / "out.glb")["ok"]
 
@@ -231,6 +234,8 @@ def test_damaged_containers(small, damage, message):
             "POSITION is not an integer",
         ),
         ({"asset": {"version": "1.0"}}, "not glTF 2.0"),
+        ({"asset": {"version": "20"}}, "is glTF 20, not glTF 2.0"),
+        ({"asset": {"version": None}, "meshes": {}, "accessors": {"a": {}}}, "is glTF 1.0"),
         ({"extensions": 3}, "extensions is not an object"),
     ],
 )
@@ -277,3 +282,13 @@ def test_attributes_may_have_any_name(tmp_path, name):
         "POSITION",
         name,
     }
+
+
+def test_only_the_first_buffer_is_the_binary_chunk():
+    properties = {"asset": {"version": "2.0"}, "buffers": [{"byteLength": 4}] * 2}
+    document = parse_glb(glb_bytes(properties, b"abcd"))
+    assert bytes(document.bytes_of_buffer(0)) == b"abcd"
+    with pytest.raises(
+        gltf_ext.MeshletError, match="buffer 1 has neither a uri nor a binary chunk"
+    ):
+        document.bytes_of_buffer(1)

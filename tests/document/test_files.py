@@ -24,7 +24,7 @@ def test_a_rename_that_fails_leaves_everything_as_it_was(tmp_path, failing):
     paths[failing].mkdir()
     before = contents_of(tmp_path)
     with pytest.raises(OSError) as caught:
-        write_files({path: [b"new"] for path in paths}, sources=())
+        write_files({path: [b"new"] for path in paths}, input_files=())
     assert caught.value.filename == str(paths[failing])
     assert contents_of(tmp_path) == before
 
@@ -32,7 +32,7 @@ def test_a_rename_that_fails_leaves_everything_as_it_was(tmp_path, failing):
 def test_files_are_replaced(tmp_path):
     paths = [tmp_path / f"{i}.bin" for i in range(3)]
     paths[1].write_bytes(b"former")
-    write_files({path: [b"n", memoryview(b"ew")] for path in paths}, sources=())
+    write_files({path: [b"n", memoryview(b"ew")] for path in paths}, input_files=())
     assert contents_of(tmp_path) == dict.fromkeys(("0.bin", "1.bin", "2.bin"), b"new")
     assert len(os.listdir(tmp_path)) == 3
 
@@ -73,9 +73,9 @@ def test_a_former_file_is_there_until_the_new_one_is(tmp_path, monkeypatch, link
     if not links:
         monkeypatch.setattr(os, "link", no_links)
     with pytest.raises(PermissionError):
-        write_files({path: [b"new"] for path in paths}, sources=())
+        write_files({path: [b"new"] for path in paths}, input_files=())
     assert seen[0] and contents_of(tmp_path) == {path.name: b"former" for path in paths}
-    write_files({path: [b"new"] for path in paths}, sources=())
+    write_files({path: [b"new"] for path in paths}, input_files=())
     assert contents_of(tmp_path) == {path.name: b"new" for path in paths}
     assert not links or all(seen)
 
@@ -104,7 +104,7 @@ def test_ctrl_c_leaves_all_or_nothing(tmp_path, monkeypatch, step, after):
     monkeypatch.setattr(os, "replace", interrupted(os.replace))
     monkeypatch.setattr(os, "link", interrupted(os.link))
     with pytest.raises(KeyboardInterrupt):
-        write_files({path: [b"new"] for path in paths}, sources=())
+        write_files({path: [b"new"] for path in paths}, input_files=())
     is_done = step == 3 and after
     new = {path.name: b"new" for path in paths}
     assert contents_of(tmp_path) == (new if is_done else before)
@@ -161,7 +161,7 @@ def test_a_file_that_is_in_use_for_a_moment_is_replaced(tmp_path, windows):
     path = tmp_path / "out.glb"
     path.write_bytes(b"former")
     windows[str(path)] = 3
-    write_files({path: [b"new"]}, sources=())
+    write_files({path: [b"new"]}, input_files=())
     assert contents_of(tmp_path) == {"out.glb": b"new"}
 
 
@@ -173,7 +173,7 @@ def test_a_file_that_stays_in_use_leaves_all_as_before(tmp_path, windows, used):
     windows[str(paths[used])] = 1000
     # A former file returns: its program has closed it by then.
     with pytest.raises(PermissionError) as caught:
-        write_files({path: [b"new"] for path in paths[: used + 1]}, sources=())
+        write_files({path: [b"new"] for path in paths[: used + 1]}, input_files=())
     assert caught.value.filename == str(paths[used])
     windows.clear()
     assert {path.name for path in tmp_path.iterdir()} == {"0.bin", "1.bin", "2.bin"}
@@ -198,7 +198,7 @@ def test_a_side_file_that_is_in_use_gets_no_second_name(tmp_path, windows, monke
     monkeypatch.setattr(os, "replace", refusing(os.replace))
     monkeypatch.setattr(os, "unlink", refusing(os.unlink))
     with pytest.raises(PermissionError) as caught:
-        write_files({path: [b"new"] for path in paths}, sources=())
+        write_files({path: [b"new"] for path in paths}, input_files=())
     assert caught.value.filename == str(paths[0])
     assert {path.name for path in tmp_path.iterdir()} == {"side.bin", "model.glb"}
     assert set(contents_of(tmp_path).values()) == {b"former"}
@@ -209,7 +209,7 @@ def test_other_systems_do_not_wait(tmp_path, windows, monkeypatch):
     path = tmp_path / "out.glb"
     windows[str(path)] = 1
     with pytest.raises(PermissionError):
-        write_files({path: [b"new"]}, sources=())
+        write_files({path: [b"new"]}, input_files=())
     assert contents_of(tmp_path) == {}
 
 

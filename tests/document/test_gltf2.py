@@ -59,7 +59,6 @@ EXTENSIONS = {
     "EXT_lights_image_based": (("scenes", 0), {"light": 0}),
     "EXT_mesh_features": (PRIMITIVE, {"featureIds": [{"featureCount": 4, "attribute": 0}]}),
     "EXT_mesh_gpu_instancing": (("nodes", 0), {"attributes": {"TRANSLATION": 0}}),
-    "EXT_meshopt_compression": (("bufferViews", 0), {"buffer": 0, "mode": "ATTRIBUTES"}),
     "EXT_structural_metadata": ((), {"schema": {"id": "x", "classes": {}}}),
     "EXT_texture_avif": (("textures", 0), {"source": 0}),
     "EXT_texture_webp": (("textures", 0), {"source": 0}),
@@ -69,7 +68,7 @@ EXTENSIONS = {
     "MSFT_texture_dds": (("textures", 0), {"source": 0}),
     "VRM": ((), {"exporterVersion": "", "humanoid": {"humanBones": []}}),
 }
-GEOMETRY = {"KHR_draco_mesh_compression", "EXT_meshopt_compression"}  # would have to be decoded
+GEOMETRY = {"KHR_draco_mesh_compression"}  # would have to be decoded
 # The order of triangles changes, and these tell of it.
 DROPPED = {"FB_ngon_encoding", "CESIUM_primitive_outline"}
 

@@ -10,7 +10,7 @@ from gltf_ext.encode.chunks import Cells
 from gltf_ext.errors import MeshletError
 from gltf_ext.options import Options
 from gltf_ext.scheduler import in_order
-from gltf_ext.sources.memory import chunk_size, fitting, plan_chunk_memory
+from gltf_ext.sources.memory import chunk_size, plan_chunk_memory, triangles_that_fit
 from gltf_ext.work_files import hashes
 
 
@@ -81,7 +81,7 @@ def test_an_error_of_a_task_ends_the_others():
 @pytest.mark.parametrize("lod", [False, True])
 def test_more_chunks_than_open_files_are_refused(lod):
     options = Options.of({"max_memory": "110M", "lod": lod})
-    most = 512 * fitting(options)
+    most = 512 * triangles_that_fit(options)
     assert plan_chunk_memory(options, most)[0] == 1
     with pytest.raises(MeshletError, match=r"use at least \d+M") as raised:
         plan_chunk_memory(options, 2 * most)

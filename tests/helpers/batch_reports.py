@@ -1,6 +1,10 @@
 """What tests of batches ask of a report, and of folders."""
 
 import os
+import tempfile
+from pathlib import Path
+
+from gltf_ext.batches import task
 
 
 def statuses(report):
@@ -17,3 +21,9 @@ def left_out(report):
 
 def contents(folder):
     return {p.relative_to(folder): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
+
+
+def run_job(job):
+    """The record of a job, as a worker does it."""
+    with tempfile.TemporaryDirectory() as folder:
+        return task.run(job, Path(folder))

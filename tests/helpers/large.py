@@ -18,12 +18,13 @@ from tests.helpers.processes import running
 SIZE = 128  # quads along a side of the sheet
 
 
-def use_small_chunks(monkeypatch, fitting=8000):
-    """Primitives of more than `fitting` triangles are large; half of these are a chunk, so that two
+def use_small_chunks(monkeypatch, most=8000):
+    """Primitives of more than `most` triangles are large; half of these are a chunk, so that two
     are worked on at a time."""
     for module in (memory, file_arrays, large, encoding):
-        monkeypatch.setattr(module, "fitting", lambda options: fitting)
-    monkeypatch.setattr(memory, "LARGE_CHUNK", fitting // 2)
+        monkeypatch.setattr(module, "triangles_that_fit", lambda options: most)
+    monkeypatch.setattr(memory, "LARGE_CHUNK", most // 2)
+    monkeypatch.setattr(memory, "SMALLEST_CHUNK", 1)
 
 
 def sheet(size=SIZE):

@@ -48,7 +48,7 @@ class Certifier:
         boundary = sparse.coo_matrix((sign, (self.owner[triangle], column)), shape).tocsr()
         self.boundary = boundary.T.tocsr()
         self.ends = np.stack([edges // self.count, edges % self.count], axis=1)
-        left = self.boundary @ (tables.cluster_source < 0).astype(np.int64)
+        left = self.boundary @ (tables.finer_group < 0).astype(np.int64)
         self.border = np.zeros(self.count, bool)  # positions on the border of level 0
         self.border[self.ends[left != 0].reshape(-1)] = True
 
@@ -64,15 +64,15 @@ class Certifier:
     def covers_once(self, drawn: np.ndarray) -> bool:
         """Whether the cut is level 0 with whole groups replaced, each once.
 
-        With replaced[g] 0 or 1: drawn(c) = replaced[refined of c] (1 in level 0) - replaced[group
+        With replaced[g] 0 or 1: drawn(c) = replaced[finer of c] (1 in level 0) - replaced[group
         of c]. So replaced[g] follows from each cluster of g, fine to coarse, and must be the same.
         """
         tables = self.tables
-        group, refined = tables.cluster_group, tables.cluster_source
+        group, finer = tables.cluster_group, tables.finer_group
         replaced = np.zeros(len(tables.groups), np.int64)
         for level in range(tables.level_count):
             here = np.flatnonzero(tables.group_level[group] == level)
-            made = np.where(refined[here] < 0, 1, replaced[refined[here]])
+            made = np.where(finer[here] < 0, 1, replaced[finer[here]])
             value = made - drawn[here]
             low = np.full(len(replaced), 2)
             high = np.full(len(replaced), -1)

@@ -21,7 +21,7 @@ def running(
     fails with subprocess.TimeoutExpired. It is killed at once when the block raises.
     """
     words = list(map(str, command))
-    with subprocess.Popen(words, preexec_fn=_answer_interrupts, **options) as process:
+    with subprocess.Popen(words, preexec_fn=answer_interrupts, **options) as process:
         try:
             yield process
             if process.stdin:
@@ -31,7 +31,7 @@ def running(
             process.kill()
 
 
-def _answer_interrupts() -> None:
+def answer_interrupts() -> None:
     """Lets Ctrl-C end the program. A shell starts commands in the background with SIGINT ignored,
     children inherit that, and Python then never raises KeyboardInterrupt."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)

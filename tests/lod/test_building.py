@@ -12,7 +12,7 @@ from gltf_ext.document.container import read_document
 from gltf_ext.encode import levels
 from gltf_ext.lod import LodPrimitive, cut_at_level, error_of, open_lod
 from gltf_ext.lod.tables import EXTENSION
-from gltf_ext.lod.writing import BLOCK_GROUPS, _by_error, encode_pages
+from gltf_ext.lod.writing import BLOCK_GROUPS, _by_error, encode_levels
 from spec import reference_lod
 from tests.helpers import environment
 from tests.helpers.gltf_builder import Builder, wavy_sheet
@@ -115,7 +115,7 @@ def test_a_file_without_its_levels_is_valid(with_levels, tmp_path, khronos):
     from gltf_ext.files import write_files
 
     path = tmp_path / "dropped.glb"
-    write_files(model_files(document, path), sources=())
+    write_files(model_files(document, path), input_files=())
     assert gltf_ext.validate(path) == []
     assert path.stat().st_size < with_levels.stat().st_size
     for file in (path, with_levels):
@@ -177,12 +177,12 @@ def test_a_pilot_saves_building_twice(page_bytes, is_noisy, tmp_path, monkeypatc
     built, largest = [], []
 
     def counted(*arguments):
-        coarse, fine = encode_pages(*arguments)
+        coarse, fine = encode_levels(*arguments)
         built.append(len(coarse.groups))
         largest.append(max(map(len, coarse.blobs + fine.blobs)))
         return coarse, fine
 
-    monkeypatch.setattr(levels, "encode_pages", counted)
+    monkeypatch.setattr(levels, "encode_levels", counted)
     gltf_ext.compress(sheet, tmp_path / "out.glb", lod=True, page_bytes=page_bytes)
     assert len(built) == 1
     assert largest[0] <= page_bytes
@@ -193,7 +193,7 @@ def test_a_model_of_small_parts_has_no_wild_first_level(tmp_path):
     path = environment.MODELS / "DamagedHelmet.glb"
     if not path.is_file():
         environment.missing(f"no model {path}")
-    gltf_ext.compress(path, tmp_path / "out.glb", lod=True)
+    gltf_ext.compress(path, tmp_path / "out.glb", lod=True, position_bits=12, normal_bits=8)
     (primitive,) = open_lod(tmp_path / "out.glb")
     tables = primitive.tables
     cut = cut_at_level(tables, 1)

@@ -7,7 +7,7 @@ import pytest
 
 from gltf_ext import _codec
 from gltf_ext.lod.errors import ErrorMeter
-from gltf_ext.lod.reduction import HIGH, TRIES, reduce_groups
+from gltf_ext.lod.reduction import HIGH, LAST_TRIES, TRIES, reduce_groups
 from gltf_ext.lod.surface import Surface
 from gltf_ext.lod.writing import _separate_points
 from gltf_ext.ranges import begins_of
@@ -77,10 +77,17 @@ def test_a_group_that_is_farther_is_tried_again():
 
 def test_a_group_that_stays_farther_waits():
     groups, after, error, attempts = reduced(lambda g, _: 1.3 if g == 3 else 1.0)
-    assert attempts[3] == 1 + TRIES
+    assert attempts[3] == 1 + TRIES + LAST_TRIES
     assert np.isinf(error[3])
     assert np.array_equal(after[3], groups[3])
     assert (np.delete(error, 3) == 1.0).all()
+
+
+def test_a_group_that_comes_near_slowly_is_simplified():
+    groups, after, error, attempts = reduced(lambda g, n: 1.3 if g == 3 and n <= TRIES + 1 else 1.0)
+    assert attempts[3] == TRIES + 2
+    assert error[3] == 1.0
+    assert len(after[3]) < len(groups[3])
 
 
 def test_what_a_group_lost_stays_at_the_next_try():

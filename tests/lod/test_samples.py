@@ -4,10 +4,14 @@ import numpy as np
 import pytest
 
 from gltf_ext.checks.samples import (
+    LEAST_SHADING,
     SurfacePoints,
+    compare_surfaces,
     nearest_points,
+    sample_surface,
     shading_differences,
     spread_by_area,
+    surface_distances,
 )
 from gltf_ext.sources.primitives import Primitive
 from tests.helpers.vulkan_scenes import ball
@@ -48,7 +52,22 @@ def test_turned_normals_and_moved_texcoords_are_found(sphere):
     np.testing.assert_allclose(found["TEXCOORD_0"], 0.5, atol=0.02)
 
 
-def test_nearest_places_lie_at_the_stated_distance(sphere):
+def test_surfaces_are_compared_at_once(sphere):
+    """As by the functions for distances and for shading, which take all samples."""
+    coarse = changed(sphere, POSITION=sphere.attributes["POSITION"] * np.float32(1.1))
+    points = sample_surface(sphere, 2000)
+    distances, shading = compare_surfaces(coarse, sphere, points, 2000)
+    expected = surface_distances(sphere, coarse, 2000)
+    np.testing.assert_allclose(np.sort(distances), np.sort(expected), atol=1e-6)
+    all_samples = shading_differences(coarse, sphere, 2000)
+    assert shading.keys() == all_samples.keys()
+    for name, differences in shading.items():
+        np.testing.assert_allclose(
+            differences, all_samples[name][:: 2000 // LEAST_SHADING], atol=1e-9
+        )
+
+
+def test_nearest_points_lie_at_the_stated_distance(sphere):
     points = np.random.default_rng(1).uniform(-2, 2, (300, 3)).astype(np.float32)
     distances, points_on_it = nearest_points(points, sphere)
     assert (points_on_it.weights >= 0).all()
@@ -69,7 +88,7 @@ def test_a_surface_without_area_has_one_place():
     assert shading_differences(point, point, 100) == {}
 
 
-def test_nearest_places_of_slivers_and_points():
+def test_nearest_points_of_slivers_and_points():
     """Weights minimise the distance, on corners, edges and inside, of degenerate triangles too."""
     random = np.random.default_rng(2)
     positions = random.uniform(-1, 1, (300, 3)).astype(np.float32)

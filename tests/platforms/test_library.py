@@ -72,7 +72,8 @@ def programs(request, tmp_path_factory):
 
 
 def _sources():
-    return (HEADERS / "gltf_meshlet.h").read_text() + PROGRAMS[1].read_text()
+    headers = (HEADERS / f"gltf_meshlet{part}.h" for part in ("", "_internal"))
+    return "".join(path.read_text() for path in (*headers, PROGRAMS[1]))
 
 
 def test_vectors_and_encoded_bytes(programs, reference):

@@ -129,15 +129,18 @@ def check(command, folder, reference):
     assert [name for name in found if found[name] != reference[name]] == []
 
 
-@pytest.mark.parametrize("minor", [10, 11, 12, 13])
-def test_pythons_of_this_machine(minor, reference, tmp_path):
-    """Each in an empty environment."""
+@pytest.mark.parametrize(
+    ("minor", "numpy"),
+    [(10, "numpy==1.25.*"), (10, "numpy"), (11, "numpy"), (12, "numpy"), (13, "numpy")],
+)
+def test_pythons_of_this_machine(minor, numpy, reference, tmp_path):
+    """Each in an empty environment, with its newest numpy, and the oldest that we support."""
     python = find_python((3, minor))
     if python is None:
         missing(f"there is no Python 3.{minor}")
     run([python, "-m", "venv", "venv"], tmp_path)
     pip = [tmp_path / "venv" / "bin" / "python", "-m", "pip", "--disable-pip-version-check"]
-    run([*pip, "install", "-q", wheel_of("manylinux_2_17_x86_64")], tmp_path)
+    run([*pip, "install", "-q", wheel_of("manylinux_2_17_x86_64"), numpy], tmp_path)
     check([tmp_path / "venv" / "bin" / "python", "-I"], tmp_path, reference)
 
 

@@ -5,11 +5,13 @@ import re
 import shutil
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
 from tests.helpers import environment
 from tests.helpers.environment import ROOT
+from tools.build_wheels import PLATFORMS
 
 
 def run(*command, **options):
@@ -91,9 +93,64 @@ def test_ci_fails_if_tests_fail_or_none_runs(make, status, output, tmp_path):
     assert output in result.stdout + result.stderr
 
 
-def test_workflow_runs_targets_that_exist():
-    text = (ROOT / ".github" / "workflows" / "test.yml").read_text()
+WORKFLOWS = sorted((ROOT / ".github" / "workflows").glob("*.yml"))
+
+
+def test_workflows_run_targets_and_tools_that_exist():
+    text = "".join(path.read_text() for path in WORKFLOWS)
     targets = re.search(r"^\.PHONY: (.*)$", (ROOT / "Makefile").read_text(), re.M).group(1).split()
-    called = re.findall(r"run: make (\S+)", text)
-    assert {"lint", "wheel"} <= set(called) <= set(targets)
+    called = set(re.findall(r"run: make (\S+)", text))
+    assert {"lint", "packages", "fuzz"} <= called <= set(targets)
+    tools = re.findall(r"python3? (tools/\w+\.py)", text)
+    assert {"tools/release.py", "tools/try_wheel.py"} <= set(tools)
+    assert [tool for tool in tools if not (ROOT / tool).exists()] == []
     assert "run: .ci/run" in text
+
+
+@pytest.mark.parametrize("path", WORKFLOWS, ids=lambda path: path.name)
+def test_actions_are_pinned_and_jobs_have_a_limit(path):
+    """By the digest of a commit, with its release beside it, which dependabot upgrades together."""
+    text = path.read_text()
+    for line in re.findall(r"uses: (.*)", text):
+        assert line.startswith("$/") or re.fullmatch(
+            r"[\w./-]+@[0-9a-f]{40} # v\d+\.\d+\.\d+", line
+        )
+    assert "\npermissions: {}\n" in text
+    jobs = re.split(r"^  (?=[\w-]+:$)", text.partition("\njobs:\n")[2], flags=re.M)[1:]
+    assert jobs
+    for job in jobs:
+        assert re.search(r"^    (timeout-minutes: \d+|uses: \$/.*)$", job, re.M), job
+
+
+def test_every_wheel_that_a_runner_can_run_is_tried():
+    text = (ROOT / ".github" / "workflows" / "packages.yml").read_text()
+    tags = re.findall(r"tag: (\w+) }", text)
+    assert sorted(tags) == sorted(tag for tag in PLATFORMS if not tag.startswith("musl"))
+
+
+@pytest.mark.parametrize(
+    ("program", "arguments", "text"),
+    [
+        (
+            "actionlint",
+            ["-shellcheck="],
+            "on: push\njobs:\n  a:\n    runs-on: ubuntu-24.04\n    steps: [{ rum: x }]\n",
+        ),
+        (
+            "zizmor",
+            ["--offline", "--no-progress"],
+            "on: push\npermissions: {}\njobs:\n  a:\n    runs-on: ubuntu-24.04\n"
+            "    steps: [{ uses: actions/checkout@v4 }]\n",
+        ),
+        ("hadolint", [], "FROM debian\n"),
+    ],
+)
+def test_faulty_workflows_and_container_files_are_reported(program, arguments, text, tmp_path):
+    path = Path(sys.executable).with_name(program)
+    if not path.exists():
+        environment.missing(f"{program} is not installed; make lint")
+    folder = tmp_path / ".github" / "workflows"
+    folder.mkdir(parents=True)
+    (folder / "a.yml").write_text(text)
+    assert run(path, *arguments, folder / "a.yml", cwd=tmp_path).returncode not in (0, 2)
+    assert f"$(BIN)/{program} " in (ROOT / "Makefile").read_text()

@@ -19,7 +19,7 @@ ALLOWED = {
     "vk_backend": {"gltf_ext", "gltf_scene"},
     "gltf_meshlet": {"gltf_ext", "gltf_scene", "mitsuba_plugin", "vk_backend"},
     "blender": {"gltf_ext"},
-    "spec": {"gltf_ext"},
+    "spec": {"gltf_ext", "tools"},  # the encoder of the vectors
     "tools": {"gltf_ext"},
     "bench": {
         *("gltf_ext", "gltf_scene", "mitsuba_plugin", "vk_backend", "gltf_meshlet"),

@@ -28,6 +28,17 @@ def test_package_version_is_the_installed_one():
     assert gltf_ext.__version__ == importlib.metadata.version("gltf-meshlet")
 
 
+def test_links_of_the_readme_lead_somewhere_on_pypi():
+    """The installed description has addresses where README.md has paths; nothing else differs."""
+    installed = importlib.metadata.metadata("gltf-meshlet").get_payload()
+    readme = (ROOT / "README.md").read_text()
+    links = re.findall(r"\]\(([^)]*)\)", installed)
+    assert links and all(link.startswith("https://") for link in links)
+    base = rf"https://github\.com/[\w-]+/gltf-meshlet/(?:raw|blob)/v{gltf_ext.__version__}/"
+    assert re.sub(rf"\]\({base}", "](", installed).strip() == readme.strip()
+    assert re.search(rf"!\[[^\]]*\]\({base}docs/\w+\.png\)", installed)
+
+
 def test_changelog_starts_with_the_version():
     text = (ROOT / "CHANGELOG.md").read_text()
     latest = text[text.index("## [") :].split("\n## [")[0]

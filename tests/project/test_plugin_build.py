@@ -35,6 +35,7 @@ class Plugin:
         self.cache = folder / "cache" / "gltf-meshlet"
         monkeypatch.setenv("XDG_CACHE_HOME", str(self.cache.parent))
         monkeypatch.setattr(self.module, "_environment", lambda: VERSIONS)
+        self.check_machine = self.module._check_machine
         monkeypatch.setattr(self.module, "_check_machine", lambda: None)
         monkeypatch.setattr(self.module.importlib.metadata, "version", lambda name: "1.2.3")
         monkeypatch.setattr(self.module, "_compile", self.compile)
@@ -50,6 +51,12 @@ class Plugin:
 @pytest.fixture
 def plugin(tmp_path, monkeypatch):
     return Plugin(tmp_path, monkeypatch)
+
+
+def test_a_processor_that_mitsuba_s_wheel_does_not_run_on_is_named(plugin, monkeypatch):
+    monkeypatch.setattr(plugin.module.platform, "machine", lambda: "aarch64")
+    with pytest.raises(ImportError, match=r"cannot be compiled: it needs an x86-64.* aarch64$"):
+        plugin.check_machine()
 
 
 def test_first_use_compiles_and_says_so(plugin, capsys):

@@ -68,7 +68,7 @@ def test_hangs():
     assert result.returncode == 1 and "Timeout" in result.stderr, result.stderr
 
 
-def test_programs_answer_interrupts_of_tests_in_the_background():
+def test_programsanswer_interrupts_of_tests_in_the_background():
     """A shell starts `make test &` with SIGINT ignored, which children inherit."""
     before = signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:

@@ -82,12 +82,51 @@ def test_wheel_works_without_a_compiler(wheel, tmp_path):
 def test_wheel_that_cannot_be_built_is_one_line(monkeypatch, capsys, tmp_path):
     monkeypatch.setattr(build_wheels, "SIMPLIFIER", "meshoptimizer-0.0.0")
     monkeypatch.setattr(build_wheels, "ROOT", tmp_path)
+    monkeypatch.setattr(build_wheels, "digest_of_sources", lambda: "")
     monkeypatch.setenv("PIP_NO_INDEX", "1")
     assert build_wheels.main([str(tmp_path), "--only", "win_amd64"]) == 1
     lines = capsys.readouterr().err.splitlines()
     assert lines[0] == "building win_amd64"
     assert lines[1].startswith("no wheel for win_amd64: ") and len(lines) == 2
     assert not list(tmp_path.glob("*.whl"))
+
+
+def test_a_wheel_is_built_again_only_if_something_changed(monkeypatch, capsys, tmp_path):
+    """In a copy of what wheels are made of, with a function in place of the compiler."""
+    source, tag = tmp_path / "source", "win_amd64"
+    for name in build_wheels.SOURCES:
+        (source / name).parent.mkdir(parents=True, exist_ok=True)
+        (source / name).touch()
+    (source / "pyproject.toml").write_text('wheel.packages = ["some_package"]')
+    module = source / "some_package" / "__init__.py"
+    module.parent.mkdir()
+    module.touch()
+    (source / "build").mkdir()
+    path = tmp_path / f"gltf_meshlet-0-py3-none-{tag}.whl"
+    built = []
+
+    def build(tag, folder, simplifier):
+        built.append(tag)
+        path.write_text(f"wheel {len(built)}")
+        return path
+
+    monkeypatch.setattr(build_wheels, "ROOT", source)
+    monkeypatch.setattr(build_wheels, "build", build)
+    monkeypatch.setattr(build_wheels, "find_simplifier", lambda: None)
+
+    def times_after_two_runs():
+        for _ in range(2):
+            assert build_wheels.main([str(tmp_path), "--only", tag]) == 0
+            assert path.name in capsys.readouterr().out
+        return len(built)
+
+    assert times_after_two_runs() == 1
+    module.write_text("# changed")
+    assert times_after_two_runs() == 2
+    path.write_text("not what was built")
+    assert times_after_two_runs() == 3
+    path.unlink()
+    assert times_after_two_runs() == 4
 
 
 def test_simplifier_is_that_of_the_extra():

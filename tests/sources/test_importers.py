@@ -9,8 +9,10 @@ import trimesh
 
 import gltf_ext
 import gltf_ext.trimesh_handler
-from gltf_ext.sources.importers import open_model
+from gltf_ext.errors import MeshletError
+from gltf_ext.sources.importers import open_model, read_meshes
 from gltf_ext.sources.primitives import EXTENSION
+from gltf_ext.sources.row_arrays import MemoryRows
 from tests.helpers.gltf_builder import Builder, everything, glb_bytes, glb_parts, grid_mesh
 
 
@@ -235,3 +237,20 @@ def test_only_the_handlers_import_registers(imports):
     )
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert "EXT_meshlet_edgebreaker" not in result.stdout and "True" in result.stdout, result
+
+
+@pytest.mark.parametrize(
+    "name, text",
+    [
+        ("a.obj", b"v 0 0 0\nf" + b" 1" * 3000 + b"\n"),
+        ("a.obj", b"v 0 0 0\nf" + b" 1 \\\n" * 1200 + b" 1\n"),
+        ("a.ply", b"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n"
+         + b" " * 5000 + b"0\n"),
+    ],
+)  # fmt: skip
+def test_lines_longer_than_memory_are_refused(tmp_path, monkeypatch, name, text):
+    monkeypatch.setattr("gltf_ext.sources.text.block_bytes", lambda file: 100)
+    monkeypatch.setattr("gltf_ext.sources.text.LONGEST_LINE", 4500)
+    (tmp_path / name).write_bytes(text)
+    with pytest.raises(MeshletError, match="has a line of more than 4,500 bytes; export it again"):
+        read_meshes(tmp_path / name, MemoryRows)

@@ -152,6 +152,28 @@ end_header
 """
 
 
+TWO_TYPES = b"""ply
+format ascii 1.0
+element vertex 1
+property float x
+property float y
+property float z
+property uchar foo
+element vertex 2
+property float x
+property float y
+property float z
+property float foo
+element face 1
+property list uchar int vertex_indices
+end_header
+0 0 0 1
+1 0 0 1
+0 1 0 1
+3 0 1 2
+"""
+
+
 def read(path):
     """(name of the mesh, of the material) -> (triangles, attributes) of each primitive.
 
@@ -485,6 +507,7 @@ def test_memory_is_at_most_three_times_the_file(tmp_path, name):
             "is cut off",
         ),
         ("a.ply", ply("ascii").replace(b"3 0 1 2 7", b"3 0 1 -2 7"), "a face uses vertex -2 of 5"),
+        ("a.ply", TWO_TYPES, "has values of _FOO of different types"),
         ("a.ply", TWO_VERTEX_ELEMENTS, "has 3 values of COLOR_0 instead of 4"),
         ("a.ply", TWO_FACE_ELEMENTS, "has 3 values of TEXCOORD_0 instead of 6"),
         ("a.obj", b"f 1 2 3\n", "a face uses vertex 3 of 0"),

@@ -5,8 +5,9 @@ import pytest
 
 import gltf_ext
 from gltf_ext.errors import MeshletError
-from gltf_ext.sources import text
+from gltf_ext.sources import large, text
 from gltf_ext.sources.importers import open_model
+from gltf_ext.sources.ply_header import most_triangles
 from gltf_ext.sources.source import read_primitive
 
 POINTS = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
@@ -300,3 +301,25 @@ def test_lengths_of_lists_that_cannot_be(tmp_path, length):
     path.write_bytes(ply([], [()] * 4).replace(b"\n3 0 2 3", f"\n{length} 0 2 3".encode()))
     with pytest.raises(MeshletError, match="has a row of face that is too short; export it again"):
         open_model(path)
+
+
+@pytest.mark.parametrize("order", ORDERS)
+@pytest.mark.parametrize("change", [(b"face 2", b"face 1000000000"), (b"vertex 4", b"vertex 99")])
+def test_rows_that_the_file_has_no_bytes_for(tmp_path, monkeypatch, order, change):
+    """Before anything is read."""
+    monkeypatch.setattr("gltf_ext.sources.ply.blocks", None)
+    content = ply([], [()] * 4, order)
+    assert change[0] in content
+    with pytest.raises(MeshletError, match="is cut off; get it again"):
+        read(tmp_path, content.replace(*change))
+
+
+@pytest.mark.parametrize("faces", [((0, 1, 2), (0, 2, 3)), ((0, 1, 2, 3) * 20,) * 2])
+def test_the_most_triangles_of_the_bytes_of_a_file(tmp_path, faces):
+    path = tmp_path / "in.ply"
+    path.write_bytes(ply([], [()] * 4, "binary_big_endian", faces))
+    count = sum(len(face) - 2 for face in faces)
+    assert most_triangles(path) == count
+    assert large._memory_of(path) == max(300 * count, 16 * path.stat().st_size)
+    path.write_bytes(ply([], [()] * 4, "ascii", faces))
+    assert most_triangles(path) == 0

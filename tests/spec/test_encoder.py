@@ -98,6 +98,7 @@ def test_both_decoders_give_the_source_back(seed):
             values,
             rng.choice([64, 40, 8]),
             page_bytes=rng.choice([0, 0, 600, 2000]),
+            encoder=_codec.encode,
         )
         _codec.validate(view)
         ours, theirs = _codec.decode(view), reference_decoder.decode_view(view)

@@ -10,7 +10,7 @@ from spec import make_vectors
 from spec.reference_decoder import decode_blob, decode_view, split_view
 
 # Blobs of equal streams, and the header's byte length.
-ONE = make_vectors.several_groups()
+ONE = make_vectors.committed("several_groups")
 BYTE_LENGTH = 20
 
 
@@ -40,7 +40,7 @@ def test_the_blobs_are_split_alike():
 @pytest.mark.parametrize(
     "view",
     [
-        ONE + make_vectors.seams_between_meshlets(),
+        ONE + make_vectors.committed("seams_between_meshlets"),
         ONE + b"more",
         ONE + ONE[:-4],
         ONE[:BYTE_LENGTH] + struct.pack("<I", len(ONE) - 4) + ONE[BYTE_LENGTH + 4 :] + ONE,

@@ -38,7 +38,7 @@ def test_a_number_may_be_part_of_a_name(select, index):
     assert index_of(select, ["llvmpipe", "RTX 4070", "RTX 4090"]) == index
 
 
-@pytest.mark.parametrize("select", ["no such device", 99, "99", "²", "9" * 5000])
+@pytest.mark.parametrize("select", ["", " ", "no such device", 99, "99", "²", "9" * 5000])
 def test_no_such_device(select):
     from vk_backend.gpu.device import Device
 

@@ -102,6 +102,69 @@ def test_instances_that_are_alike_take_few_draws(renderer, scenes, path, monkeyp
     assert (parts.ids == whole.ids).all() and (parts.color == whole.color).all()
 
 
+@pytest.fixture
+def recorded(monkeypatch):
+    """The names of the commands that are recorded, without barriers and bindings."""
+    from vk_backend.gpu import vk
+
+    names: list[str] = []
+    for name in ("vkCmdDispatch", "vkCmdDispatchIndirect"):
+        real = getattr(vk, name)
+        monkeypatch.setattr(
+            vk, name, lambda *a, real=real, name=name: (names.append(name), real(*a))[1]
+        )
+    return names
+
+
+def test_commands_of_a_frame_do_not_grow_with_instances(renderer, recorded, tmp_path):
+    """Of 20,000, which batches would decode in several parts."""
+    from vk_backend.frame_commands import FrameCommands
+    from vk_backend.renderer import PATHS
+    from vk_backend.scene.drawing import Options
+    from vk_backend.scene.scene import load_scene
+    from vk_backend.visibility.batched import SLOTS, BatchedDrawing
+
+    scene = load_scene(write_instanced(tmp_path / "many.glb", scattered(10_000), size=(8, 6)))
+    assert scene.instance_meshlets.sum() > SLOTS > sum(p.meshlets for p in scene.primitives)
+    counts = []
+    for make in (PATHS["visibility"][0], BatchedDrawing):
+        recorded.clear()
+        drawing = make(renderer.device, scene, Options(ids=False))
+        drawing.look(camera_of(scene), WIDTH, HEIGHT)
+        targets = drawing.targets(renderer.device, WIDTH, HEIGHT, ids=False)
+        frame = FrameCommands(drawing, targets)
+        counts.append(len(recorded))
+        frame.free()
+        targets.free()
+        drawing.free()
+    kept, batched = counts
+    assert kept <= 20 and batched > 5  # of each batch
+
+
+def test_many_instances_decode_each_meshlet_once(renderer, scenes, monkeypatch):
+    from vk_backend.visibility import pooled
+
+    camera, meshlets = camera_of(scenes[0]), sum(p.meshlets for p in scenes[0].primitives)
+    whole = renderer.render(scenes[0], camera, "visibility", WIDTH, HEIGHT)
+    assert whole.pool is None
+    monkeypatch.setattr(pooled, "SLOTS", meshlets)
+    monkeypatch.setattr(renderer, "_drawings", {})
+    for decoded in (meshlets, 0):
+        picture = renderer.render(scenes[0], camera, "visibility", WIDTH, HEIGHT)
+        assert picture.pool.decoded == decoded
+        assert (picture.ids == whole.ids).all() and (picture.color == whole.color).all()
+
+
+def test_meshlets_are_kept_if_many_instances_share_them(scenes, monkeypatch):
+    from vk_backend.visibility import pooled
+
+    assert not pooled.is_shared(scenes[0]), "all fit the slots"
+    monkeypatch.setattr(pooled, "SLOTS", sum(p.meshlets for p in scenes[0].primitives))
+    assert pooled.is_shared(scenes[0])
+    monkeypatch.setattr(pooled, "MOST_TABLES", 1000)
+    assert not pooled.is_shared(scenes[0]), "the tables would be too large"
+
+
 @pytest.mark.parametrize("ring", [7, 50])
 @pytest.mark.parametrize("path", ["stream", "visibility"])
 def test_a_small_ring(renderer, scenes, path, ring, monkeypatch):

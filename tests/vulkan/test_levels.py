@@ -6,6 +6,7 @@ By path visibility; then by mesh and mesh-paper, which take their clusters from 
 from __future__ import annotations
 
 import threading
+import warnings
 
 import numpy as np
 import pytest
@@ -262,6 +263,20 @@ def opened(renderer, file):
     residency = renderer.drawing.levels.pool.residency
     assert picture.levels.read_bytes == 0 and (residency.rows != 0xFFFFFFFF).sum() <= 3
     return scene, residency
+
+
+def test_an_error_beyond_floats_shows_the_coarsest_level(renderer, file):
+    from vk_backend.scene.scene import load_scene
+
+    scene = load_scene(file, levels=True)
+    pictures = []
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for pixels in (1e6, 1e39):
+            pictures.append(
+                renderer.render(scene, camera_at(0), None, WIDTH, HEIGHT, lod_error=pixels)
+            )
+    assert (pictures[0].ids == pictures[1].ids).all()
 
 
 def test_frames_do_not_wait_for_pages(renderer, file, whole):

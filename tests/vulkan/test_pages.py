@@ -7,7 +7,7 @@ import pytest
 
 import gltf_ext
 from tests.helpers.environment import missing
-from tests.helpers.vulkan_scenes import open_renderer, zoo
+from tests.helpers.vulkan_scenes import BITS, open_renderer, zoo
 
 WIDTH, HEIGHT = 160, 120
 NO_ID = 0xFFFFFFFF
@@ -29,7 +29,7 @@ def scenes(tmp_path_factory):
 
     folder = tmp_path_factory.mktemp("pages")
     one = zoo(folder / "zoo.glb")
-    gltf_ext.compress(folder / "raw_zoo.glb", folder / "pages.glb", page_bytes=PAGE)
+    gltf_ext.compress(folder / "raw_zoo.glb", folder / "pages.glb", page_bytes=PAGE, **BITS)
     return load_scene(one), load_scene(folder / "pages.glb")
 
 

@@ -167,7 +167,7 @@ def test06_sweeping_changes_nothing(settings, device, fine_scene, fine_film):
 
 def test06_serial_decoder(device, fine_scene, fine_film, monkeypatch):
     """Identical pictures if a thread each decodes the meshlets of a part, as in large models."""
-    monkeypatch.setattr("vk_backend.decode.fill.SERIAL_FILL", 1)
+    monkeypatch.setattr("vk_backend.raytrace.tracer.SERIAL_FILL", 1)
     traced = tracer(device, fine_scene, cache=0.25, **SWEEPING)
     for camera, expected in zip(fine_cameras(fine_scene), fine_film):
         picture = traced.render(camera, WIDTH, HEIGHT)
@@ -386,7 +386,7 @@ def test11_transparent(mode, device, tmp_path):
 def test12_hostile(name, serial, device, scene, monkeypatch):
     """Mutated blobs render in bounded time and do not break the device."""
     if serial:
-        monkeypatch.setattr("vk_backend.decode.fill.SERIAL_FILL", 1)
+        monkeypatch.setattr("vk_backend.raytrace.tracer.SERIAL_FILL", 1)
     broken = broken_scene(scene)
     traced = tracer(device, broken, bounces=1, samples=1, **TRACERS[name])
     for _ in range(2):

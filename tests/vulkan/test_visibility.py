@@ -9,7 +9,7 @@ import pytest
 
 import gltf_ext
 from tests.helpers.gltf_builder import Builder, grid_mesh
-from tests.helpers.vulkan_scenes import ball, open_renderer, zoo
+from tests.helpers.vulkan_scenes import BITS, ball, open_renderer, zoo
 
 WIDTH, HEIGHT = 331, 257
 SUBPIXEL = 1 / 256  # both rasterisers round vertices to this part of a pixel
@@ -54,7 +54,7 @@ def made(path, positions, triangles, **material):
         nodes=[{"mesh": 0}, {"mesh": 1, "scale": [0, 0, 0]}],
         scenes=[{"nodes": [0, 1]}],
     )
-    gltf_ext.compress(builder.write(path.with_name("raw.glb")), path)
+    gltf_ext.compress(builder.write(path.with_name("raw.glb")), path, **BITS)
     return load_scene(path)
 
 
@@ -257,13 +257,13 @@ def test_bulk_passes_decode_what_teams_decode(renderer, scene, monkeypatch, cull
     camera = scene.cameras[0]
     arguments = (scene, camera, "visibility", WIDTH, HEIGHT, culling)
     whole = renderer.render(*arguments)
-    assert renderer.drawing.decoder.passes is TEAM
+    assert renderer.drawing.decoder.method is TEAM
     monkeypatch.setattr(batched, "BULK_MESHLETS", 0)
     largest = max(p.meshlets for p in scene.primitives)
     for slots, batches in ((1000, 1), (largest, 4)):
         with_batches(monkeypatch, renderer, slots)
         picture = renderer.render(*arguments)
-        assert renderer.drawing.decoder.passes is BULK
+        assert renderer.drawing.decoder.method is BULK
         assert len(renderer.drawing.batches) == batches
         assert (picture.ids == whole.ids).all() and (picture.color == whole.color).all()
         assert (picture.depth == whole.depth).all()

@@ -19,7 +19,7 @@ from gltf_ext.sources.importers import open_model
 from tests.helpers import environment
 from tests.helpers.browsers import lavapipe_environment, need_decoder, pictures, share_that_differs
 from tests.helpers.environment import NODE_MODULES, ROOT, VECTORS
-from tests.helpers.models import HARD, REFUSED
+from tests.helpers.models import HARD, REFUSED, need_package_of
 from tools import build_wgsl
 from vk_backend.gpu.constants import CONSTANTS
 
@@ -161,8 +161,7 @@ def test_models(method, name, page_bytes, model, tmp_path):
     ),
 )
 def test_all_models(path, options, tmp_path):
-    if "draco" in path.stem.lower():
-        environment.need_package("DracoPy")
+    need_package_of(path)
     compress(path, tmp_path / "compressed.glb")
     blobs = blobs_of(tmp_path / "compressed.glb")
     # Of a large model, several ranges of meshlets.

@@ -1,11 +1,11 @@
 // Unpacks the vectors of a folder with web/transport.js, on this thread and in Workers, then
 // MUTATIONS random mutations of them on this thread.
-// Usage: node unpack.mjs WEB FOLDER [MUTATIONS]. Prints a line per difference.
+// Usage: node unpack.mjs WEB FOLDER [MUTATIONS [SEED]]. Prints a line per difference.
 import { existsSync, readdirSync, readFileSync } from 'node:fs';
 import path from 'node:path';
 import { pathToFileURL } from 'node:url';
 
-const [web, folder, mutations = '0'] = process.argv.slice(2);
+const [web, folder, mutations = '0', seed = '1'] = process.argv.slice(2);
 const load = (name) => import(pathToFileURL(path.join(web, name)));
 const { createDecoderPool } = await load('pool.js');
 const { TRANSPORT, createPageUnpacker, createUnpacker, packedPages, unpacking } =
@@ -51,7 +51,7 @@ const first = packedPages(views[files.findIndex((file) => file.includes('valid_p
 if ((await unpackPage(first)).length !== first.size) console.log('a page alone differs');
 pool.close();
 
-let state = 31;
+let state = 30 + Number(seed);
 const below = (n) => {
   state = (Math.imul(state, 1664525) + 1013904223) >>> 0; // Numerical Recipes
   return Math.floor((state / 2 ** 32) * n);

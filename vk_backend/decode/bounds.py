@@ -21,6 +21,7 @@ def fill_bounds(buffers: SceneBuffers) -> None:
         for number, primitive in enumerate(scene.primitives):
             table = {"primitives": buffers.primitives_address, "primitive": number}
             record_bounds(commands, pipeline, primitive.meshlets, **table)
+        # Later submissions read the bounds.
         device.full_barrier(commands)
 
 

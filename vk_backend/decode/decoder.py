@@ -1,10 +1,13 @@
-"""Compute shaders decode meshlets into slots: the one call of all paths that keep them there.
+"""Decodes meshlets into slots: the one decoder of all paths that keep them there.
 
+A Decoder owns slots and has one call, `decode`, for Jobs: meshlets and the slots that they go into.
+Rasterising and ray tracing use the same class with different methods and jobs.
 shaders/decoders/slots.glsl describes a slot.
 """
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -37,16 +40,38 @@ class Pass:
         return self.shader.partition("_")[0]
 
 
-# The team decoder: a workgroup decodes the values of a meshlet.
-TEAM = (Pass("connect_stream.comp", 32, spread=True), Pass("values_stream.comp", 1))
-# The bulk passes: a thread decodes a small part of a meshlet's boundary, a workgroup the interior.
-BULK = (
-    Pass("connect_bulk.comp", 32, spread=True),
-    Pass("lengths_bulk.comp", 8),
-    Pass("corners_bulk.comp", 8, split=True),
-    Pass("chains_bulk.comp", 8, split=True),
-    Pass("interior_bulk.comp", 1),
+@dataclass(frozen=True)
+class Method:
+    """The passes of a decoder, in order.
+
+    slot_buffers: buffers besides the slots, in which passes leave results for later ones -> bytes
+    for each slot.
+    """
+
+    passes: tuple[Pass, ...]
+    slot_buffers: dict[str, int]
+
+
+_BETWEEN = {"summaries": CONSTANTS["SUMMARY_BYTES"], "connectivity": CONNECTED.itemsize}
+# The team decoder, for any jobs: a workgroup decodes the values of a meshlet.
+TEAM = Method(
+    (Pass("connect_stream.comp", 32, spread=True), Pass("values_stream.comp", 1)), _BETWEEN
 )
+# The bulk passes, for jobs that `bulk_fits`: a thread decodes a small part of a meshlet's boundary,
+# a workgroup the interior.
+BULK = Method(
+    (
+        Pass("connect_bulk.comp", 32, spread=True),
+        Pass("lengths_bulk.comp", 8),
+        Pass("corners_bulk.comp", 8, split=True),
+        Pass("chains_bulk.comp", 8, split=True),
+        Pass("interior_bulk.comp", 1),
+    ),
+    {**_BETWEEN, "places": PLACES.itemsize},
+)
+# For ray tracing: a team, or a thread, decodes all of a meshlet.
+TRACED = Method((Pass("rt_fill.comp", 1),), {})
+TRACED_SERIAL = Method((Pass("rt_fill_serial.comp", 32),), {})
 # Threads of connect.comp for a meshlet, of which one works, with fewer slots: threads of a warp
 # wait for each other. On an H200 this saves 0.02 of 0.05 ms for 1,100 meshlets, nothing for 5,137.
 SPREAD, SPREAD_SLOTS = 16, 4000
@@ -63,64 +88,55 @@ class Stage:
 
 
 class Jobs(Protocol):
-    """Meshlets to decode, and their slots: a batch, or a list that shaders have written."""
+    """Meshlets to decode, and their slots: a batch, a list that shaders have written, a part."""
 
     def dispatch(self, commands: Any, stage: Stage, pushed: np.ndarray) -> None:
         """Records a stage of a decoder.
 
-        pushed: the fields of RASTER_PUSH that do not depend on the jobs.
+        pushed: the push constants of the stage with all fields that do not depend on the jobs:
+        RASTER_PUSH, or for ray tracing FILL_PUSH.
         """
 
 
 class Decoder(Owner):
-    """The slots that meshlets are decoded into, and the pipelines of a decoder's passes.
+    """The slots that meshlets are decoded into, and the pipelines of a method's passes.
 
-    passes: TEAM, which decodes any jobs, or BULK, for jobs that `bulk_fits`. constants:
-    specialisation constants of the raster shaders; with those of the slots, all shaders that read
-    slots need them. CULLING: the first pass skips meshlets out of view, whose summaries say so.
+    constants: specialisation constants of the shaders that read slots; those of the layout are
+    added. CULLING: the first pass skips meshlets out of view, whose summaries say so.
     """
 
     def __init__(
         self,
         device: Device,
-        scene: Scene,
+        layout: SlotLayout,
         slots: int,
         constants: dict[str, int],
-        passes: tuple[Pass, ...] = TEAM,
+        method: Method = TEAM,
     ):
-        layout = SlotLayout.of(scene)
-        sizes = self._slot_sizes(layout)
-        if passes is BULK:
-            sizes["places"] = PLACES.itemsize
+        sizes = {"slots": layout.bytes, **method.slot_buffers}
         super().__init__(**{n: Buffer(device, slots * size) for n, size in sizes.items()})
-        self._device, self.slots, self.passes = device, slots, passes
+        self._device, self.slots, self.method = device, slots, method
         self.constants = {**constants, **layout.constants}
-        spread = SPREAD if slots < SPREAD_SLOTS else 1
+        self._stages = [self._stage(p) for p in method.passes]
+
+    def by(self, method: Method) -> Decoder:
+        """A decoder into the same slots by another method, which needs no other buffers."""
+        other = copy(self)
+        other.method, other._stages = method, [self._stage(p) for p in method.passes]
+        return other
+
+    def _stage(self, of: Pass) -> Stage:
+        spread = SPREAD if of.spread and self.slots < SPREAD_SLOTS else 1
         # Only the first pass culls. The others are the same pipelines with culling and without.
-        first, later = {**self.constants, "SPREAD": spread}, {**self.constants, "CULLING": 1}
-        self._stages = [
-            Stage(
-                p.name,
-                ComputePipeline.of(device, p.shader, first if p.spread else later),
-                p.meshlets // (spread if p.spread else 1),
-                scene.max_streams if p.split else 1,
-            )
-            for p in passes
-        ]
+        own = {"SPREAD": spread} if of.spread else {"CULLING": 1}
+        pipeline = ComputePipeline.of(self._device, of.shader, {**self.constants, **own})
+        rows = self.constants["MAX_STREAMS"] if of.split else 1
+        return Stage(of.name, pipeline, of.meshlets // spread, rows)
 
     @staticmethod
     def slot_bytes(scene: Scene) -> int:
         """Bytes of the buffers of the team decoder for each slot."""
-        return sum(Decoder._slot_sizes(SlotLayout.of(scene)).values())
-
-    @staticmethod
-    def _slot_sizes(layout: SlotLayout) -> dict[str, int]:
-        """Buffer of the team decoder -> its bytes for each slot."""
-        return {
-            "slots": layout.bytes,
-            "summaries": CONSTANTS["SUMMARY_BYTES"],
-            "connectivity": CONNECTED.itemsize,
-        }
+        return SlotLayout.of(scene).bytes + sum(TEAM.slot_buffers.values())
 
     @property
     def per_connect(self) -> int:
@@ -144,9 +160,10 @@ class Decoder(Owner):
     def decode(self, commands: Any, jobs: Jobs, pushed: np.ndarray) -> None:
         """Records the decoding of meshlets into their slots; no barrier after the last pass.
 
-        pushed: see Jobs.dispatch. A malformed meshlet's summary has an error code and no triangles.
+        pushed: see Jobs.dispatch. A malformed meshlet has no triangles; its summary, if the method
+        has any, has an error code.
         """
         for number, stage in enumerate(self._stages):
-            if number > 0:
+            if number > 0:  # a pass reads what the one before it has written
                 self._device.compute_barrier(commands)
             jobs.dispatch(commands, stage, pushed)

@@ -92,7 +92,7 @@ class Buffer(Resource):
             self.device.full_barrier(commands)
             region = vk.VkBufferCopy(srcOffset=offset, dstOffset=0, size=size)
             vk.vkCmdCopyBuffer(commands, self.handle, staging.handle, 1, [region])
-            self.device.host_barrier(commands)
+            self.device.host_barrier(commands)  # for `staging.read`
         data = staging.read(dtype, count)
         staging.free()
         return data
@@ -235,7 +235,7 @@ class Image(Resource):
             vk.vkCmdCopyImageToBuffer(
                 commands, self.handle, self.layout, staging.handle, 1, [self.copy_region()]
             )
-            self.device.host_barrier(commands)
+            self.device.host_barrier(commands)  # for `staging.read`
         data = staging.read(dtype).reshape(self.height, self.width, channels)
         staging.free()
         return data

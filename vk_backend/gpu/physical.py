@@ -178,10 +178,11 @@ def index_of(select: str, names: list[str]) -> int:
     numbers = [str(i) for i in range(len(names))]
     if select in numbers:
         return int(select)
-    index = next((i for i, name in enumerate(names) if select.lower() in name.lower()), None)
+    part = select.strip().lower()
+    index = next((i for i, name in enumerate(names) if part and part in name.lower()), None)
     if index is None:
         raise VulkanError(
-            f"there is no device {select}",
+            f"there is no device {select if part else 'without a name'}",
             "there are: " + "; ".join(f"{i}: {n}" for i, n in enumerate(names)),
         )
     return index

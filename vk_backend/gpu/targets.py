@@ -75,6 +75,7 @@ class Targets:
             vk.VK_ACCESS_2_COLOR_ATTACHMENT_READ_BIT
             | vk.VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_READ_BIT
         )
+        # Within a queue, rendering again over the same images waits for nothing by itself.
         self._device.barrier(commands, color | tests, written, color | tests, written | read)
 
     def free(self) -> None:

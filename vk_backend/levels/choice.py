@@ -46,6 +46,7 @@ ROUNDS = 6  # of cut.comp in a frame; the last one chooses top groups only
 # full: a camera at rest gets one picture.
 GROWTH, SHRINK, FULL, EMPTY = 1.25, 0.95, 0.9, 0.6
 ROUND_GROWTH = 4  # of rounds.comp
+MOST_PIXELS = float(np.finfo(np.float32).max)  # shaders have the error as a float
 MOST_GROWTH = 1e6  # in all: top groups alone may fill the slots
 
 
@@ -124,7 +125,7 @@ class Levels(Owner):
         """Sets the camera of later frames, and the error that the user allows."""
         view = camera.world_to_clip(width, height).tobytes()
         self._may_shrink = self._may_shrink or view != self._view
-        self._view, self._least_pixels = view, least_pixels
+        self._view, self._least_pixels = view, min(least_pixels, MOST_PIXELS)
         self._pixels_per_unit = camera.pixels_per_unit(width, height)
 
     # --- a frame ---
@@ -135,6 +136,7 @@ class Levels(Owner):
 
         def record(commands: Any) -> None:
             self.pool.record(commands, self._update)
+            # Culling reads the bounds of the new pages.
             self._device.compute_barrier(commands)
 
         return [Step("upload", record)]
@@ -153,6 +155,7 @@ class Levels(Owner):
         raw = vk.ffi.from_buffer(bytearray(state.tobytes()[begin:end]))
         vk.vkCmdUpdateBuffer(commands, jobs.buffer.handle, begin, end - begin, raw)
         vk.vkCmdFillBuffer(commands, self._requests.handle, 0, self._requests.size, 0)
+        # cut.comp takes its arguments from here, and adds to both.
         self._device.full_barrier(commands)
         pushed = push_record(
             CUT_PUSH,
@@ -166,10 +169,12 @@ class Levels(Owner):
         )
         for _ in range(ROUNDS):
             jobs.dispatch(commands, self._cut, pushed)
+            # The list is complete, for touch.comp and for rounds.comp.
             self._device.compute_barrier(commands)
             if touch:
                 touch(commands)
             self._rounds.dispatch(commands, 1, pushed)
+            # It has written the arguments of the next indirect dispatch.
             self._device.full_barrier(commands)
 
     def after(self, jobs: JobList) -> list[Step]:
@@ -185,7 +190,7 @@ class Levels(Owner):
             ):
                 region = vk.VkBufferCopy(srcOffset=0, dstOffset=place, size=count)
                 vk.vkCmdCopyBuffer(commands, buffer.handle, target, 1, [region])
-            self._device.host_barrier(commands)
+            self._device.host_barrier(commands)  # for `finish`
 
         return [Step("report", record)]
 
@@ -213,7 +218,7 @@ class Levels(Owner):
     @property
     def _max_pixels(self) -> float:
         """The error that the next frame is drawn with, if its clusters fit."""
-        return max(self._least_pixels, self._allowed_pixels) * self._crowding
+        return min(max(self._least_pixels, self._allowed_pixels) * self._crowding, MOST_PIXELS)
 
     def _read_statistics(self, requests: np.ndarray, cut: Any, counts: dict[str, int]) -> None:
         """Sets the statistics of the frame that has run, and how crowded it was."""
@@ -246,4 +251,4 @@ class Levels(Owner):
 
 def _finite(pixels: np.float32) -> float:
     """For JSON: errors are infinite at the eye, and if top groups only fit a frame."""
-    return float(min(pixels, np.finfo(np.float32).max))
+    return min(float(pixels), MOST_PIXELS)

@@ -82,9 +82,11 @@ class PagePool:
         self._blobs.write(b"".join(blobs))
         self.rows.write(np.array(rows, PRIMITIVE))
         with self._device.commands() as commands:
+            # The rows and blobs, which earlier submissions have copied, are read by address.
             self._device.full_barrier(commands)
             for row, page in enumerate(roots):
                 self._record_bounds(commands, int(page), row)
+            # Later submissions read the bounds.
             self._device.full_barrier(commands)
 
     def record(self, commands: Any, update: Update) -> None:

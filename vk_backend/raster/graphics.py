@@ -28,7 +28,6 @@ VARIANTS = {
     "texcoord": HAS_NORMAL | HAS_TEXCOORD,
     "color": HAS_NORMAL | HAS_TEXCOORD | HAS_COLOR,
 }
-SURFACE = "surface_{attributes}{ids}.frag"  # the fragment shader of all paths
 
 
 def raster_constants(scene: Scene, culling: bool) -> dict[str, int]:
@@ -60,9 +59,9 @@ def parts_of_run(run: Run, workgroups: int) -> list[Run]:
 class Graphics:
     """A graphics pipeline.
 
-    stages: modules before the fragment shader, and fragment: that one, with {attributes} and {ids}
-    to be filled in. variants: names of VARIANTS that the stages have. numbers: the fragment shader
-    reads a mesh shader's numbers of triangles.
+    stages: modules before the fragment shader, with {attributes} to be filled in. variants: names
+    of VARIANTS that they have. numbers: the fragment shader reads a mesh shader's numbers of
+    triangles.
     """
 
     def __init__(
@@ -74,7 +73,6 @@ class Graphics:
         *,
         numbers: bool = False,
         variants: tuple[str, ...] = tuple(VARIANTS),
-        fragment: str = SURFACE,
     ):
         self._view, self._device = view, view.device
         attributes = view.scene.attributes
@@ -82,7 +80,7 @@ class Graphics:
         # Mesh shaders that write numbers write all attributes.
         inputs = "mesh" if numbers else chosen
         modules = [(name.format(attributes=chosen), bit) for name, bit in stages]
-        modules.append((fragment.format(attributes=inputs, ids="_ids" if ids else ""), FRAGMENT))
+        modules.append((f"surface_{inputs}{'_ids' if ids else ''}.frag", FRAGMENT))
         constants = {**constants, "NUMBERS": int(numbers)}
         self._pipeline = graphics_pipeline(
             view.device, tuple(modules), constants, view.textures, ids

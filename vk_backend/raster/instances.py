@@ -19,22 +19,20 @@ from ..gpu.targets import Targets
 from ..scene.drawing import DEFAULT, Drawing, Options, Step
 from ..scene.scene import Scene
 from ..scene.view import BLOBS, SceneView
-from .graphics import SURFACE, Graphics, raster_constants
+from .graphics import Graphics, raster_constants
 from .pipeline import GEOMETRY, VERTEX
 
 
 class VertexDrawing(Drawing):
-    """Path `vertex`. fragment: see Graphics."""
+    """Path `vertex`."""
 
     name = "vertex"
     targets: ClassVar[Any] = Targets
 
-    def __init__(
-        self, device: Device, scene: Scene, options: Options = DEFAULT, fragment: str = SURFACE
-    ):
+    def __init__(self, device: Device, scene: Scene, options: Options = DEFAULT):
         super().__init__(SceneView(device, scene, frozenset({"vertices", "indices"})))
         stages, constants = (("vertex.vert", VERTEX),), raster_constants(scene, culling=False)
-        self._graphics = Graphics(self.view, stages, constants, options.ids, fragment=fragment)
+        self._graphics = Graphics(self.view, stages, constants, options.ids)
 
     def frame(self, targets: Targets) -> list[Step]:
         return [Step("draw", lambda commands: self._draw(commands, targets))]
@@ -55,26 +53,19 @@ class VertexDrawing(Drawing):
 
 
 class GeometryDrawing(Drawing):
-    """Path `geometry`. fragment: see Graphics."""
+    """Path `geometry`."""
 
     name = capability = "geometry"
     targets: ClassVar[Any] = Targets
 
-    def __init__(
-        self, device: Device, scene: Scene, options: Options = DEFAULT, fragment: str = SURFACE
-    ):
+    def __init__(self, device: Device, scene: Scene, options: Options = DEFAULT):
         device.require(self.capability, self.name)
         super().__init__(SceneView(device, scene, BLOBS))
         fill_bounds(self.view.buffers)
         stages = (("geometry.vert", VERTEX), ("geometry_{attributes}.geom", GEOMETRY))
         constants = raster_constants(scene, options.culling)
         self._graphics = Graphics(
-            self.view,
-            stages,
-            constants,
-            options.ids,
-            variants=("normal", "color"),
-            fragment=fragment,
+            self.view, stages, constants, options.ids, variants=("normal", "color")
         )
 
     def frame(self, targets: Targets) -> list[Step]:

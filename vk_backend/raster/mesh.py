@@ -28,7 +28,7 @@ from ..scene.buffers import require_payload
 from ..scene.drawing import DEFAULT, Drawing, Options, Step
 from ..scene.scene import Scene
 from ..scene.view import BLOBS, SceneView
-from .graphics import SURFACE, Graphics, parts_of_run, raster_constants, require_team
+from .graphics import Graphics, parts_of_run, raster_constants, require_team
 from .pipeline import MESH, TASK
 
 TASK_PUSH, TASK_COUNTERS = map(structure, ("TaskPush", "TaskCounters"))
@@ -92,20 +92,13 @@ MESH_PATHS = (
 class MeshDrawing(Drawing):
     """Path `mesh` or `mesh-paper`. All meshlets that are launched are decoded in each frame.
 
-    levels: the source of clusters of a scene with levels. fragment: see Graphics.
+    levels: the source of clusters of a scene with levels.
     """
 
     capability = "mesh"
     targets: ClassVar[Any] = DepthTargets
 
-    def __init__(
-        self,
-        path: MeshPath,
-        device: Device,
-        scene: Scene,
-        options: Options = DEFAULT,
-        fragment: str = SURFACE,
-    ):
+    def __init__(self, path: MeshPath, device: Device, scene: Scene, options: Options = DEFAULT):
         device.require(self.capability, path.name)
         require_payload(device, path.name, path.payload)
         require_team(device, scene, path.name, path.shared_bytes(device.limits))
@@ -134,9 +127,7 @@ class MeshDrawing(Drawing):
         # The phase says whether to cull: the same pipeline with culling and without.
         constants = raster_constants(scene, culling=True) | path.constants
         constants |= {"JOBS": int(levels is not None), "PIXEL_WORDS": 1}
-        self._graphics = Graphics(
-            self.view, STAGES, constants, options.ids, numbers=numbers, fragment=fragment
-        )
+        self._graphics = Graphics(self.view, STAGES, constants, options.ids, numbers=numbers)
         self._pyramid = ComputePipeline.of(device, "pyramid.comp", {"PIXEL_WORDS": 1})
 
     # --- a frame ---
@@ -162,6 +153,7 @@ class MeshDrawing(Drawing):
         if is_first:
             counters = self._own["counters"]
             vk.vkCmdFillBuffer(commands, counters.handle, 0, counters.size, 0)
+            # Task shaders add to the counters.
             self.device.full_barrier(commands)
         data = push_record(
             TASK_PUSH,
@@ -214,10 +206,12 @@ class MeshDrawing(Drawing):
 
     def _make_pyramid(self, commands: Any, targets: DepthTargets) -> None:
         targets.copy_depths(commands)
+        # pyramid.comp reads the depths.
         self.device.full_barrier(commands)
         data = push_record(RASTER_PUSH, frame=self.view.frame, pixels=targets.pixels.address)
         columns, rows = pyramid_tiles(targets.width, targets.height)
         self._pyramid.dispatch(commands, columns, data, rows)
+        # Task shaders read the pyramid.
         self.device.full_barrier(commands)
 
     # --- after a frame ---

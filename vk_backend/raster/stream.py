@@ -14,7 +14,7 @@ import numpy as np
 from ..decode.batches import Batch, BatchTable, schedule
 from ..decode.bounds import fill_bounds
 from ..decode.decoder import Decoder
-from ..decode.slots import slots_in
+from ..decode.slots import SlotLayout, slots_in
 from ..decode.structures import RASTER_PUSH
 from ..gpu import vk
 from ..gpu.constants import CONSTANTS
@@ -25,7 +25,7 @@ from ..scene.drawing import DEFAULT, Drawing, Options, Step
 from ..scene.instances import Run
 from ..scene.scene import Scene
 from ..scene.view import BLOBS, SceneView
-from .graphics import SURFACE, Graphics, parts_of_run, raster_constants, require_team
+from .graphics import Graphics, parts_of_run, raster_constants, require_team
 from .pipeline import MESH
 
 RING = 8192  # slots, unless the scene has fewer meshlets
@@ -56,14 +56,12 @@ class Overlap:
 
 
 class StreamDrawing(Drawing):
-    """Path `stream`. fragment: see Graphics."""
+    """Path `stream`."""
 
     name, capability = "stream", "mesh"
     targets: ClassVar[Any] = Targets
 
-    def __init__(
-        self, device: Device, scene: Scene, options: Options = DEFAULT, fragment: str = SURFACE
-    ):
+    def __init__(self, device: Device, scene: Scene, options: Options = DEFAULT):
         device.require(self.capability, self.name)
         require_team(device, scene, self.name, device.limits.compute_shared_bytes)
         slots = RING
@@ -77,7 +75,7 @@ class StreamDrawing(Drawing):
         self.slots = min(sections * of_section, int(meshlets.sum()))
         constants = raster_constants(scene, options.culling)
         self._run_numbers = scene.instances.run_numbers()
-        self.decoder = self.own(Decoder(device, scene, self.slots, constants))
+        self.decoder = self.own(Decoder(device, SlotLayout.of(scene), self.slots, constants))
         table = self.own(BatchTable(device, schedule(meshlets, of_section, sections)))
         self.batches = table.batches
         if sections > 1:
@@ -88,7 +86,6 @@ class StreamDrawing(Drawing):
             self.decoder.constants,
             options.ids,
             numbers=options.ids,
-            fragment=fragment,
         )
 
     def frame(self, targets: Targets) -> list[Step]:
@@ -102,7 +99,9 @@ class StreamDrawing(Drawing):
         """Batches do not depend on the camera: the commands can be recorded once."""
 
         def record(commands: Any) -> None:
-            if not self.overlap:  # else a semaphore says that earlier drawing is done
+            # The mesh shader has read the slots that are written next; with two queues a semaphore
+            # says so.
+            if not self.overlap:
                 self.device.barrier(commands, MESH_STAGE, 0, COMPUTE_STAGE, 0)
             pushed = push_record(RASTER_PUSH, frame=self.view.frame, **self.decoder.addresses)
             self.decoder.decode(commands, batch, pushed)

@@ -169,10 +169,12 @@ class Structures:
         )
         with device.commands() as commands:
             vk.vkCmdResetQueryPool(commands, pool, 0, count)
+            # Shaders of earlier submissions have written the boxes.
             device.full_barrier(commands)
             device.function("vkCmdBuildAccelerationStructuresKHR")(
                 commands, count, described, pointers
             )
+            # The structures are complete before their sizes are asked for.
             device.full_barrier(commands)
             device.function("vkCmdWriteAccelerationStructuresPropertiesKHR")(
                 commands, count, loose.handles, kind, pool, 0

@@ -194,6 +194,7 @@ class Tracer:
         push(commands, self.view.layout, data)
         trace = self.device.function("vkCmdTraceRaysKHR")
         trace(commands, *self._rays.regions, width, height, 1)
+        # The next launch reads the records; the next decoding overwrites the slots.
         self.device.full_barrier(commands)
 
     def pushed(self, dtype: np.dtype, **fields: int) -> np.ndarray:

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from itertools import product
 from typing import Any
 
 import numpy as np
 
-from ..decode.fill import Filler
+from ..decode.decoder import TRACED, TRACED_SERIAL, Decoder, Stage
 from ..decode.slots import SlotLayout
+from ..decode.structures import FILL_PUSH
 from ..gpu.constants import CONSTANTS
 from ..gpu.device import Device
 from ..gpu.errors import VulkanError
-from ..gpu.memory import Buffer
+from ..gpu.limits import MAX_WORKGROUPS
 from ..scene.buffers import require_room
 from ..scene.camera import Camera
 from ..scene.scene import Scene
@@ -23,6 +25,7 @@ from .rays import RECORD_BYTES, Tracer
 
 MAX_PARTS = 64  # of the model: the slots hold one at a time
 BOX_TRIANGLES = 4  # behind each box, a power of two
+SERIAL_FILL = 12_000  # meshlets; from here on a thread each is faster than a team each (docs)
 MARGIN = 2  # pixels around the rectangle in which the scene is
 FIRST_PART, LAST_PART = CONSTANTS["FIRST_PART"], CONSTANTS["LAST_PART"]
 BACKGROUND = CONSTANTS["BACKGROUND"]
@@ -51,6 +54,21 @@ def require(device: Device, scene: Scene, path: str) -> None:
     device.require("raytracing", path)
     shared = device.limits.compute_shared_bytes
     require_room(device, scene, path, shared, "choose --path geometry or vertex")
+
+
+@dataclass(frozen=True)
+class Numbered:
+    """Jobs of a decoder: meshlets [first, first + count) by number, for the first slots."""
+
+    first: int
+    count: int
+
+    def dispatch(self, commands: Any, stage: Stage, pushed: np.ndarray) -> None:
+        """See decoder.Jobs. A workgroup takes every n-th meshlet if they are too many."""
+        own = pushed.copy()
+        own["first"], own["count"] = self.first, self.count
+        workgroups = min(-(-self.count // stage.meshlets), MAX_WORKGROUPS)
+        stage.pipeline.dispatch(commands, workgroups, own)
 
 
 class RayTracer(Tracer):
@@ -85,8 +103,9 @@ class RayTracer(Tracer):
             self.meshlets, self.slots, self.slot_bytes = meshlets, slots, layout.bytes
             self.sweeps = slots < meshlets
             self._part = 0  # that the slots hold
-            self._own["cache"] = Buffer(device, slots * layout.bytes)
-            self._filler = Filler(device, constants)
+            self._team = Decoder(device, layout, slots, constants, TRACED)
+            self._serial = self._team.by(TRACED_SERIAL)
+            self._own["cache"] = self._team.buffers["slots"]
             with device.commands() as commands:
                 self._record_fill(commands, 0, slots)
 
@@ -159,11 +178,11 @@ class RayTracer(Tracer):
 
     def slot_words(self) -> np.ndarray:
         """uint32[slots, words]: what the cache holds; waits."""
-        words = self._own["cache"].read()
-        return words[: self.slots * self.slot_bytes // 4].reshape(self.slots, -1)
+        return self._team.slot_words()
 
     def _record_fill(self, commands: Any, first: int, count: int) -> None:
         """Records the decoding of `count` meshlets from number `first` on into the first slots."""
-        sources, cache = self._own["sources"].address, self._own["cache"].address
-        addresses = {"frame": self.view.frame, "sources": sources, "cache": cache}
-        self._filler.decode(commands, first, count, **addresses)
+        decoder = self._team if count < SERIAL_FILL else self._serial
+        decoder.decode(commands, Numbered(first, count), self.pushed(FILL_PUSH))
+        # Rays read the slots.
+        self.device.full_barrier(commands)

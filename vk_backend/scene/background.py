@@ -8,6 +8,8 @@ from gltf_scene.default_light import sky_radiance
 
 from .camera import Camera
 
+BAND_PIXELS = 1 << 20  # at a time: directions and radiance take some 100 bytes a pixel
+
 
 def before_sky(color: np.ndarray, camera: Camera) -> np.ndarray:
     """uint8[height, width, 4]: the picture, opaque, with the sky wherever alpha is 0.
@@ -15,16 +17,25 @@ def before_sky(color: np.ndarray, camera: Camera) -> np.ndarray:
     color: uint8[height, width, 4], sRGB.
     """
     height, width = color.shape[:2]
-    sky = np.full_like(color, 255)
-    sky[..., :3] = _srgb(sky_radiance(_directions(camera, width, height)))
-    return np.where(color[..., 3:] > 0, color, sky)
+    result: np.ndarray = color.copy()
+    rows = max(BAND_PIXELS // width, 1)
+    for top in range(0, height, rows):
+        band = result[top : top + rows]
+        is_sky = band[..., 3] == 0
+        directions = _directions(camera, width, height, top, top + len(band))
+        band[is_sky, :3] = _srgb(sky_radiance(directions[is_sky]))
+        band[is_sky, 3] = 255
+    return result
 
 
-def _directions(camera: Camera, width: int, height: int) -> np.ndarray:
-    """float64[height, width, 3]: unit vectors from the viewer through the pixels' centres."""
+def _directions(camera: Camera, width: int, height: int, top: int, bottom: int) -> np.ndarray:
+    """float64[bottom - top, width, 3]: unit vectors from the viewer through the pixels' centres.
+
+    top, bottom: rows of the picture.
+    """
     if camera.yfov is None:
-        return np.broadcast_to(-camera.to_world[:3, 2], (height, width, 3))
-    y, x = np.mgrid[:height, :width] + 0.5
+        return np.broadcast_to(-camera.to_world[:3, 2], (bottom - top, width, 3))
+    y, x = np.mgrid[top:bottom, :width] + 0.5
     up = np.tan(camera.yfov / 2)
     right = up * width / height
     local = np.stack(

@@ -161,6 +161,7 @@ def _upload(device: Device, texture: Texture) -> Image:
             commands, staging.handle, image.handle, image.layout, 1, [image.copy_region()]
         )
         for level in range(1, levels):
+            # A level is made from the one before it.
             device.full_barrier(commands)
             source, target = (image.copy_region(at) for at in (level - 1, level))
             region = vk.VkImageBlit(

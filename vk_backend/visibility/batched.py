@@ -33,27 +33,26 @@ SLOTS = 1 << 15
 
 
 class BatchedDrawing(Drawing):
-    """Path `visibility` without a cache. rasterizer: options of Rasterizer."""
+    """Path `visibility` without a cache: the meshlets of instances are decoded one by one."""
 
     name, capability = "visibility", "atomics64"
     targets: ClassVar[Any] = Planes
 
-    def __init__(self, device: Device, scene: Scene, options: Options = DEFAULT, **rasterizer: Any):
+    def __init__(self, device: Device, scene: Scene, options: Options = DEFAULT):
         device.require(self.capability, self.name)
         require_team(device, scene, self.name, device.limits.compute_shared_bytes)
         super().__init__(SceneView(device, scene, BLOBS))
         fill_bounds(self.view.buffers)
         slots = min(SLOTS, CONSTANTS["MAX_SLOTS"])
         meshlets = scene.instance_meshlets
-        is_bulk = meshlets.sum() >= BULK_MESHLETS and bulk_fits(scene, SlotLayout.of(scene), slots)
+        layout = SlotLayout.of(scene)
+        is_bulk = meshlets.sum() >= BULK_MESHLETS and bulk_fits(scene, layout, slots)
         batches = (schedule_whole if is_bulk else schedule)(meshlets, slots)
-        passes, constants = BULK if is_bulk else TEAM, raster_constants(scene, options.culling)
+        method, constants = BULK if is_bulk else TEAM, raster_constants(scene, options.culling)
         self.slots = slots_of(batches)
-        self.decoder = self.own(Decoder(device, scene, self.slots, constants, passes))
+        self.decoder = self.own(Decoder(device, layout, self.slots, constants, method))
         self.batches = self.own(BatchTable(device, batches)).batches
-        self._rasterizer = self.own(
-            Rasterizer(self.view, self.slots, self.decoder.constants, **rasterizer)
-        )
+        self._rasterizer = self.own(Rasterizer(self.view, self.slots, self.decoder.constants))
 
     def frame(self, targets: Planes) -> list[Step]:
         own = {**self.decoder.addresses, **self._rasterizer.addresses, **targets.addresses}
@@ -72,6 +71,7 @@ class BatchedDrawing(Drawing):
 
         def decode(commands: Any) -> None:
             self.decoder.decode(commands, batch, pushed)
+            # `small` reads the slots, and the pixels that `clear` has emptied.
             self.device.compute_barrier(commands)
 
         return [

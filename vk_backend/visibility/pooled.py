@@ -15,7 +15,7 @@ from gltf_ext.ranges import numbers_of
 
 from ..decode.bounds import fill_bounds
 from ..decode.decoder import Decoder, Stage
-from ..decode.slots import slots_in
+from ..decode.slots import SlotLayout, slots_in
 from ..decode.structures import RASTER_PUSH
 from ..gpu.constants import CONSTANTS
 from ..gpu.device import Device
@@ -34,12 +34,29 @@ from .batched import SLOTS
 from .rasterizer import PIECE_WORKGROUPS, Planes, Rasterizer
 
 FRESH = structure("Fresh")
+JOB_BYTES = JOB.itemsize + 12  # with its state and its part of the others' tables
 UNDECODED = CONSTANTS["UNDECODED"]
 UNUSED = 0xFFFFFFFF  # no stamp, no frame
 # Most notes of what was visible: with a quarter of them taken, as many clusters that are hidden are
 # drawn without need.
 HINTS = 1 << 20
 STEPS = {name: CONSTANTS[f"STEP_{name.upper()}"] for name in ("touch", "place", "test", "next")}
+
+
+# From so many instances of a meshlet on, if they are too many for the slots: keeping it costs 28
+# bytes for each, decoding it for each takes most of a frame.
+SHARED = 4
+MOST_TABLES = 1 << 30  # bytes
+
+
+def is_shared(scene: Scene) -> bool:
+    """Whether frames should keep decoded meshlets although no cache was asked for.
+
+    That is so if batches would decode each of them for many instances, and slots hold them all.
+    """
+    total, meshlets = int(scene.instance_meshlets.sum()), sum(p.meshlets for p in scene.primitives)
+    fits = meshlets <= SLOTS < total <= MOST_TABLES // JOB_BYTES
+    return fits and total >= SHARED * meshlets
 
 
 def slot_bytes(scene: Scene) -> int:
@@ -91,6 +108,7 @@ class AllMeshlets(Owner):
     def choose(
         self, commands: Any, frame: int, jobs: JobList, touch: Callable[[Any], None]
     ) -> None:
+        # `clear` has reset the counters.
         self._device.compute_barrier(commands)
         touch(commands)
 
@@ -112,7 +130,7 @@ class FreshClusters:
 
 
 class PooledDrawing(Drawing):
-    """Path `visibility` with a cache or levels. rasterizer: options of Rasterizer.
+    """Path `visibility` with a cache or levels, or if `is_shared`.
 
     levels: the source of clusters of a scene with levels. Without, a frame has several passes if
     the meshlets in view do not fit the slots.
@@ -121,7 +139,7 @@ class PooledDrawing(Drawing):
     name, capability = "visibility", "atomics64"
     targets: ClassVar[Any] = Planes
 
-    def __init__(self, device: Device, scene: Scene, options: Options = DEFAULT, **rasterizer: Any):
+    def __init__(self, device: Device, scene: Scene, options: Options = DEFAULT):
         device.require(self.capability, self.name)
         require_team(device, scene, self.name, device.limits.compute_shared_bytes)
         slots = SLOTS
@@ -135,14 +153,13 @@ class PooledDrawing(Drawing):
         self.slots, self.passes = source.slots(slots), source.passes(source.slots(slots))
         # One more, for clusters without a slot.
         constants = raster_constants(scene, options.culling)
-        self._decoder = self.own(Decoder(device, scene, self.slots + 1, constants))
+        layout = SlotLayout.of(scene)
+        self._decoder = self.own(Decoder(device, layout, self.slots + 1, constants))
         self._decoder.buffers["summaries"].write(np.zeros(self.slots + 1, np.uint32))
         self._tables = self.own(self._make_tables()).buffers
         self.jobs = self.own(self._make_jobs())
         self._fresh = FreshClusters(self.jobs, self.slots)
-        self._rasterizer = self.own(
-            Rasterizer(self.view, source.most, self._decoder.constants, **rasterizer)
-        )
+        self._rasterizer = self.own(Rasterizer(self.view, source.most, self._decoder.constants))
         constants = {"CULLING": int(options.culling), "OCCLUSION": int(self._occlusion)}
         self._job_steps = {
             name: ComputePipeline.of(device, "touch.comp", {**constants, "STEP": step})
@@ -215,6 +232,7 @@ class PooledDrawing(Drawing):
 
         def begin(commands: Any) -> None:
             self._job_steps["next"].dispatch(commands, 1, own)
+            # It has reset the counters.
             self.device.compute_barrier(commands)
             decode.record(commands)
 
@@ -225,22 +243,27 @@ class PooledDrawing(Drawing):
     def _choose(self, commands: Any, pushed: np.ndarray) -> None:
         def touch(commands: Any) -> None:
             self._record_jobs(commands, "touch", pushed)
+            # The states of jobs and the number of slots are known.
             self.device.compute_barrier(commands)
 
         self._source.choose(commands, self.view.frame, self.jobs, touch)
 
     def _decode(self, commands: Any, pushed: np.ndarray) -> None:
         self._record_jobs(commands, "place", pushed)
+        # It has written the arguments of the decoder's indirect dispatches.
         self.device.full_barrier(commands)
         self._decoder.decode(commands, self._fresh, pushed)
+        # `small` reads the slots.
         self.device.compute_barrier(commands)
 
     def _hide(self, commands: Any, targets: Planes, pushed: np.ndarray) -> None:
         """Has those wait that the first phase has not drawn and does not hide."""
         columns, rows = pyramid_tiles(targets.width, targets.height)
         self._pyramid.dispatch(commands, columns, pushed, rows)
+        # The test reads the pyramid.
         self.device.compute_barrier(commands)
         self._record_jobs(commands, "test", pushed)
+        # The states of jobs say which ones wait.
         self.device.compute_barrier(commands)
 
     def _record_jobs(self, commands: Any, step: str, pushed: np.ndarray) -> None:

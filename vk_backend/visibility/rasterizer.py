@@ -33,7 +33,6 @@ MAX_PIECES = 1 << 16
 PIECE_WORKGROUPS = 4096
 MASKED = CONSTANTS["MATERIAL_MASK"] | CONSTANTS["MATERIAL_BLEND"]
 RESULTS = ("pixels", "color", "depth", "ids")
-RESOLVE = "visibility_resolve.comp"
 
 
 class Plane:
@@ -79,24 +78,15 @@ class Planes:
 class Rasterizer(Owner):
     """The steps that draw decoded meshlets. Each records a barrier after it, but for `clear`.
 
-    most: meshlets that are drawn at a time. constants: of the decoder. resolve: the shader of the
-    last step. masked: whether materials may let pixels through, as its alpha test says.
+    most: meshlets that are drawn at a time. constants: of the decoder.
     """
 
-    def __init__(
-        self,
-        view: SceneView,
-        most: int,
-        constants: dict[str, int],
-        resolve: str = RESOLVE,
-        masked: bool | None = None,
-    ):
+    def __init__(self, view: SceneView, most: int, constants: dict[str, int]):
         pieces = Buffer(view.device, CONSTANTS["PIECE_BYTES"] * (1 + MAX_PIECES))
         super().__init__(pieces=pieces, overflow=Buffer(view.device, 8 * most))
         self._view, self._device = view, view.device
-        if masked is None:
-            shown = np.unique(view.scene.instances.material)
-            masked = any(view.scene.materials[number].flags & MASKED for number in shown)
+        shown = np.unique(view.scene.instances.material)
+        masked = any(view.scene.materials[number].flags & MASKED for number in shown)
         constants = {
             **constants,
             "CULLING": 1,  # the decoder has done it: the same pipelines with culling and without
@@ -104,10 +94,12 @@ class Rasterizer(Owner):
             "SMALL_PIXELS": SMALL_PIXELS,
             "MAX_PIECES": MAX_PIECES,
         }
-        modules = {step: f"visibility_{step}.comp" for step in ("clear", "small", "pieces")}
         self._stages = {
-            step: Stage(step, ComputePipeline.of(view.device, module, constants, view.layout))
-            for step, module in {**modules, "resolve": resolve}.items()
+            step: Stage(
+                step,
+                ComputePipeline.of(view.device, f"visibility_{step}.comp", constants, view.layout),
+            )
+            for step in ("clear", "small", "pieces", "resolve")
         }
 
     @property
@@ -125,6 +117,7 @@ class Rasterizer(Owner):
     def small(self, commands: Any, source: Batch | JobList, pushed: np.ndarray) -> None:
         """Draws small triangles, and cuts the others into pieces."""
         source.dispatch(commands, self._stages["small"], pushed)
+        # The list of pieces is complete.
         self._device.compute_barrier(commands)
 
     def pieces(self, commands: Any, source: Batch | JobList, pushed: np.ndarray) -> None:
@@ -134,6 +127,7 @@ class Rasterizer(Owner):
             source.dispatch(commands, stage, pushed)
         else:
             stage.pipeline.dispatch(commands, PIECE_WORKGROUPS, source.pushed(pushed))
+        # The depths are final, for `resolve` and for the pyramid.
         self._device.compute_barrier(commands)
 
     def resolve(self, commands: Any, targets: Planes, pushed: np.ndarray) -> None:
@@ -141,9 +135,11 @@ class Rasterizer(Owner):
         side = CONSTANTS["RESOLVE_SIDE"]
         columns, rows = -(-targets.width // side), -(-targets.height // side)
         self._stages["resolve"].pipeline.dispatch(commands, columns, pushed, rows)
+        # The next batch overwrites the slots, and atomics compare with the pixels.
         self._device.compute_barrier(commands)
 
     def resolve_rest(self, commands: Any, jobs: JobList, pushed: np.ndarray) -> None:
         """The same after a later pass of a frame, if that has drawn anything."""
         jobs.dispatch(commands, self._stages["resolve"], pushed)
+        # As in `resolve`.
         self._device.compute_barrier(commands)

@@ -12,7 +12,7 @@
 #include <thread>
 #include <vector>
 
-#include "gltf_meshlet.h"
+#include "gltf_meshlet_internal.h"
 
 namespace {
 
@@ -33,6 +33,7 @@ T sized() {
 }
 
 std::vector<char> file;
+const gltf_meshlet_meshlet_arrays none = sized<gltf_meshlet_meshlet_arrays>();
 
 gltf_meshlet_view* open_view() {
   gltf_meshlet_view* view;
@@ -77,9 +78,9 @@ void test_objects() {
   auto* const no_scratch = reinterpret_cast<gltf_meshlet_scratch*>(view);
   REFUSED(gltf_meshlet_get_counts(no_view, &counts));
   REFUSED(gltf_meshlet_validate(no_view, 1));
-  REFUSED(gltf_meshlet_decode_meshlets(no_view, nullptr, nullptr, 0, nullptr, nullptr, nullptr));
-  REFUSED(gltf_meshlet_decode_meshlets(view, no_scratch, nullptr, 0, nullptr, nullptr, nullptr));
-  WORKS(gltf_meshlet_decode_meshlets(view, scratch, nullptr, 0, nullptr, nullptr, nullptr));
+  REFUSED(gltf_meshlet_decode_meshlets(no_view, nullptr, nullptr, 0, &none));
+  REFUSED(gltf_meshlet_decode_meshlets(view, no_scratch, nullptr, 0, &none));
+  WORKS(gltf_meshlet_decode_meshlets(view, scratch, nullptr, 0, &none));
   WORKS(gltf_meshlet_close(view));
   WORKS(gltf_meshlet_close(scratch));
   WORKS(gltf_meshlet_close(nullptr));
@@ -120,13 +121,13 @@ void test_views() {
   const uint32_t many = ~0u;
   test_sizes<gltf_meshlet_counts>(gltf_meshlet_get_counts, view);
   test_sizes<gltf_meshlet_statistics>(gltf_meshlet_get_statistics, view);
-  test_sizes<gltf_meshlet_blob>([](const gltf_meshlet_view* v,
-                                   gltf_meshlet_blob* b) { return gltf_meshlet_get_blob(v, 0, b); },
+  test_sizes<gltf_meshlet_page>([](const gltf_meshlet_view* v,
+                                   gltf_meshlet_page* b) { return gltf_meshlet_get_page(v, 0, b); },
                                 view);
-  gltf_meshlet_blob blob = sized<gltf_meshlet_blob>();
+  gltf_meshlet_page blob = sized<gltf_meshlet_page>();
   gltf_meshlet_stream stream;
   uint32_t one[1];
-  EXPECT(gltf_meshlet_get_blob(view, many, &blob) == GLTF_MESHLET_NUMBER);
+  EXPECT(gltf_meshlet_get_page(view, many, &blob) == GLTF_MESHLET_NUMBER);
   EXPECT(gltf_meshlet_get_stream(view, many, 0, &stream) == GLTF_MESHLET_NUMBER);
   EXPECT(gltf_meshlet_get_stream(view, 0, many, &stream) == GLTF_MESHLET_NUMBER);
   REFUSED(gltf_meshlet_get_stream(view, 0, 0, nullptr));
@@ -174,11 +175,61 @@ void test_decoding() {
   WORKS(range(0, all));
   const uint32_t numbers[] = {0, uint32_t(all)};
   const auto meshlets = [&](const uint32_t* list, size_t count) {
-    return gltf_meshlet_decode_meshlets(view, nullptr, list, count, nullptr, nullptr, nullptr);
+    return gltf_meshlet_decode_meshlets(view, nullptr, list, count, &none);
   };
   REFUSED(meshlets(nullptr, 1));
   WORKS(meshlets(nullptr, 0));
   EXPECT(meshlets(numbers, 2) == GLTF_MESHLET_NUMBER);
+  WORKS(gltf_meshlet_close(view));
+}
+
+// Layouts of vertices and triangles that cannot be.
+void test_formats() {
+  gltf_meshlet_view* view = open_view();
+  Room room(view);
+  std::vector<uint16_t> narrow(room.triangles.size());
+  gltf_meshlet_attribute one = {0, GLTF_MESHLET_U16, room.integers[0].data(), 0};
+  gltf_meshlet_meshlet_arrays single = none;
+  const uint32_t number = 0;
+  const auto both = [&](int status) {
+    EXPECT(gltf_meshlet_decode(view, 1, &room.arrays) == status);
+    EXPECT(gltf_meshlet_decode_range(view, nullptr, 0, room.counts.meshlets, &room.arrays,
+                                     nullptr) == status);
+    single.attributes = room.arrays.attributes;
+    single.attribute_count = room.arrays.attribute_count;
+    EXPECT(gltf_meshlet_decode_meshlets(view, nullptr, &number, 1, &single) == status);
+  };
+  room.arrays.attribute_count = 1;
+  both(GLTF_MESHLET_ARGUMENT);  // without attributes
+  room.arrays.attributes = &one;
+  both(GLTF_MESHLET_OK);
+  const auto refused = [&](auto member, auto value) {
+    const gltf_meshlet_attribute good = one;
+    one.*member = value;
+    both(GLTF_MESHLET_ARGUMENT);
+    one = good;
+  };
+  using A = gltf_meshlet_attribute;
+  refused(&A::stream, room.counts.streams);
+  refused(&A::format, 9u);
+  refused(&A::format, uint32_t(GLTF_MESHLET_U8));  // of 12 bits
+  refused(&A::data, static_cast<void*>(nullptr));
+  refused(&A::stride, size_t(1));
+  room.arrays.attribute_count = 65;
+  both(GLTF_MESHLET_ARGUMENT);
+  room.arrays.attribute_count = 1;
+  room.arrays.triangles_16 = narrow.data();
+  REFUSED(gltf_meshlet_decode(view, 1, &room.arrays));
+  room.arrays.triangles = nullptr;
+  WORKS(gltf_meshlet_decode(view, 1, &room.arrays));
+  for (size_t i = 0; i < narrow.size(); i++) EXPECT(narrow[i] < room.counts.vertices);
+  room.arrays.first_vertex = 1 << 16;
+  REFUSED(gltf_meshlet_decode_range(view, nullptr, 0, room.counts.meshlets, &room.arrays, nullptr));
+  single.triangle_bytes = 5;
+  REFUSED(gltf_meshlet_decode_meshlets(view, nullptr, &number, 1, &single));
+  single.triangle_bytes = 4;
+  single.reserved = 1;
+  REFUSED(gltf_meshlet_decode_meshlets(view, nullptr, &number, 1, &single));
   WORKS(gltf_meshlet_close(view));
 }
 
@@ -221,6 +272,19 @@ void test_begins() {
     EXPECT(range(0, all) == GLTF_MESHLET_MALFORMED);
     *begins = good;
   }
+  // Of meshlets before the range, which it only looks up.
+  const std::vector<uint32_t> good = vertices;
+  int refused = 0;
+  for (size_t m = 1; m < all; m++) {
+    for (size_t before = 0; before < m; before++) vertices[before] += 0x40000000u;
+    std::fill(room.triangles.begin(), room.triangles.end(), 0);
+    const int status = range(m, 1);
+    EXPECT(status == GLTF_MESHLET_OK || status == GLTF_MESHLET_MALFORMED);
+    refused += status == GLTF_MESHLET_MALFORMED;
+    for (uint32_t v : room.triangles) EXPECT(status || v < room.counts.vertices);
+    vertices = good;
+  }
+  EXPECT(refused > 0);
   WORKS(range(0, all));
   WORKS(gltf_meshlet_close(view));
 }
@@ -234,8 +298,8 @@ void test_threads() {
   const std::vector<uint32_t> numbers(1000, 0);
   const auto run = [&] {
     while (!busy) {
-      const int status = gltf_meshlet_decode_meshlets(view, scratch, numbers.data(), numbers.size(),
-                                                      nullptr, nullptr, nullptr);
+      const int status =
+          gltf_meshlet_decode_meshlets(view, scratch, numbers.data(), numbers.size(), &none);
       if (status == GLTF_MESHLET_BUSY) busy++;
       EXPECT(status == GLTF_MESHLET_OK || status == GLTF_MESHLET_BUSY);
     }
@@ -265,6 +329,10 @@ struct Mesh {
   uint32_t triangles[6] = {0, 1, 2, 2, 1, 3}, ids[4] = {0, 1, 2, 3};
   float positions[12] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0};
   uint32_t integers[12] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0};
+  uint16_t narrow[6];
+  float wide[16];
+  uint8_t bytes[20];
+  gltf_meshlet_attribute attribute{};
   uint32_t order[2] = {0, 1}, begin[2] = {0, 1}, two[2] = {0, 2};
   const uint32_t* values[1] = {integers};
   gltf_meshlet_stream stream{};
@@ -293,7 +361,7 @@ struct Mesh {
 
   int encode() {
     gltf_meshlet_result* result = nullptr;
-    const int status = gltf_meshlet_encode(&mesh, &options, nullptr, &result);
+    const int status = gltf_meshlet_encode(&mesh, &options, &result);
     EXPECT((result != nullptr) == (status == GLTF_MESHLET_OK));
     WORKS(gltf_meshlet_close(result));
     return status;
@@ -306,6 +374,27 @@ struct Mesh {
     return status;
   }
 
+  // The same in another layout: 16 bits, positions every 16 bytes, integers of 8 bits every 5.
+  void give_layout() {
+    for (int i = 0; i < 6; i++) narrow[i] = uint16_t(triangles[i]);
+    for (int i = 0; i < 12; i++) wide[i / 3 * 4 + i % 3] = positions[i];
+    for (int i = 0; i < 12; i++) bytes[i / 3 * 5 + i % 3] = uint8_t(integers[i]);
+    mesh.triangles = nullptr;
+    mesh.triangles_16 = narrow;
+    mesh.positions = wide;
+    mesh.position_stride = 16;
+    mesh.values = nullptr;
+    attribute = {0, GLTF_MESHLET_U8, bytes, 5};
+    mesh.attributes = &attribute;
+  }
+
+  // A meshlet that says nothing of disks.
+  void give_triangles() {
+    mesh.order = order;
+    mesh.meshlet_begin = two;
+    mesh.meshlet_begin_count = 2;
+  }
+
   void give_meshlets() {
     mesh.order = order;
     mesh.disk_begin = two;
@@ -313,6 +402,29 @@ struct Mesh {
     mesh.disk_begin_count = mesh.meshlet_begin_count = mesh.group_begin_count = 2;
   }
 };
+
+// Any layout of a mesh gives the same bytes.
+void test_layouts() {
+  const auto bytes_of = [](Mesh& m) {
+    gltf_meshlet_result* result = nullptr;
+    const void* items;
+    size_t size;
+    WORKS(gltf_meshlet_encode(&m.mesh, &m.options, &result));
+    WORKS(gltf_meshlet_get_array(result, 0, &items, &size));
+    const std::string bytes(static_cast<const char*>(items), size);
+    WORKS(gltf_meshlet_close(result));
+    return bytes;
+  };
+  Mesh plain, other, given;
+  const std::string bytes = bytes_of(plain);
+  other.give_layout();
+  EXPECT(bytes_of(other) == bytes);
+  other.mesh.positions = nullptr;
+  other.mesh.position_ids = nullptr;
+  EXPECT(bytes_of(other) == bytes);
+  given.give_triangles();
+  EXPECT(bytes_of(given) == bytes);
+}
 
 // Changes a mesh that encodes and generates; encoding it is then refused.
 template <class Change>
@@ -335,8 +447,6 @@ void test_encoding() {
   ENCODE_REFUSES(m.mesh.size = 8);
   ENCODE_REFUSES(m.options.size = ~0u);
   ENCODE_REFUSES(m.mesh.triangles = nullptr);
-  ENCODE_REFUSES(m.mesh.position_ids = nullptr);
-  ENCODE_REFUSES(m.mesh.positions = nullptr);
   ENCODE_REFUSES(m.mesh.streams = nullptr);
   ENCODE_REFUSES(m.mesh.values = nullptr);
   ENCODE_REFUSES(m.values[0] = nullptr);
@@ -360,24 +470,42 @@ void test_encoding() {
   ENCODE_REFUSES(m.options.threads = -1);
   ENCODE_REFUSES(m.stream.reserved = 1);
   ENCODE_REFUSES(m.ids[3] = 0);  // another position
-  ENCODE_REFUSES(m.options.effort = 3);
+  ENCODE_REFUSES(m.options.effort = 2);
   ENCODE_REFUSES(m.options.max_triangles = 65);
   ENCODE_REFUSES(m.options.max_vertices = 2);
   ENCODE_REFUSES(m.options.lambda = NAN);
   ENCODE_REFUSES(m.options.lambda = -1);
-  ENCODE_REFUSES(m.options.fill = INFINITY);
   ENCODE_REFUSES((m.give_meshlets(), m.order[1] = 0));
   ENCODE_REFUSES((m.give_meshlets(), m.order[1] = 7));
   ENCODE_REFUSES((m.give_meshlets(), m.mesh.disk_begin = nullptr));
   ENCODE_REFUSES((m.give_meshlets(), m.mesh.group_begin_count = 0));
+  ENCODE_REFUSES((m.give_triangles(), m.mesh.disk_begin_count = 2));
+  ENCODE_REFUSES((m.give_triangles(), m.two[1] = 3));
+  ENCODE_REFUSES((m.give_triangles(), m.order[1] = 0));
+  ENCODE_REFUSES((m.give_triangles(), m.mesh.order = nullptr));
+  ENCODE_REFUSES((m.mesh.disk_begin = m.two, m.mesh.disk_begin_count = 2));
+  ENCODE_REFUSES((m.mesh.group_begin = m.begin, m.mesh.group_begin_count = 2));
+  ENCODE_REFUSES(m.mesh.meshlet_begin_count = 2);
+  ENCODE_REFUSES((m.mesh.positions = nullptr, m.stream.kind = GLTF_MESHLET_INTEGER));
+  ENCODE_REFUSES((m.mesh.position_ids = nullptr, m.mesh.values = nullptr));
+  ENCODE_REFUSES((m.give_layout(), m.mesh.triangles = m.triangles));
+  ENCODE_REFUSES((m.give_layout(), m.mesh.values = m.values));
+  ENCODE_REFUSES((m.give_layout(), m.attribute.stream = 1));
+  ENCODE_REFUSES((m.give_layout(), m.attribute.format = GLTF_MESHLET_F32));
+  ENCODE_REFUSES((m.give_layout(), m.attribute.format = ~0u));
+  ENCODE_REFUSES((m.give_layout(), m.attribute.data = nullptr));
+  ENCODE_REFUSES((m.give_layout(), m.stream.elements = 5));
+  ENCODE_REFUSES((m.give_layout(), m.narrow[5] = 4));
+  ENCODE_REFUSES((m.give_layout(), m.attribute.stride = 2));
+  ENCODE_REFUSES((m.give_layout(), m.mesh.position_stride = 11));
   ENCODE_REFUSES((m.give_meshlets(), m.mesh.disk_begin_count = 1));
   ENCODE_REFUSES((m.give_meshlets(), m.begin[1] = 2));
   Mesh m;
   gltf_meshlet_result* result;
-  REFUSED(gltf_meshlet_encode(&m.mesh, nullptr, nullptr, nullptr));
-  REFUSED(gltf_meshlet_encode(nullptr, nullptr, nullptr, &result));
+  REFUSED(gltf_meshlet_encode(&m.mesh, nullptr, nullptr));
+  REFUSED(gltf_meshlet_encode(nullptr, nullptr, &result));
   gltf_meshlet_statistics statistics{};
-  REFUSED(gltf_meshlet_encode(&m.mesh, nullptr, &statistics, &result));
+  REFUSED(gltf_meshlet_encode_described(&m.mesh, nullptr, &statistics, &result));
   m.options.progress = [](void* count, float) { return ++*static_cast<int*>(count); };
   int calls = 0;
   m.options.user = &calls;
@@ -385,12 +513,16 @@ void test_encoding() {
   m.give_meshlets();
   m.options.progress = nullptr;
   WORKS(m.encode());
+  m.mesh.group_begin = nullptr;
+  m.mesh.group_begin_count = 0;
+  WORKS(m.encode());
+  test_layouts();
 }
 
 void test_results() {
   Mesh m;
   gltf_meshlet_result* result;
-  WORKS(gltf_meshlet_encode(&m.mesh, nullptr, nullptr, &result));
+  WORKS(gltf_meshlet_encode(&m.mesh, nullptr, &result));
   const void* items;
   size_t bytes;
   REFUSED(gltf_meshlet_get_array(result, 0, nullptr, &bytes));
@@ -422,6 +554,30 @@ void test_packing() {
   REFUSED(gltf_meshlet_unpack(packed, size, 1, view.data(), bytes - 1));
   WORKS(gltf_meshlet_unpack(packed, size, 0, view.data(), bytes));
   EXPECT(view == file);
+  gltf_meshlet_packed_page page{};
+  size_t count = 0;
+  REFUSED(gltf_meshlet_get_packed_pages(nullptr, size, size, &page, 1, &count));
+  REFUSED(gltf_meshlet_get_packed_pages(packed, size, size, &page, 1, nullptr));
+  REFUSED(gltf_meshlet_get_packed_pages(packed, size, size, &page, 0, &count));
+  for (size_t head : {0, 4, 11})
+    EXPECT(gltf_meshlet_get_packed_pages(packed, head, size, &page, 1, &count) ==
+           GLTF_MESHLET_MALFORMED);
+  for (uint64_t whole : {uint64_t(8), size - 1, size + 1, ~uint64_t(0)})
+    EXPECT(gltf_meshlet_get_packed_pages(packed, 12, whole, &page, 1, &count) ==
+           GLTF_MESHLET_MALFORMED);
+  WORKS(gltf_meshlet_get_packed_pages(packed, 12, size, nullptr, 0, &count));
+  WORKS(gltf_meshlet_get_packed_pages(packed, 12, size, &page, 1, &count));
+  EXPECT(count == 1 && page.page_bytes == file.size());
+  const char* stored = static_cast<const char*>(packed) + page.offset;
+  REFUSED(gltf_meshlet_unpack_page(nullptr, nullptr, page.stored_bytes, view.data(), bytes));
+  REFUSED(gltf_meshlet_unpack_page(nullptr, stored, page.stored_bytes, nullptr, bytes));
+  REFUSED(gltf_meshlet_unpack_page(nullptr, stored, page.stored_bytes, view.data(), 0));
+  REFUSED(gltf_meshlet_unpack_page(nullptr, stored, 0, view.data(), bytes));
+  EXPECT(gltf_meshlet_unpack_page(nullptr, stored, page.stored_bytes, view.data(), bytes - 4) ==
+         GLTF_MESHLET_MALFORMED);
+  std::fill(view.begin(), view.end(), 0);
+  WORKS(gltf_meshlet_unpack_page(nullptr, stored, page.stored_bytes, view.data(), bytes));
+  EXPECT(view == file);
   WORKS(gltf_meshlet_close(result));
 }
 
@@ -442,7 +598,7 @@ void test_join_vertices() {
   v.first_vertices = first;
   v.triangle_count = 2;
   v.vertex_count = 6;
-  v.blob_count = 2;
+  v.page_count = 2;
   for (uint64_t source : {0, 1, 4, 6}) {
     v.source_vertices = source;
     WORKS(gltf_meshlet_join_vertices(&v, numbers, &different));
@@ -467,6 +623,7 @@ void test_join_vertices() {
   refused_with(&V::elements, static_cast<const uint32_t*>(nullptr));
   refused_with(&V::first_vertices, static_cast<const uint64_t*>(nullptr));
   refused_with(&V::vertex_count, uint64_t(0));
+  EXPECT(std::string(gltf_meshlet_error()) == "there are no vertices");
   refused_with(&V::vertex_count, uint64_t(UINT32_MAX));
   gltf_meshlet_topology topology{};
   topology.size = sizeof topology;
@@ -612,6 +769,7 @@ int main(int argc, char** argv) {
   test_bytes();
   test_views();
   test_decoding();
+  test_formats();
   test_begins();
   test_threads();
   test_encoding();

@@ -95,7 +95,7 @@ uint64_t digest(const Model& m, Effort effort, int threads) {
 int main() {
   const Model models[] = {height_field(120), soup(700)};
   for (const Model& m : models)
-    for (Effort effort : {Effort::kFast, Effort::kNormal, Effort::kHigh}) {
+    for (Effort effort : {Effort::kFast, Effort::kNormal, Effort::kPaper}) {
       const uint64_t one = digest(m, effort, 1);
       if (digest(m, effort, 2) != one || digest(m, effort, 5) != one) {
         std::fprintf(stderr, "the number of threads changes the bytes\n");

@@ -17,7 +17,7 @@
 #include <vector>
 
 #include "../../../codec/format/constants.h"
-#include "gltf_meshlet.h"
+#include "gltf_meshlet_internal.h"
 
 namespace {
 
@@ -47,7 +47,7 @@ struct View {
   gltf_meshlet_view* view = nullptr;
   gltf_meshlet_counts counts = sized<gltf_meshlet_counts>();
   std::vector<gltf_meshlet_stream> streams;
-  std::vector<gltf_meshlet_blob> blobs;
+  std::vector<gltf_meshlet_page> blobs;
 
   explicit View(const Bytes& bytes) {
     static const uint8_t none = 0;
@@ -55,11 +55,11 @@ struct View {
       return;
     expect(valid(gltf_meshlet_get_counts(view, &counts)), "an open view has no counts");
     streams.resize(counts.streams);
-    blobs.resize(counts.blobs, sized<gltf_meshlet_blob>());
+    blobs.resize(counts.pages, sized<gltf_meshlet_page>());
     for (uint32_t s = 0; s < counts.streams; s++)
       expect(valid(gltf_meshlet_get_stream(view, 0, s, &streams[s])), "a stream is missing");
-    for (uint32_t b = 0; b < counts.blobs; b++)
-      expect(valid(gltf_meshlet_get_blob(view, b, &blobs[b])), "a blob is missing");
+    for (uint32_t b = 0; b < counts.pages; b++)
+      expect(valid(gltf_meshlet_get_page(view, b, &blobs[b])), "a blob is missing");
   }
   ~View() { gltf_meshlet_close(view); }
   View(const View&) = delete;
@@ -118,7 +118,7 @@ std::optional<Arrays> decode_everything(const View& view, bool integers, int32_t
 
 // Calls action(first, count) for ranges that fill a blob, the last one first.
 template <class Action>
-void for_ranges(const gltf_meshlet_blob& blob, uint64_t step, Action action) {
+void for_ranges(const gltf_meshlet_page& blob, uint64_t step, Action action) {
   const uint64_t n = blob.meshlets;
   for (uint64_t i = (n + step - 1) / step; i-- > 0;)
     action(blob.first_meshlet + i * step, std::min(step, n - i * step));
@@ -126,7 +126,7 @@ void for_ranges(const gltf_meshlet_blob& blob, uint64_t step, Action action) {
 
 // Decodes ranges of a valid blob alone, and compares the values at all corners with those of
 // `whole`. One that follows another one is no continuation of it.
-void compare_ranges(const View& view, const gltf_meshlet_blob& blob, const Arrays& whole,
+void compare_ranges(const View& view, const gltf_meshlet_page& blob, const Arrays& whole,
                     const std::vector<uint32_t>& triangle_begins) {
   const Scratch scratch;
   for (uint64_t step : {uint64_t(1), uint64_t(3), blob.meshlets})
@@ -158,7 +158,7 @@ void decode_parts(const View& view, const std::vector<uint32_t>& triangle_begins
   Arrays kept = parts;
   if (whole) kept = *whole;
   for (uint64_t step : {1u, 2u, 7u})
-    for (const gltf_meshlet_blob& blob : view.blobs)
+    for (const gltf_meshlet_page& blob : view.blobs)
       for_ranges(blob, step, [&](uint64_t first, uint64_t count) {
         for (Arrays* to : {&parts, &kept}) {
           const bool done = to->fill(true, [&](auto& out) {
@@ -183,9 +183,18 @@ void decode_meshlets(const View& view) {
   std::vector<uint32_t> integers(64 * elements);
   uint8_t triangles[3 * 64];
   uint32_t sizes[2];
+  float positions[4 * 64];
+  gltf_meshlet_bounds bounds;
+  const gltf_meshlet_attribute position = {0, GLTF_MESHLET_F32, positions, 0};
+  auto arrays = sized<gltf_meshlet_meshlet_arrays>();
+  arrays.sizes = sizes;
+  arrays.triangles = triangles;
+  arrays.integers = integers.data();
+  arrays.attributes = &position;
+  arrays.attribute_count = 1;
+  if (view.streams[0].elements == 3) arrays.bounds = &bounds;
   for (uint32_t m = uint32_t(view.counts.meshlets); m-- > 0;)
-    if (valid(gltf_meshlet_decode_meshlets(view.view, scratch.scratch, &m, 1, sizes, triangles,
-                                           integers.data())))
+    if (valid(gltf_meshlet_decode_meshlets(view.view, scratch.scratch, &m, 1, &arrays)))
       for (uint32_t i = 0; i < 3 * sizes[0]; i++)
         expect(triangles[i] < sizes[1], "a meshlet names a vertex that does not exist");
 }
@@ -208,7 +217,7 @@ bool try_view(const Bytes& bytes) {
                                                     vertex_begins.data(), triangle_begins.size()));
   expect(begins || !all, "a valid view has no begins");
   if (all)
-    for (const gltf_meshlet_blob& blob : view.blobs)
+    for (const gltf_meshlet_page& blob : view.blobs)
       compare_ranges(view, blob, *whole, triangle_begins);
   if (begins) decode_parts(view, triangle_begins, vertex_begins, all ? &*whole : nullptr);
   auto statistics = sized<gltf_meshlet_statistics>();

@@ -166,7 +166,7 @@ bool same(const gltf_meshlet_codec::Meshlets& a, const gltf_meshlet_codec::Meshl
 
 constexpr gltf_meshlet_codec::Effort kEfforts[] = {gltf_meshlet_codec::Effort::kFast,
                                                    gltf_meshlet_codec::Effort::kNormal,
-                                                   gltf_meshlet_codec::Effort::kHigh};
+                                                   gltf_meshlet_codec::Effort::kPaper};
 
 // Checks the meshlets of all efforts; returns those of the last one.
 gltf_meshlet_codec::Meshlets check(Mesh mesh, const std::string& name,

@@ -101,7 +101,12 @@ static void decode_each(FILE* out, gltf_meshlet_view* view, const model* m) {
   for (uint32_t i = 0; i < m->counts.meshlets; i++) {
     uint8_t local[3 * GLTF_MESHLET_TRIANGLES];
     uint32_t sizes[2];
-    const int status = gltf_meshlet_decode_meshlets(view, NULL, &i, 1, sizes, local, integers);
+    gltf_meshlet_meshlet_arrays arrays = {0};
+    arrays.size = sizeof arrays;
+    arrays.sizes = sizes;
+    arrays.triangles = local;
+    arrays.integers = integers;
+    const int status = gltf_meshlet_decode_meshlets(view, NULL, &i, 1, &arrays);
     if (!succeeded(out, "meshlet", status)) continue;
     put(out, "sizes", sizes, sizeof sizes);
     put(out, "local", local, 3 * (size_t)sizes[0]);
@@ -111,20 +116,16 @@ static void decode_each(FILE* out, gltf_meshlet_view* view, const model* m) {
 
 #ifndef GLTF_MESHLET_DECODER_ONLY
 static void encode(FILE* out, const model* m, uint32_t effort, uint64_t page_bytes) {
-  uint32_t* ids = room(4 * (size_t)m->counts.vertices);
   gltf_meshlet_mesh mesh = {0};
   gltf_meshlet_options options = {0};
   gltf_meshlet_result* result;
   const void* bytes;
   size_t size;
-  uint32_t different;
-  gltf_meshlet_weld(m->values[0], (size_t)m->counts.vertices, 12, ids, &different);
   mesh.size = sizeof mesh;
   mesh.stream_count = m->counts.streams;
   mesh.triangles = m->triangles;
   mesh.triangle_count = m->counts.triangles;
   mesh.vertex_count = m->counts.vertices;
-  mesh.position_ids = ids;
   mesh.positions = m->values[0];
   mesh.streams = m->streams;
   mesh.values = (const uint32_t* const*)m->integers;
@@ -132,12 +133,11 @@ static void encode(FILE* out, const model* m, uint32_t effort, uint64_t page_byt
   options.effort = effort;
   options.page_bytes = page_bytes;
   options.threads = 2;
-  if (succeeded(out, "encode", gltf_meshlet_encode(&mesh, &options, NULL, &result))) {
+  if (succeeded(out, "encode", gltf_meshlet_encode(&mesh, &options, &result))) {
     gltf_meshlet_get_array(result, 0, &bytes, &size);
     put(out, "encoded", bytes, size);
     gltf_meshlet_close(result);
   }
-  free(ids);
 }
 #endif
 
@@ -152,8 +152,8 @@ static void note(FILE* out, const uint8_t* bytes, size_t size) {
     if (decode_whole(out, view, &m)) {
 #ifndef GLTF_MESHLET_DECODER_ONLY
       if (m.streams[0].kind == GLTF_MESHLET_GRID && m.streams[0].elements == 3) {
-        encode(out, &m, GLTF_MESHLET_NORMAL, 0);
-        encode(out, &m, GLTF_MESHLET_HIGH, 4096);
+        encode(out, &m, GLTF_MESHLET_EFFORT_NORMAL, 0);
+        encode(out, &m, GLTF_MESHLET_EFFORT_FAST, 4096);
       }
 #endif
     }

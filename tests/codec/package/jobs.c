@@ -128,9 +128,9 @@ static void run(queue* q) {
 }
 
 static void list_ranges(queue* q, uint32_t number) {
-  gltf_meshlet_blob blob = {0};
+  gltf_meshlet_page blob = {0};
   blob.size = sizeof blob;
-  check(gltf_meshlet_get_blob(q->view, number, &blob));
+  check(gltf_meshlet_get_page(q->view, number, &blob));
   for (uint64_t m = 0; m < blob.meshlets; m += RANGE) {
     range* r = &q->ranges[q->range_count++];
     r->first = blob.first_meshlet + m;
@@ -151,7 +151,7 @@ static void decode(const char* name) {
   q.counts.size = sizeof q.counts;
   check(gltf_meshlet_get_counts(view, &q.counts));
   q.ranges = room((size_t)q.counts.meshlets * sizeof *q.ranges);
-  for (uint32_t b = 0; b < q.counts.blobs; b++) list_ranges(&q, b);
+  for (uint32_t b = 0; b < q.counts.pages; b++) list_ranges(&q, b);
   for (uint32_t s = 0; s < q.counts.streams; s++) {
     gltf_meshlet_stream stream;
     check(gltf_meshlet_get_stream(view, 0, s, &stream));

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from gltf_ext import _codec
-from gltf_ext.attributes.records import Mesh, RecordFormat, Triangles
+from gltf_ext.attributes.records import EncoderInput, RecordFormat, Triangles
 from gltf_ext.encode.chunks import are_among
 from gltf_ext.encode.totals import Totals
 from gltf_ext.options import Options
@@ -17,7 +17,7 @@ from gltf_ext.work_files import give_back_memory
 
 
 @dataclass
-class Encoder:
+class PlainEncoder:
     """Encodes vertices of a primitive without levels of detail.
 
     Attributes:
@@ -33,17 +33,17 @@ class Encoder:
     @classmethod
     def of(
         cls, record_format: RecordFormat, options: Options, triangles: int, is_in_memory: bool
-    ) -> Encoder:
+    ) -> PlainEncoder:
         """Return an encoder of a primitive of so many triangles. is_in_memory: of its source."""
         limit = options.page_limit_without_levels(triangles, is_in_memory)
         return cls(record_format, options.generation, limit)
 
     def view_of(
-        self, mesh: Mesh, threads: int, progress: Advance | None
+        self, encoder_input: EncoderInput, threads: int, progress: Advance | None
     ) -> tuple[bytes, dict[str, Any]]:
-        """Return (blobs, statistics) of _codec.encode. mesh: as RecordFormat.mesh_of returns it."""
+        """Return (blobs, statistics) of _codec.encode."""
         return _codec.encode(
-            *mesh,
+            *encoder_input,
             progress=progress,
             threads=threads,
             page_bytes=self.page_limit,
@@ -53,7 +53,7 @@ class Encoder:
 
 def encode_chunk(
     threads: int,
-    encoder: Encoder,
+    encoder: PlainEncoder,
     triangles: Triangles,
     border_keys: np.ndarray,
     progress: Advance | None = None,
@@ -65,9 +65,9 @@ def encode_chunk(
     totals = Totals.of(vertices, is_shared, record_format.plan.position_streams)
     if not len(vertices.triangles):
         return b"", totals
-    mesh = record_format.mesh_of(vertices)
+    encoder_input = record_format.encoder_input_of(vertices)
     del vertices, is_shared
     triangles.clear()
-    view, totals.statistics = encoder.view_of(mesh, threads, progress)
+    view, totals.statistics = encoder.view_of(encoder_input, threads, progress)
     give_back_memory()
     return view, totals

@@ -1,0 +1,143 @@
+"""Doubles of .obj and .ply far from the origin."""
+
+import numpy as np
+import pytest
+
+import gltf_ext
+from tests.helpers.gltf_builder import glb_bytes, glb_json, glb_parts, grid_mesh
+
+PLACE = np.array([456789.125, 5432109.25, 321.5])
+SPACING = 0.0625  # of vertices: a float has steps of 0.5 there
+
+
+def far_sheet():
+    positions, triangles = grid_mesh(20, 20)
+    return positions.astype(np.float64) * 20 * SPACING + PLACE, triangles
+
+
+def write_obj(path, positions, triangles):
+    lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in positions.tolist()]
+    lines += ["f {} {} {}".format(*(triangle + 1)) for triangle in triangles]
+    path.write_text("\n".join(lines) + "\n")
+
+
+def write_ply(path, positions, triangles, binary=False):
+    kind = "binary_little_endian" if binary else "ascii"
+    header = f"ply\nformat {kind} 1.0\nelement vertex {len(positions)}\n"
+    header += "".join(f"property double {axis}\n" for axis in "xyz")
+    header += f"element face {len(triangles)}\nproperty list uchar int vertex_indices\nend_header\n"
+    if binary:
+        faces = np.empty(len(triangles), [("n", "u1"), ("i", "<i4", 3)])
+        faces["n"], faces["i"] = 3, triangles
+        path.write_bytes(header.encode() + positions.tobytes() + faces.tobytes())
+        return
+    rows = ["{!r} {!r} {!r}".format(*row) for row in positions.tolist()]
+    rows += ["3 {} {} {}".format(*triangle) for triangle in triangles]
+    path.write_text(header + "\n".join(rows) + "\n")
+
+
+def write(path, positions, triangles):
+    if path.suffix == ".obj":
+        write_obj(path, positions, triangles)
+    else:
+        write_ply(path, positions, triangles, binary="binary" in path.name)
+    return path
+
+
+@pytest.mark.parametrize("name", ["far.obj", "far.ply", "far_binary.ply"])
+def test_doubles_far_from_the_origin_keep_their_places(tmp_path, name):
+    positions, triangles = far_sheet()
+    path, output = write(tmp_path / name, positions, triangles), tmp_path / "out.glb"
+    report = gltf_ext.compress(path, output)
+    assert report["dropped"]["degenerate_triangles"] == 0
+    (node,) = glb_json(output)["nodes"]
+    (decoded,) = gltf_ext.load(output)
+    world = decoded.attributes["POSITION"].astype(np.float64) + node["translation"]
+    assert len(world) == len(positions)
+    step = report["steps"]["POSITION"]["step"][1]
+    order = [np.lexsort(np.rint(points / SPACING / 4).T) for points in (world, positions)]
+    nearest = np.abs(world[:, None] - positions[None]).max(axis=2).min(axis=1)
+    assert len(order[0]) and nearest.max() <= step / 2 + 1e-5
+    assert np.array_equal(np.float32(node["translation"]), node["translation"])
+    verified = gltf_ext.verify(path, output)
+    assert verified["ok"] and 0 < verified["max_error"]["POSITION"] < step
+
+
+def test_large_files_have_the_same_offset(tmp_path):
+    positions, triangles = far_sheet()
+    path = write(tmp_path / "far.ply", positions, triangles)
+    gltf_ext.compress(path, tmp_path / "whole.glb")
+    gltf_ext.compress(path, tmp_path / "parts.glb", max_memory="110M")
+    whole, parts = (glb_json(tmp_path / f"{n}.glb")["nodes"] for n in ("whole", "parts"))
+    assert whole == parts and "translation" in whole[0]
+
+
+@pytest.mark.parametrize("name", ["near.obj", "near.ply"])
+def test_models_near_the_origin_stay(tmp_path, name):
+    positions, triangles = grid_mesh(20, 20)
+    path = write(tmp_path / name, positions.astype(np.float64) / 3 + 5, triangles)
+    gltf_ext.compress(path, tmp_path / "out.glb")
+    assert "translation" not in glb_json(tmp_path / "out.glb")["nodes"][0]
+
+
+def test_exact_floats_stay_where_they_are(tmp_path):
+    positions, triangles = grid_mesh(20, 20)
+    positions = np.rint(positions.astype(np.float64) * 8) + 2**20
+    gltf_ext.compress(write(tmp_path / "a.ply", positions, triangles), tmp_path / "out.glb")
+    assert "translation" not in glb_json(tmp_path / "out.glb")["nodes"][0]
+
+
+def test_objects_with_parents_move_once(tmp_path):
+    positions, triangles = far_sheet()
+    path = tmp_path / "groups.obj"
+    write_obj(path, positions, triangles)
+    lines = path.read_text().splitlines()
+    at = len(positions)
+    text = [*lines[:at], "o one", "g a", *lines[at : at + 300], "g b", *lines[at + 300 :]]
+    path.write_text("\n".join(text))
+    gltf_ext.compress(path, tmp_path / "out.glb", obj_groups=True)
+    nodes = glb_json(tmp_path / "out.glb")["nodes"]
+    moved = [node for node in nodes if "translation" in node]
+    assert len(moved) == 1 and moved[0]["name"] == "one"
+    assert gltf_ext.verify(path, tmp_path / "out.glb", obj_groups=True)["ok"]
+
+
+def test_parts_that_are_too_far_apart_are_warned_of(tmp_path):
+    positions, triangles = far_sheet()
+    both = np.concatenate([positions / 1e6, positions])
+    path = write(tmp_path / "a.ply", both, np.concatenate([triangles, triangles + len(positions)]))
+    report = gltf_ext.compress(path, tmp_path / "out.glb")
+    (warning,) = [w for w in report["warnings"] if "positions are doubles" in w]
+    assert "split the model" in warning
+    verified = gltf_ext.verify(path, tmp_path / "out.glb")
+    assert not verified["ok"] and "are doubles" in verified["losses"][0]
+
+
+def test_verify_sees_a_node_that_moved(tmp_path):
+    positions, triangles = far_sheet()
+    path, output = write(tmp_path / "far.ply", positions, triangles), tmp_path / "out.glb"
+    gltf_ext.compress(path, output)
+    properties, binary = glb_parts(output)
+    properties["nodes"][0]["translation"][1] += 0.5
+    output.write_bytes(glb_bytes(properties, bytes(binary)))
+    verified = gltf_ext.verify(path, output)
+    assert not verified["ok"]
+    assert "shows mesh 0 elsewhere, by 0.5" in verified["problems"][0]
+
+
+def test_an_offset_holds_for_floats_too(tmp_path):
+    """Of two lists of vertices, one of doubles and one of floats."""
+    header = "ply\nformat binary_little_endian 1.0\n"
+    for kind in ("double", "float"):
+        header += "element vertex 3\n" + "".join(f"property {kind} {axis}\n" for axis in "xyz")
+    header += "element face 2\nproperty list uchar uchar vertex_indices\nend_header\n"
+    first = np.array([[0.1, 0, 0], [1, 0, 0], [0, 1, 0]]) + 1e6
+    second = (first + np.array([0, 0, 1])).astype(np.float32)
+    faces = bytes([3, 0, 1, 2, 3, 3, 4, 5])
+    path = tmp_path / "in.ply"
+    path.write_bytes(header.encode() + first.tobytes() + second.tobytes() + faces)
+    gltf_ext.compress(path, tmp_path / "out.glb")
+    (node,) = glb_json(tmp_path / "out.glb")["nodes"]
+    (decoded,) = gltf_ext.load(tmp_path / "out.glb")
+    world = decoded.attributes["POSITION"].astype(np.float64) + node["translation"]
+    assert (np.abs(world - 1e6) < 1.1).all()
