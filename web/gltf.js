@@ -1,6 +1,6 @@
 // From decoded streams to the arrays of a primitive's accessors (specification, "glTF Schema
 // Updates"). Loaders share this file.
-import { Kind, MalformedError } from './decoder.js';
+import { Kind, MalformedError } from './blob.js';
 
 export const EXTENSION = 'EXT_meshlet_edgebreaker';
 

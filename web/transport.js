@@ -1,6 +1,7 @@
 // Unpacks buffer views of EXT_meshlet_transport with the codec's C++ unpacker, compiled to
 // WebAssembly: a module of its own, which is loaded when a file needs it.
-import { compileDecoder, MalformedError } from './decoder.js';
+import { MalformedError } from './blob.js';
+import { compileDecoder } from './compile.js';
 import { expect } from './gltf.js';
 
 export const TRANSPORT = 'EXT_meshlet_transport';

@@ -377,7 +377,7 @@ async function loadModule(device, file) {
 async function load(url) {
   if (url.protocol === 'file:') {
     const node = 'node:fs/promises'; // Node fetches no files; in a variable, for bundlers
-    const { readFile } = await import(/* @vite-ignore */ node);
+    const { readFile } = await import(/* webpackIgnore: true */ /* @vite-ignore */ node);
     return readFile(url, 'utf8');
   }
   const response = await fetch(url);

@@ -18,6 +18,7 @@ import '@babylonjs/loaders/glTF/2.0/index.js';
 import { MeshletExtension } from '../babylon.js';
 import { ARRAYS, EXTENSION } from '../gltf.js';
 import { View } from './cut.js';
+import { checkNumber } from './options.js';
 import { forStreamed, Session } from './session.js';
 
 const KINDS = {
@@ -34,6 +35,7 @@ let loads = 0;
 
 export class MeshletStream extends TransformNode {
   #session;
+  #pixels;
   #container = null; // what the loader made
   #meshes = []; // StreamedMesh
   #geometries = new Map(); // pool -> Geometry
@@ -69,8 +71,21 @@ export class MeshletStream extends TransformNode {
     return this.#session.ready;
   }
 
+  get pixels() {
+    return this.#pixels;
+  }
+
+  set pixels(pixels) {
+    checkNumber('pixels', pixels, 0);
+    this.#pixels = pixels;
+  }
+
   retry() {
     this.#session.retry();
+  }
+
+  clone() {
+    throw new Error('a MeshletStream has no copies: make another one of the same file');
   }
 
   getClassName() {
@@ -106,8 +121,8 @@ export class MeshletStream extends TransformNode {
       const primitive = found.get(holder.isAnInstance ? holder.sourceMesh : holder);
       if (primitive) this.#fill(holder, streamer, primitive);
     });
+    container.addAllToScene(); // while no node has a parent outside, of which Babylon would warn
     for (const node of container.rootNodes) node.parent = this;
-    container.addAllToScene();
     this.animationGroups = container.animationGroups;
   }
 

@@ -1,6 +1,6 @@
 // A .glb, or a .gltf with its .bin files, read by ranges.
 
-import { MalformedError } from '../decoder.js';
+import { MalformedError } from '../blob.js';
 import { expect, isObject } from '../gltf.js';
 import { compileUnpacker, createUnpacker, TRANSPORT } from '../transport.js';
 import { HEAD_BYTES, openSource, SourceError } from './source.js';
@@ -40,7 +40,7 @@ export function parseJson(bytes) {
   try {
     json = JSON.parse(new TextDecoder().decode(bytes));
   } catch {
-    throw new MalformedError('its JSON cannot be read');
+    throw new MalformedError('it is no .glb, and its JSON cannot be read');
   }
   expect(isObject(json), 'its JSON is not an object');
   return json;

@@ -1,6 +1,6 @@
 // Which pages are in memory: requests those that are wanted, has them decoded, puts them into the
 // pools, and evicts others, within the budget.
-import { MalformedError } from '../decoder.js';
+import { MalformedError } from '../blob.js';
 import { decodingBytes } from './budget.js';
 import { DECODED, DECODING, NONE, REQUESTED, RESIDENT, STORED, UNTRIED } from './primitives.js';
 import { delayAfter } from './source.js';

@@ -1,7 +1,7 @@
 // Streams the primitives with levels of a file: chooses cuts for a camera, and keeps the pages that
 // they need in arrays, in a fixed amount of memory. Knows no engine: an adapter gives the instances'
 // matrices and the camera, and draws the ranges of the arrays.
-import { compileDecoder } from '../decoder.js';
+import { MalformedError } from '../blob.js';
 import { createDecoderPool, startWorker } from '../pool.js';
 import { LEAST_BYTES, makePools, planBudget, workersOf } from './budget.js';
 import { openDocument } from './document.js';
@@ -22,8 +22,15 @@ export async function openStreamer(place, options = {}) {
     return streamer;
   } catch (error) {
     streamer.close();
-    throw ours(error);
+    throw named(ours(error), place);
   }
+}
+
+// Errors of a file's content, with its place.
+function named(error, place) {
+  if (!(error instanceof MalformedError)) return error;
+  const name = place instanceof Blob ? 'the file' : place;
+  return new MalformedError(`${name}: ${error.message}`, { cause: error });
 }
 
 export class Streamer {
@@ -90,7 +97,7 @@ export class Streamer {
     signal.throwIfAborted();
     const starting = createDecoderPool({
       workers: workersOf(this.#maxBytes),
-      source: source ?? compileDecoder(),
+      source,
       createWorker: createWorker ?? pageWorker,
     });
     starting.catch(() => {});
@@ -375,5 +382,5 @@ export class Streamer {
 function pageWorker() {
   // Bundlers look for this expression.
   const start = () => new Worker(new URL('./worker.js', import.meta.url), { type: 'module' });
-  return startWorker(new URL('./worker.js', import.meta.url), start);
+  return startWorker(import.meta.url, start);
 }

@@ -19,6 +19,7 @@ import {
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 import { meshletPlugin } from '../three_plugin.js';
 import { View } from './cut.js';
+import { checkNumber } from './options.js';
 import { forStreamed, Session } from './session.js';
 
 // Of attributes, where they differ from glTF's in lower case.
@@ -37,6 +38,7 @@ const scratch = new Matrix4();
 
 export class MeshletStream extends Group {
   #session;
+  #pixels;
   #loader;
   #holders = []; // Holder
   #meshes = []; // of them, StreamedMesh
@@ -64,6 +66,15 @@ export class MeshletStream extends Group {
   // Resolves with the first picture; another promise after each retry of a stream that has ended.
   get ready() {
     return this.#session.ready;
+  }
+
+  get pixels() {
+    return this.#pixels;
+  }
+
+  set pixels(pixels) {
+    checkNumber('pixels', pixels, 0);
+    this.#pixels = pixels;
   }
 
   retry() {
