@@ -38,7 +38,7 @@ from gltf_ext.document.document import Document
 from gltf_ext.document.draco import DRACO
 from gltf_ext.document.gltf2 import File, Model, name_of
 from gltf_ext.document.images import embed_images
-from gltf_ext.document.references import ambiguous_references
+from gltf_ext.document.references import KINDS, ambiguous_references
 from gltf_ext.encode.primitive import Compression, encode
 from gltf_ext.errors import MeshletError, blaming
 from gltf_ext.lod.document import add_levels, arrange, forget_levels
@@ -526,11 +526,11 @@ def _settle_extensions(document: Document, encoded: list[Job]) -> list[str]:
     warnings = drop_numbered(document, compressed)
     if not any(gltf.has_extension(p, DRACO) for _, _, p in all_primitives(document)):
         document.forget_extension(DRACO)
-    unknown = sorted(ambiguous_references(document))
+    unknown = sorted({name for kind in KINDS for name in ambiguous_references(document, kind)})
     if unknown:
         warnings.append(
-            f"{', '.join(unknown)} may refer to original accessors, so the data of these is kept; "
-            "remove the extension for a smaller file"
+            f"{', '.join(unknown)} may refer to original accessors or buffer views, so their data "
+            "is kept; remove the extension for a smaller file"
         )
     return warnings
 
