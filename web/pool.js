@@ -49,7 +49,7 @@ export async function startWorker(base, start) {
 
 // Workers begin on the page's own server. What they import may come from others, as from a CDN.
 function importingWorker(url) {
-  const script = new Blob([`import '${url}'`], { type: 'text/javascript' });
+  const script = new Blob([`import ${JSON.stringify(url)}`], { type: 'text/javascript' });
   return new Worker(URL.createObjectURL(script), { type: 'module' });
 }
 

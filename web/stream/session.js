@@ -102,6 +102,7 @@ export class Session {
       await nextTask();
       check();
       await engine.show(streamer, loaded, (items, action) => inTasks(items, action, check));
+      check();
       this.streamer = streamer;
       engine.tell('load');
     } catch (error) {

@@ -14,7 +14,8 @@ export interface StreamOptions {
   requestInit?: RequestInit;
   /**
    * Fetches in place of the global function: each request of the file and of its .bin files goes
-   * through it, with a header `Range`. To sign URLs, or to renew what has expired.
+   * through it, with a header `Range` but for whole files. To sign URLs, or to renew what has expired.
+   * `init.signal` ends a request: pass it on.
    */
   fetch?: (url: string, init: RequestInit) => Promise<Response>;
   /**
