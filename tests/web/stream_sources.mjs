@@ -9,6 +9,7 @@ import { serveFile } from './fault_server.mjs';
 import {
   hurry,
   open,
+  openDocument,
   openSource,
   openStreamer,
   PATIENT,
@@ -113,6 +114,50 @@ const tasks = {
     };
     hurry();
     return told(openSource('http://host/model.glb', { ...PATIENT, fetch }));
+  },
+
+  // The secrets that arrive at the server of a .gltf, and at another one that it names.
+  async secrets() {
+    const seen = {};
+    const see = (name) => ({
+      answer(request, _response, next) {
+        seen[name] ??= request.headers.authorization ?? 'none';
+        next();
+      },
+    });
+    const other = await serveFile(Buffer.from('abcd'), see('other'));
+    const json = {
+      buffers: [
+        { byteLength: 4, uri: other.url },
+        { byteLength: 4, uri: 'own.bin' },
+      ],
+      bufferViews: [0, 1].map((buffer) => ({ buffer, byteLength: 4 })),
+    };
+    const server = await serveFile(Buffer.from(JSON.stringify(json)), see('file'));
+    const requestInit = { headers: { Authorization: 'secret' } };
+    const document = await openDocument(server.url, { requestInit });
+    Object.assign(server, see('own'));
+    for (const view of [0, 1]) await document.readView(view);
+    other.close();
+    server.close();
+    return seen;
+  },
+
+  // A server that breaks its first two connections: how many of its answers were ranges, and what
+  // was told.
+  async brokenStart() {
+    hurry();
+    const warnings = [];
+    const server = await serveFile(readFileSync(file), {
+      answer(request, response, next) {
+        if (request.headers.range && server.log.length <= 2) response.destroy();
+        else next();
+      },
+    });
+    const onWarning = (text) => warnings.push(text.replace(server.url, 'PLACE'));
+    const source = await openSource(server.url, { ...PATIENT, onWarning });
+    server.close();
+    return { whole: source.blob !== null, warnings };
   },
 
   // A file of another origin that is a little larger when compressed, which other origins hide.

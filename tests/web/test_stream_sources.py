@@ -49,6 +49,17 @@ def test_errors_of_an_own_fetch_are_told():
     assert run("ownFetch").endswith(": nobody is logged in")
 
 
+def test_secrets_are_for_the_server_of_the_file():
+    """A file may be of someone else."""
+    assert run("secrets") == {"file": "secret", "own": "secret", "other": "none"}
+
+
+def test_a_server_that_breaks_connections_at_first_is_asked_for_ranges_again():
+    result = run("brokenStart")
+    assert result["whole"] is False
+    assert len(result["warnings"]) == 2
+
+
 def test_other_origins_may_hide_that_a_file_is_compressed():
     assert run("hiddenCompression") == "nothing"
 

@@ -103,12 +103,12 @@ class Source {
     }
   }
 
-  // Whether the server can be reached. If it can and ranges cannot be read, the file may be stored
-  // compressed: browsers do not unpack a part.
+  // Whether the server can be reached, and may have stored the file compressed: browsers do not unpack
+  // a part. Other origins hide that.
   async #answersHead() {
     const ask = (guard) => this.#fetch({ method: 'HEAD' }, guard);
     return this.#guarded(null, ask).then(
-      ({ ok }) => ok,
+      ({ ok, type, headers }) => ok && (type === 'cors' || encoded(headers)),
       () => false,
     );
   }

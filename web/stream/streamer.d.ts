@@ -10,7 +10,7 @@ export interface StreamOptions {
    * a larger error.
    */
   maxBytes?: number;
-  /** For fetch: headers, credentials. */
+  /** For fetch: headers, credentials. Not for .bin files on another server than the file's. */
   requestInit?: RequestInit;
   /**
    * Fetches in place of the global function: each request of the file and of its .bin files goes
