@@ -21,8 +21,13 @@ export async function createDecoderPool({ workers, source, createWorker = module
   if (!Number.isInteger(count) || count < 1)
     throw new RangeError(`a pool cannot have ${count} workers`);
   const module = await compileDecoder(source);
-  const started = await Promise.all(Array.from({ length: count }, () => createWorker()));
-  return new DecoderPool(module, started, createWorker);
+  const starting = Array.from({ length: count }, async () => createWorker());
+  try {
+    return new DecoderPool(module, await Promise.all(starting), createWorker);
+  } catch (error) {
+    for (const one of starting) one.then((worker) => worker.terminate()).catch(() => {});
+    throw error;
+  }
 }
 
 function moduleWorker() {

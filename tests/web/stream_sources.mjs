@@ -242,6 +242,45 @@ const tasks = {
     return result;
   },
 
+  // A stream that has ended with malformed levels, and opens again when the file is mended: primitives
+  // with levels.
+  async mended() {
+    hurry();
+    const bytes = readFileSync(file);
+    const streamer = await open(new Blob([bytes]));
+    const [{ begin, length }] = streamer.primitives[0].pages;
+    streamer.close();
+    const bad = Buffer.from(bytes).fill(255, begin + 200, begin + length);
+    const server = await serveFile(bad);
+    const one = new Session(server.url, PATIENT, {
+      ...placing({}),
+      load({ primitives }) {
+        if (primitives.length === 0) throw new Error('loaded whole');
+      },
+    });
+    const ready = [await told(one.ready)];
+    server.bytes = bytes;
+    one.retry();
+    ready.push(await told(one.ready));
+    one.close();
+    server.close();
+    return ready;
+  },
+
+  // Workers of a pool of which one does not start: those that did, and those that were ended.
+  async oneWorkerFails() {
+    const { createDecoderPool } = await import(pathToFileURL(path.join(web, 'pool.js')));
+    const result = { started: 0, ended: 0 };
+    const createWorker = () => {
+      if (result.started === 2) throw new Error('no more Workers');
+      result.started++;
+      return { terminate: () => result.ended++ };
+    };
+    result.problem = await told(createDecoderPool({ workers: 3, createWorker }));
+    await pause(1);
+    return result;
+  },
+
   // The script of a Worker for a package on another server, whose path has an apostrophe.
   async apostrophe() {
     const { startWorker } = await import(pathToFileURL(path.join(web, 'pool.js')));

@@ -83,5 +83,14 @@ def test_streams_end_at_once_while_they_tell_and_show():
         assert result["seconds"] < 25
 
 
+def test_levels_that_were_malformed_stream_when_the_file_is_mended(bunny):
+    assert stream("mended", bunny) == ["Error: loaded whole", "nothing"]
+
+
+def test_workers_end_if_another_one_does_not_start():
+    result = run("oneWorkerFails")
+    assert result == {"started": 2, "ended": 2, "problem": "Error: no more Workers"}
+
+
 def test_workers_start_from_every_address():
     assert run("apostrophe") == 'import "https://cdn/o\'brien/worker.js"'

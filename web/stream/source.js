@@ -18,7 +18,7 @@ export class SourceError extends Error {
     message,
     { retry = false, changed = false, unreachable = false, retryAfter = 0, cause } = {},
   ) {
-    super(message, { cause });
+    super(message, cause && { cause });
     this.name = 'SourceError';
     Object.assign(this, { retry, changed, unreachable, retryAfter });
   }
