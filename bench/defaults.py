@@ -145,8 +145,8 @@ The bits that [`compress` chooses](cli.md#bits-that-are-chosen), beside 14 for p
 normals, 12 for texture coordinates and 10 for colours, in the same format. {len(rows)} models:
 
 * bytes of the geometry: {median:.3f} of those of 14/10/12 in the median,
-  {min(map(size, rows)):.3f} to {max(map(size, rows)):.3f}; of all, 1/{raw_ratio(rows):.1f} of the raw
-  bytes;
+  {min(map(size, rows)):.3f} to {max(map(size, rows)):.3f}; 1/{raw_ratio(rows):.1f} of the raw bytes
+  of all;
 * FLIP error, 0 for no difference to the eye and 1 at most: {means["chosen"]:.5f} on average, beside
   {means["usual"]:.5f};
   {verdict}

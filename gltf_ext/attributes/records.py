@@ -7,7 +7,6 @@ the rounding of floats: transforms leave such cracks.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -150,18 +149,6 @@ class RecordFormat:
         """Records with hash."""
         return np.dtype([*self.coarse.descr, (HASH, "<u4")])
 
-    @cached_property
-    def _noise(self) -> float:
-        """The rounding of floats as large as the largest coordinates: a power of two.
-
-        Smaller differences of positions are none, if they are in the same place of the grid.
-        """
-        stream = self.plan.streams[0]
-        size = stream.step * 2.0**stream.bits
-        largest = max(max(abs(x), abs(x + size)) for x in stream.offset)
-        exponent = math.frexp(largest)[1] - FLOAT_BITS
-        return 2.0 ** max(exponent, -126)  # its inverse is a float, too
-
     def part(self, names: tuple[str, ...]) -> np.dtype:
         """Return the fields of `fine` that hold these attributes."""
         fields = [str(s) for name in names for s in self.plan.attributes[name]]
@@ -180,7 +167,7 @@ class RecordFormat:
         for number, values in self.plan.quantise(attributes).items():
             records[str(number)] = values
         if "POSITION" in attributes:
-            records[HASH] = _hashes(attributes["POSITION"], self._noise)
+            records[HASH] = _hashes(attributes["POSITION"])
 
     def without_hash(self, records: np.ndarray) -> np.ndarray:
         """Return coarse[...] of fine[...], or the same records if they are coarse."""
@@ -297,11 +284,15 @@ def weld_rows(rows: np.ndarray) -> tuple[np.ndarray, int]:
     return _codec.weld(rows.view(np.uint8).reshape(len(rows), size))
 
 
-def _hashes(positions: np.ndarray, noise: float) -> np.ndarray:
-    """Return uint32[n]: of positions in steps of `noise`; equal for negative and positive zero."""
-    with np.errstate(over="ignore"):
-        steps = np.rint(positions.astype(np.float32) * np.float32(1 / noise)) + np.float32(0)
-    words = np.ascontiguousarray(steps).view(np.uint32)
+def _hashes(positions: np.ndarray) -> np.ndarray:
+    """Return uint32[n]: of positions; equal for negative and positive zero.
+
+    All coordinates of a position are rounded as the largest of them is.
+    """
+    floats = positions.astype(np.float32)
+    shift = np.frexp(np.abs(floats).max(axis=1, initial=0.0))[1] - FLOAT_BITS
+    rounded = np.ldexp(np.rint(np.ldexp(floats, -shift[:, None])), shift[:, None])
+    words = np.ascontiguousarray(rounded + np.float32(0)).view(np.uint32)
     result = np.zeros(len(words), np.uint32)
     for column in words.T:
         result = (result + column) * np.uint32(0x9E3779B1)
