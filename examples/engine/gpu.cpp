@@ -92,7 +92,9 @@ void Gpu::open_instance(uint32_t* messages) {
     info.ppEnabledLayerNames = layers;
     info.ppEnabledExtensionNames = extensions;
   }
-  check_vk(vkCreateInstance(&info, nullptr, &instance_), "Vulkan cannot be opened");
+  const VkResult opened = vkCreateInstance(&info, nullptr, &instance_);
+  require(opened != VK_ERROR_LAYER_NOT_PRESENT, "the validation layer is not installed");
+  check_vk(opened, "Vulkan cannot be opened");
   if (!messages) return;
   const auto create = reinterpret_cast<PFN_vkCreateDebugUtilsMessengerEXT>(
       vkGetInstanceProcAddr(instance_, "vkCreateDebugUtilsMessengerEXT"));

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import subprocess
 import sys
@@ -190,14 +191,18 @@ def test_refuses_what_it_cannot_show(program, models, tmp_path):
 
 
 def test_says_what_it_cannot_do(program, models, tmp_path):
-    """Small pictures, too, whose bytes wait until the file is closed."""
+    """Of small pictures, too, whose bytes wait until the file is closed; no layer is installed."""
+    environment = {**os.environ, "VK_LAYER_PATH": str(tmp_path)}
     small = ("--width", "8", "--height", "8", "--frames", "1")
     for picture, options, problem in (
         ("a.ppm", ("--width", "wide"), "an option's value is no number from 0 on, or too large"),
         ("a.ppm", ("--cache", "none/a"), "the file for compiled shaders cannot be written"),
         ("/dev/full", small, "the picture cannot be written"),
+        ("a.ppm", ("--validate",), "the validation layer is not installed"),
     ):
         command = [program, models[1], picture, *options]
-        result = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
+        result = subprocess.run(
+            command, cwd=tmp_path, env=environment, capture_output=True, text=True
+        )
         assert (result.returncode, result.stderr) == (1, f"engine: {problem}\n")
     assert not (tmp_path / "a.ppm").exists()
