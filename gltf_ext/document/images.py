@@ -90,16 +90,16 @@ def _require_end(data: bytes) -> None:
         raise MeshletError("it is cut off")
 
 
-def embed_images(document: Document) -> list[str]:
-    """Move images behind data: uris and relative paths into buffer views.
+def embed_images(document: Document, also_files: bool = True) -> list[str]:
+    """Move images behind data: uris and, with also_files, relative paths into buffer views.
 
-    Returns a warning for each image that stays where it is.
+    Returns a warning for each image that should move and stays where it is.
     """
     problems = []
     replacements: dict[str, gltf.Image] = {}  # uri -> what replaces it
     for number, image in enumerate(document.images):
         uri = image.get("uri")
-        if uri is None:
+        if uri is None or not (also_files or uri.startswith("data:")):
             continue
         if uri in replacements:
             image.update(replacements[uri])
