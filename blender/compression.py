@@ -69,7 +69,7 @@ def _sizes(report):
 
 def _levels(report):
     """What the levels cost."""
-    if "lod" not in report:
+    if not any(primitive["bytes"] for primitive in report.get("lod", [])):
         return ""
     triangles = [primitive["triangles"] for primitive in report["lod"]]
     most, least = sum(counts[0] for counts in triangles), sum(counts[-1] for counts in triangles)
