@@ -10,15 +10,19 @@ from contextlib import contextmanager
 import bpy
 
 NAME = "Meshlet Proxy"
+MARK = "gltf_meshlet_proxy"  # a property of the group
 
 
 def add(obj, stand_in):
     """Lets the viewport show the mesh of another object in place of the object's own."""
-    group = bpy.data.node_groups.get(NAME) or _node_group()
+    group = next(filter(_is_proxy, bpy.data.node_groups), None) or _node_group()
     modifier = obj.modifiers.new(NAME, "NODES")
     modifier.node_group = group
     socket = next(s for s in group.interface.items_tree if s.name == "Proxy")
-    modifier[socket.identifier] = stand_in
+    if hasattr(modifier, "properties"):  # in Blender 5.3, not in 5.0
+        getattr(modifier.properties.inputs, socket.identifier).value = stand_in
+    else:
+        modifier[socket.identifier] = stand_in
     obj.modifiers.move(len(obj.modifiers) - 1, 0)  # armatures then move either mesh
 
 
@@ -29,10 +33,7 @@ def full_detail():
         modifier
         for obj in bpy.data.objects
         for modifier in obj.modifiers
-        if modifier.type == "NODES"
-        and modifier.node_group
-        and modifier.node_group.name == NAME
-        and modifier.show_viewport
+        if modifier.type == "NODES" and _is_proxy(modifier.node_group) and modifier.show_viewport
     ]
     for modifier in shown:
         modifier.show_viewport = False
@@ -43,10 +44,15 @@ def full_detail():
             modifier.show_viewport = True
 
 
+def _is_proxy(group):
+    """Whether it is the group below, whatever its name is in this file."""
+    return group is not None and MARK in group
+
+
 def _node_group():
     """The group: Is Viewport switches between the object's geometry and the proxy's."""
     group = bpy.data.node_groups.new(NAME, "GeometryNodeTree")
-    group.is_modifier = True
+    group[MARK] = group.is_modifier = True
     for name, in_out, kind in (
         ("Geometry", "INPUT", "NodeSocketGeometry"),
         ("Proxy", "INPUT", "NodeSocketObject"),

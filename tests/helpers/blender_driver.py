@@ -383,10 +383,9 @@ def refusal(export_format: str, compression: str | None) -> str:
 
 def failing_export(path: str) -> None:
     """An export that fails in Blender's own code."""
-    with (
-        mock.patch("io_scene_gltf2.io.exp.export.save_gltf", side_effect=OSError("no space")),
-        suppress(RuntimeError),
-    ):
+    from io_scene_gltf2 import ExportGLTF2
+
+    with mock.patch.object(ExportGLTF2, "check", side_effect=OSError), suppress(RuntimeError):
         bpy.ops.export_scene.gltf(filepath=path, export_meshlet_enabled=True)
 
 
