@@ -72,6 +72,8 @@ def _result(path, job):
 
 
 def _report(operator, result):
+    """Reports (kind, text), and returns them."""
     last_result[:] = [text for _, text in result]
     for kind, text in result:
         operator.report({kind}, text)
+    return result

@@ -10,6 +10,7 @@ import bpy
 
 DELAY = 1.0  # seconds until the progress is shown
 PAUSE = 0.1  # seconds between two looks at it
+SHOWN = 10.0  # seconds for which the result is in the status bar
 
 
 class Cancelled(Exception):
@@ -109,13 +110,37 @@ class GLTF_MESHLET_OT_wait(bpy.types.Operator):
             context.workspace.status_text_set(f"{text}   (Esc cancels)" if text else None)
             return {"RUNNING_MODAL"}
         context.window_manager.event_timer_remove(self._timer)
-        context.workspace.status_text_set(None)
-        end(self)
+        show(context, end(self))
         return {"FINISHED"}
 
 
+def show(context, result):
+    """Shows (kind, text): the last one in the status bar for a while, errors in a pop-up.
+
+    Blender shows reports only of operators that it has started itself, not those of Python.
+    """
+    errors = [text for kind, text in result if kind == "ERROR"]
+
+    def draw(menu, _):
+        for text in errors:
+            menu.layout.label(text=text)
+
+    if errors:
+        context.window_manager.popup_menu(draw, title="Export glTF 2.0", icon="ERROR")
+    context.workspace.status_text_set(result[-1][1])
+    bpy.app.timers.register(_clear_status, first_interval=SHOWN)
+
+
+def _clear_status():
+    for workspace in bpy.data.workspaces:
+        workspace.status_text_set_internal(None)
+
+
 def wait_in_window(job, end):
-    """Returns at once; `end` is called with an operator when the job has ended."""
+    """Returns at once; `end` is called with an operator when the job has ended.
+
+    It returns (kind, text) of what to show.
+    """
     GLTF_MESHLET_OT_wait.waiting = job, end
     bpy.ops.wm.gltf_meshlet_wait("INVOKE_DEFAULT")
 

@@ -88,7 +88,7 @@ EXPORT = {
     "color_bits": _bits("color_bits", "Color"),
     "weight_bits": _bits("weight_bits", "Skin Weight"),
     "scene_grid": bpy.props.BoolProperty(
-        name="One Grid for the Scene",
+        name="One Scene Grid",
         description="Round positions of all meshes to the same grid: objects that touch, and have "
         "the same origin and scale, stay together",
     ),
