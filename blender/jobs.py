@@ -133,7 +133,7 @@ def show(context, result):
 
 def _clear_status():
     for workspace in bpy.data.workspaces:
-        workspace.status_text_set_internal(None)
+        workspace.status_text_set(None)
 
 
 def wait_in_window(job, end):
