@@ -32,7 +32,7 @@ QUALITY_ITEMS = (
         "Real Time",
         "Steps that do not show, chosen for each mesh: for games and viewers",
     ),
-    ("WEB", "Web", "As Real Time, and packed for download, about a third smaller"),
+    ("WEB", "Web", "As Real Time, and packed for download, a tenth to a third smaller"),
 )
 DETAIL_ITEMS = (
     ("FULL", "Full", "All triangles"),

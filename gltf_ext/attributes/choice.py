@@ -100,14 +100,12 @@ def _number(bits: int | str | None, automatic: int) -> int:
 def _bits_of_values(kind: str, name: str, bounds: np.ndarray, look: Look) -> int:
     """Return the bits for a step that the eye does not see; 0 for those of the kind."""
     if kind == "TEXCOORD":
-        bits = bits_for(bounds, texcoord_step(local_name(name), look))
-    elif kind in ("COLOR", "WEIGHTS"):
-        bits = bits_for(bounds, 1.0 / (2 ** (COLOR if kind == "COLOR" else WEIGHT) - 1))
-        if bounds[0].min() >= 0.0 and bounds[1].max() <= 1.0 and not is_of_target(name):
-            return 0  # the grid of the unit range is the same for all primitives
-    else:
+        return bits_for(bounds, texcoord_step(local_name(name), look))
+    if kind not in ("COLOR", "WEIGHTS"):
         return 0
-    return min(bits, GRID_MAX_BITS) if is_of_target(name) else bits
+    if bounds[0].min() >= 0.0 and bounds[1].max() <= 1.0 and not is_of_target(name):
+        return 0  # the grid of the unit range is the same for all primitives
+    return bits_for(bounds, 1.0 / (2 ** (COLOR if kind == "COLOR" else WEIGHT) - 1))
 
 
 def texels_of(name: str, look: Look) -> float:

@@ -16,7 +16,8 @@ for three components. Streams of each attribute:
 | morph target, others   | GRID, one step, bits of the attribute it moves | exact                 |
 
 Directions lose their length. "Exact" is INTEGER for unsigned components, and GRID with step 1 for
-signed ones and for positions; the options for bits do not apply to it.
+signed ones and for positions; the options for bits do not apply to it. Floats whose bits are EXACT
+are FLOAT32.
 """
 
 from __future__ import annotations
@@ -384,7 +385,7 @@ def _streams(name: str, bounds: np.ndarray, grid: Grid | None, bits: Bits) -> li
     if not is_of_target(name):
         return _attribute_streams(name, bounds, grid, bits)
     if bounds.dtype.kind == "f":
-        return _target_streams(local_name(name), bounds, grid, bits)
+        return _target_streams(local_name(name), bounds, grid, bits.of(name))
     return [_exact(local_name(name), columns) for columns in _split_columns(bounds)]
 
 
@@ -415,11 +416,10 @@ def _split_columns(bounds: np.ndarray) -> list[np.ndarray]:
     return np.split(bounds, ends, axis=1)
 
 
-def _target_streams(name: str, bounds: np.ndarray, grid: Grid | None, bits: Bits) -> list[Stream]:
-    if name == "POSITION" and grid is not None:
-        step = grid.step
-    else:
-        step = _step(extent_of(*bounds), bits.of(name))
+def _target_streams(name: str, bounds: np.ndarray, grid: Grid | None, bits: int) -> list[Stream]:
+    if bits == EXACT:
+        return [Stream(FLOAT32, columns.shape[1], 32) for columns in _split_columns(bounds)]
+    step = grid.step if grid is not None and name == "POSITION" else _step(extent_of(*bounds), bits)
     return [_delta_grid(name, columns, step) for columns in _split_columns(bounds)]
 
 

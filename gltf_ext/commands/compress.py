@@ -39,7 +39,7 @@ from gltf_ext.document.document import Document
 from gltf_ext.document.draco import DRACO
 from gltf_ext.document.gltf2 import File, Model, name_of
 from gltf_ext.document.images import embed_images
-from gltf_ext.document.references import ambiguous_references
+from gltf_ext.document.references import KINDS, ambiguous_references
 from gltf_ext.encode.primitive import Compression, encode
 from gltf_ext.errors import MeshletError, NothingToCompress, blaming
 from gltf_ext.lod.document import add_levels, arrange, forget_levels
@@ -146,8 +146,8 @@ def compress(input: Model, output: File | None, settings: Options) -> Report:
         fallback: also write plain buffers into OUT.fallback.bin, for readers without the extension.
         images: "embed" or "keep": embed images into the result, or keep them in their files, whose
             relative paths have to hold from where the output lies (default embed).
-        transport: pack the result for download, about a third smaller (EXT_meshlet_transport, a
-            draft); readers unpack it when they open it.
+        transport: pack the result for download, a tenth to a third smaller (EXT_meshlet_transport,
+            a draft); readers unpack it when they open it.
         obj_groups: groups (g) of an .obj become nodes, too, below those of its objects (o).
         non_finite: "repair" or "refuse": of values that are NaN or infinite: repair leaves out
             triangles at such positions, computes normals again and sets texture coordinates to 0,
@@ -536,11 +536,11 @@ def _settle_extensions(document: Document, encoded: list[Job]) -> list[str]:
     warnings = drop_numbered(document, compressed)
     if not any(gltf.has_extension(p, DRACO) for _, _, p in all_primitives(document)):
         document.forget_extension(DRACO)
-    unknown = sorted(ambiguous_references(document))
+    unknown = sorted({name for kind in KINDS for name in ambiguous_references(document, kind)})
     if unknown:
         warnings.append(
-            f"{', '.join(unknown)} may refer to original accessors, so the data of these is kept; "
-            "remove the extension for a smaller file"
+            f"{', '.join(unknown)} may refer to original accessors or buffer views, so their data "
+            "is kept; remove the extension for a smaller file"
         )
     return warnings
 

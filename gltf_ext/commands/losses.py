@@ -164,7 +164,7 @@ def range_warnings(choice: Choice, plan: Plan) -> list[str]:
     """Warn of attributes whose range is so large that the step of their bits shows."""
     warnings = []
     for name in plan.attributes:
-        if is_of_target(name) or name not in choice.source.bounds:
+        if name not in choice.source.bounds:
             continue
         stream, bounds = plan.streams_of(name)[0], choice.source.bounds[name]
         low, high = bounds[0].min(), bounds[1].max()

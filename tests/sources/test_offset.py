@@ -36,15 +36,24 @@ def write_ply(path, positions, triangles, binary=False):
     path.write_text(header + "\n".join(rows) + "\n")
 
 
+def write_stl(path, positions, triangles):
+    facet = "facet normal 0 0 1\nouter loop\n{}\nendloop\nendfacet"
+    vertices = [f"vertex {x!r} {y!r} {z!r}" for x, y, z in positions.tolist()]
+    facets = [facet.format("\n".join(vertices[i] for i in triangle)) for triangle in triangles]
+    path.write_text("\n".join(["solid a", *facets, "endsolid a"]) + "\n")
+
+
 def write(path, positions, triangles):
     if path.suffix == ".obj":
         write_obj(path, positions, triangles)
+    elif path.suffix == ".stl":
+        write_stl(path, positions, triangles)
     else:
         write_ply(path, positions, triangles, binary="binary" in path.name)
     return path
 
 
-@pytest.mark.parametrize("name", ["far.obj", "far.ply", "far_binary.ply"])
+@pytest.mark.parametrize("name", ["far.obj", "far.ply", "far_binary.ply", "far.stl"])
 def test_doubles_far_from_the_origin_keep_their_places(tmp_path, name):
     positions, triangles = far_sheet()
     path, output = write(tmp_path / name, positions, triangles), tmp_path / "out.glb"
@@ -70,6 +79,47 @@ def test_large_files_have_the_same_offset(tmp_path):
     gltf_ext.compress(path, tmp_path / "parts.glb", max_memory="110M")
     whole, parts = (glb_json(tmp_path / f"{n}.glb")["nodes"] for n in ("whole", "parts"))
     assert whole == parts and "translation" in whole[0]
+
+
+def beside_exact(positions, triangles, count=9000):
+    """The same behind so many triangles whose positions floats hold, more than a first block."""
+    places = np.rint(PLACE) + np.arange(3 * count).reshape(-1, 1) % 7 * [1.0, 2.0, 4.0]
+    exact = np.arange(3 * count).reshape(-1, 3)
+    assert np.array_equal(np.float32(places), places)
+    return np.concatenate([places, positions]), np.concatenate([exact, triangles + 3 * count])
+
+
+@pytest.mark.parametrize("name", ["late.obj", "late.ply", "late_binary.ply", "late.stl"])
+def test_all_vertices_decide_the_offset(tmp_path, name):
+    """Those of the first block are whole numbers, which floats hold."""
+    positions, triangles = beside_exact(*far_sheet())
+    path = write(tmp_path / name, positions, triangles)
+    report = gltf_ext.compress(path, tmp_path / "out.glb")
+    assert not [line for line in report["warnings"] if "are doubles" in line]
+    (node,) = glb_json(tmp_path / "out.glb")["nodes"]
+    assert np.abs(np.array(node["translation"]) - PLACE).max() < 20
+    verified = gltf_ext.verify(path, tmp_path / "out.glb")
+    assert verified["ok"] and verified["max_error"]["POSITION"] < SPACING / 4
+
+
+def test_large_files_are_read_again_for_an_offset(tmp_path):
+    positions, triangles = beside_exact(*far_sheet(), count=60000)
+    path = write(tmp_path / "late.ply", positions, triangles)
+    gltf_ext.compress(path, tmp_path / "whole.glb")
+    gltf_ext.compress(path, tmp_path / "parts.glb", max_memory="110M")
+    whole, parts = (glb_json(tmp_path / f"{n}.glb")["nodes"] for n in ("whole", "parts"))
+    assert whole == parts and "translation" in whole[0]
+
+
+def test_a_detail_that_comes_first_moves_no_model_near_the_origin(tmp_path):
+    """The first block is a small part that is far from the origin, for its size."""
+    place, count = np.array([1000.3, 0.1, 0.2]), 9000
+    detail = place + np.random.default_rng(1).random((3 * count, 3)) / 100
+    room = np.random.default_rng(2).random((9 * count, 3)) * 2000 - 1000
+    triangles = np.arange(12 * count).reshape(-1, 3)
+    path = write(tmp_path / "a_binary.ply", np.concatenate([detail, room]), triangles)
+    gltf_ext.compress(path, tmp_path / "out.glb")
+    assert "translation" not in glb_json(tmp_path / "out.glb")["nodes"][0]
 
 
 @pytest.mark.parametrize("name", ["near.obj", "near.ply"])

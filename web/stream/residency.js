@@ -1,8 +1,8 @@
 // Which pages are in memory: requests those that are wanted, has them decoded, puts them into the
 // pools, and evicts others, within the budget.
-import { MalformedError } from '../decoder.js';
+import { MalformedError } from '../blob.js';
 import { decodingBytes } from './budget.js';
-import { DECODED, DECODING, NONE, REQUESTED, RESIDENT, STORED } from './primitives.js';
+import { DECODED, DECODING, NONE, REQUESTED, RESIDENT, STORED, UNTRIED } from './primitives.js';
 import { delayAfter } from './source.js';
 
 const REQUESTS = 6; // at a time: what browsers send to one server with HTTP/1.1
@@ -16,7 +16,7 @@ export function postpone(it, error, again) {
   it.tries++;
   it.retryAt = Infinity;
   if (!error.retry && it.tries >= TRIES) return false;
-  const delay = delayAfter(it.tries);
+  const delay = delayAfter(it.tries, error);
   it.retryAt = performance.now() + delay;
   setTimeout(again, delay + 1);
   return true;
@@ -67,6 +67,11 @@ export class Residency {
       else if (page.state === NONE) this.#request(page);
     }
     this.#trim();
+  }
+
+  // Pages that were given up are tried again.
+  retry() {
+    for (const page of this.pages) if (page.state === NONE) Object.assign(page, UNTRIED);
   }
 
   // Ends requests of which nothing is wanted any more.

@@ -6,22 +6,40 @@ const STALL_MS = 20_000; // without a byte
 const TRIES = 5; // to read what a stream cannot begin without
 const FIRST_DELAY_MS = 500; // doubles with each try
 const LONGEST_DELAY_MS = 16_000;
+const LONGEST_RETRY_AFTER_MS = 120_000; // that a server may ask for
+const MOST_WHOLE = 1e9; // bytes of a file whose server refuses ranges
 const RETRY_STATUS = [408, 425, 429, 500, 502, 503, 504];
 
-// A file cannot be read. `retry`: it may work later. `changed`: it is another file than before.
+// A file cannot be read. `retry`: it may work later, after at least `retryAfter` milliseconds if the
+// server says so. `changed`: it is another file than before. `unreachable`: there was no answer.
 export class SourceError extends Error {
-  constructor(message, { retry = false, changed = false } = {}) {
+  constructor(
+    message,
+    { retry = false, changed = false, unreachable = false, retryAfter = 0 } = {},
+  ) {
     super(message);
     this.name = 'SourceError';
-    Object.assign(this, { retry, changed });
+    Object.assign(this, { retry, changed, unreachable, retryAfter });
   }
 }
 
-// Milliseconds to wait after so many failed tries.
-export const delayAfter = (tries) => Math.min(FIRST_DELAY_MS * 2 ** (tries - 1), LONGEST_DELAY_MS);
+// Milliseconds to wait after so many failed tries, of which an error was the last.
+export const delayAfter = (tries, error = null) =>
+  Math.max(
+    Math.min(FIRST_DELAY_MS * 2 ** (tries - 1), LONGEST_DELAY_MS),
+    Math.min(error?.retryAfter || 0, LONGEST_RETRY_AFTER_MS),
+  );
 
-// Opens a URL or a Blob. Options: signal; onWarning(text); requestInit for fetch, as headers or
-// credentials; stallMs. Throws SourceError.
+// Milliseconds of a Retry-After header, which holds seconds or a date; 0 without one.
+function retryAfterOf(headers) {
+  const text = headers.get('retry-after')?.trim();
+  if (!text) return 0;
+  const seconds = /^\d+$/.test(text) ? Number(text) : (Date.parse(text) - Date.now()) / 1000;
+  return Math.max(0, 1000 * seconds) || 0;
+}
+
+// Opens a URL or a Blob. Options: signal; onWarning(text); fetch, in place of the global function;
+// requestInit for it, as headers or credentials; stallMs; maxWholeBytes. Throws SourceError.
 export async function openSource(place, options = {}) {
   if (place instanceof Blob) return new Source('file', options, place);
   const source = new Source(String(place), options);
@@ -37,7 +55,7 @@ async function retrying(action, { onWarning, signal }) {
     } catch (error) {
       if (!error.retry || tries === TRIES) throw error;
       onWarning?.(`${error.message}; trying again`);
-      await pause(delayAfter(tries), signal);
+      await pause(delayAfter(tries, error), signal);
     }
   }
 }
@@ -48,6 +66,7 @@ class Source {
   #identity = null; // of the first answer: {etag, modified, total}
   #head = null; // the first bytes, until forgetHead
   #blob; // the whole file, where ranges are refused
+  #unreached = 0; // first requests without an answer
 
   constructor(url, options, blob = null) {
     this.#url = url;
@@ -73,7 +92,24 @@ class Source {
   }
 
   async open() {
-    this.#head = await this.#fetchRange(0, HEAD_BYTES, null);
+    try {
+      this.#head = await this.#fetchRange(0, HEAD_BYTES, null);
+    } catch (error) {
+      if (!error.unreachable || ++this.#unreached < 2 || !(await this.#answersHead())) throw error;
+      await this.#guarded(null, (guard) =>
+        this.#fetchWhole(0, 0, guard, 'gives no ranges that can be read'),
+      );
+    }
+  }
+
+  // Whether the server can be reached. If it can and ranges cannot be read, the file may be stored
+  // compressed: browsers do not unpack a part.
+  async #answersHead() {
+    const ask = (guard) => this.#fetch({ method: 'HEAD' }, guard);
+    return this.#guarded(null, ask).then(
+      ({ ok }) => ok,
+      () => false,
+    );
   }
 
   forgetHead() {
@@ -143,7 +179,10 @@ class Source {
     } catch (error) {
       if (stop.signal.aborted) throw stop.signal.reason;
       if (error instanceof SourceError) throw error;
-      throw this.#error('cannot be reached (offline, or refused by CORS)', { retry: true });
+      throw this.#error('cannot be reached (offline, or refused by CORS)', {
+        retry: true,
+        unreachable: true,
+      });
     } finally {
       clearTimeout(timer);
       for (const one of signals) one.removeEventListener('abort', abort);
@@ -152,7 +191,7 @@ class Source {
 
   async #fetch(init, { signal, alive }) {
     this.requests++;
-    const { requestInit } = this.#options;
+    const { requestInit, fetch = globalThis.fetch } = this.#options;
     const response = await fetch(this.#url, { ...requestInit, ...init, signal, cache: 'no-store' });
     alive();
     return response;
@@ -163,7 +202,7 @@ class Source {
     if (status === 200) return this.#takeWhole(response, begin, end, guard);
     if (status !== 206) {
       discard(response);
-      throw this.#statusError(status);
+      throw this.#statusError(response);
     }
     const range = /^bytes (\d+)-(\d+)\/(\d+|\*)$/.exec(headers.get('content-range') ?? '');
     const total = range ? Number(range[3]) : Number.NaN;
@@ -211,11 +250,15 @@ class Source {
     this.#compare(response.headers, Number.NaN);
     if (refused && !/^(data|blob):/.test(this.#url))
       this.#warn('the server does not answer ranges, so that the whole file is loaded');
+    const { maxWholeBytes = MOST_WHOLE } = this.#options;
+    let size = 0;
     const watched = response.body.pipeThrough(
       new TransformStream({
         transform: (chunk, controller) => {
           alive();
           this.fetched += chunk.length;
+          size += chunk.length;
+          if (size > maxWholeBytes) throw this.#tooLarge(maxWholeBytes);
           controller.enqueue(chunk);
         },
       }),
@@ -228,18 +271,24 @@ class Source {
     return bytesOf(blob, begin, Math.min(end, blob.size));
   }
 
+  #tooLarge(most) {
+    const limit = `${most.toLocaleString('en')} bytes (maxWholeBytes)`;
+    return this.#error(`without ranges the file is loaded whole, and has more than ${limit}`);
+  }
+
   // Without a range: those of compressed answers count compressed bytes.
   async #fetchWhole(begin, end, guard, reason) {
     if (reason) this.#warn(`the server ${reason}, so that the whole file is loaded`);
     const response = await this.#fetch({}, guard);
     if (response.status === 200) return this.#takeWhole(response, begin, end, guard, false);
     discard(response);
-    throw this.#statusError(response.status);
+    throw this.#statusError(response);
   }
 
   // Compares the file of an answer with that of the first one.
   #compare(headers, total) {
-    const seen = { etag: headers.get('etag'), modified: headers.get('last-modified'), total };
+    const etag = headers.get('etag')?.replace(/^W\//, ''); // a proxy may weaken it
+    const seen = { etag, modified: headers.get('last-modified'), total };
     this.#identity ??= seen;
     const before = this.#identity;
     const differs = (name) => before[name] && seen[name] && before[name] !== seen[name];
@@ -262,9 +311,14 @@ class Source {
     this.#options.onWarning?.(`${this.#url}: ${text}`);
   }
 
-  #statusError(status) {
+  #statusError({ status, headers }) {
+    if (status === 416 && !this.#identity) return this.#error('the file is empty');
     if (status === 416) return this.#error('the file has changed (416)', { changed: true });
-    return this.#error(`the server answered ${status}`, { retry: RETRY_STATUS.includes(status) });
+    const retry = RETRY_STATUS.includes(status);
+    return this.#error(`the server answered ${status}`, {
+      retry,
+      retryAfter: retryAfterOf(headers),
+    });
   }
 
   #error(problem, kind) {
