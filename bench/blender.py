@@ -1,8 +1,8 @@
 """Blender: time and memory of importing compressed glTF, beside plain glTF and Draco.
 
-Needs the extension (make blender PLATFORM=here) and bpy (make .venv/blender). Blender exports every model plain,
-compressed with meshlets and compressed with Draco, at the same bits, and imports the three files in
-turns, in a process of its own for each import.
+Needs the extension (make blender PLATFORM=here) and bpy (make .venv/blender). Blender exports every
+model plain, compressed with meshlets and compressed with Draco, at the same bits, and imports the
+three files in turns, in a process of its own for each import.
 """
 
 from __future__ import annotations
@@ -22,6 +22,8 @@ from bench.models import add_model_names, real_model
 from gltf_meshlet.demo.model import write_glb
 from tools import blender_python, build_blender, build_wheels
 
+HERE = next(iter(map(build_blender.blender_platform, build_wheels.GROUPS["here"])), None)
+EXTENSION = ROOT / "dist" / f"gltf_meshlet-blender-{gltf_ext.__version__}-{HERE}.zip"
 PARTS = ("models",)
 MODELS = ("suzanne", "DamagedHelmet", "sponza_like", "dragon", "bistro_like")
 FORMATS = {"plain": "plain", "meshlets": "ours", "draco": "Draco"}
@@ -33,20 +35,13 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def check(options: argparse.Namespace) -> None:
-    if not extension().is_file():
-        missing = extension().relative_to(ROOT)
+    if not EXTENSION.is_file():
+        missing = EXTENSION.relative_to(ROOT)
         raise SystemExit(f"bench blender: no {missing}; run make blender PLATFORM=here")
     if not blender_python.has_bpy():
         raise SystemExit(f"bench blender: {blender_python.MISSING}")
     for name in options.models:
         real_model(name)
-
-
-def extension() -> Path:
-    """The zip for this machine; none has its name if Blender does not run here."""
-    names = [build_blender.blender_platform(tag) for tag in build_wheels.GROUPS["here"]]
-    platform = next(iter(names), None)
-    return ROOT / "dist" / f"gltf_meshlet-blender-{gltf_ext.__version__}-{platform}.zip"
 
 
 def measure(options: argparse.Namespace) -> dict:
@@ -62,7 +57,7 @@ def measure(options: argparse.Namespace) -> dict:
 def exported(model: Path, folder: Path) -> tuple[dict[str, str], dict]:
     """Format -> the file that Blender exports; the versions."""
     files = {name: str(folder / f"{model.stem}.{name}.glb") for name in FORMATS}
-    return files, in_blender(folder, "prepare", str(extension()), str(model), files)
+    return files, in_blender(folder, "prepare", str(EXTENSION), str(model), files)
 
 
 def measure_model(name: str, small: dict[str, str], folder: Path) -> dict:
@@ -72,7 +67,7 @@ def measure_model(name: str, small: dict[str, str], folder: Path) -> dict:
     for repetition in range(REPETITIONS):
         progress(f"{name}, round {repetition + 1} of {REPETITIONS}")
         for form, path in files.items():
-            runs[form].append(in_blender(folder, "measure", str(extension()), small[form], path))
+            runs[form].append(in_blender(folder, "measure", str(EXTENSION), small[form], path))
     return {
         "model": name,
         "triangles": runs["plain"][0]["triangles"],
