@@ -2,6 +2,7 @@
 
 import pytest
 
+import gltf_ext
 from tests.helpers.environment import MODELS, missing
 
 pytestmark = pytest.mark.full
@@ -46,6 +47,21 @@ def test_own_meshes(blender, tmp_path, name, lod):
     assert first == second and first["triangles"] > 100
 
 
+def assert_same(blender, folder):
+    """What the open file becomes has the topology of the plain export.
+
+    Vertices that are equal, or become so by the steps, are one vertex of ours: then less is open.
+    """
+    plain, ours = exported(blender, folder)
+    first, second = topologies(blender, plain, ours)
+    report = gltf_ext.compress(plain, folder / "again.glb")
+    if report["dropped"]["duplicate_vertices"]:
+        assert all(second[name] <= first[name] for name in first)
+        assert second["triangles"] == first["triangles"] > 100
+    else:
+        assert first == second and first["triangles"] > 100
+
+
 @pytest.mark.parametrize("name", REAL)
 def test_real_files(blender, tmp_path, name):
     """Imported as they are, and exported again plain and compressed."""
@@ -53,8 +69,7 @@ def test_real_files(blender, tmp_path, name):
     if not path.exists():
         missing(f"no {path}")
     assert blender("import_file", path) == ""
-    first, second = topologies(blender, *exported(blender, tmp_path))
-    assert first == second
+    assert_same(blender, tmp_path)
 
 
 @pytest.mark.parametrize("name", ["CesiumMan_skinned", "Fox_skinned_unindexed", "tube"])
@@ -66,8 +81,7 @@ def test_rigged_meshes(blender, tmp_path, name):
         missing(f"no {path}")
     else:
         assert blender("import_file", path) == ""
-    first, second = topologies(blender, *exported(blender, tmp_path))
-    assert first == second and first["triangles"] > 100
+    assert_same(blender, tmp_path)
 
 
 # Decimate breaks ties of a regular sphere by the last bits of positions.
