@@ -94,7 +94,7 @@ EXPORT = {
     ),
     "lod": bpy.props.BoolProperty(name="Levels of Detail", description=_description("lod")),
     "lod_limit": _millimetres(
-        "Largest Error (mm)", "Levels end at this error in millimetres; 0 sets no limit"
+        "Max Error (mm)", "Levels end at this error in millimetres; 0 sets no limit"
     ),
     "transport": bpy.props.BoolProperty(
         name="Pack for Download", description=_description("transport")
