@@ -1,6 +1,7 @@
 // Compiles the WebAssembly modules, wherever they come from.
 
-// The compiled decoder; source: as createDecoder's.
+// The compiled decoder; source: as createDecoder's. A Response can be used again, as by a stream that
+// starts again.
 export async function compileDecoder(given = new URL('./decoder.wasm', import.meta.url)) {
   const source = await given;
   if (source instanceof WebAssembly.Module) return source;
@@ -8,7 +9,7 @@ export async function compileDecoder(given = new URL('./decoder.wasm', import.me
     return compileDecoder(await load(String(source)));
   if (typeof Response !== 'undefined' && source instanceof Response) {
     if (!source.ok) throw new Error(`${source.url}: the server answered ${source.status}`);
-    return WebAssembly.compile(await source.arrayBuffer());
+    return WebAssembly.compile(await source.clone().arrayBuffer());
   }
   return WebAssembly.compile(source);
 }

@@ -21,8 +21,13 @@ export async function createDecoderPool({ workers, source, createWorker = module
   if (!Number.isInteger(count) || count < 1)
     throw new RangeError(`a pool cannot have ${count} workers`);
   const module = await compileDecoder(source);
-  const started = await Promise.all(Array.from({ length: count }, () => createWorker()));
-  return new DecoderPool(module, started, createWorker);
+  const starting = Array.from({ length: count }, async () => createWorker());
+  try {
+    return new DecoderPool(module, await Promise.all(starting), createWorker);
+  } catch (error) {
+    for (const one of starting) one.then((worker) => worker.terminate()).catch(() => {});
+    throw error;
+  }
 }
 
 function moduleWorker() {
@@ -49,7 +54,7 @@ export async function startWorker(base, start) {
 
 // Workers begin on the page's own server. What they import may come from others, as from a CDN.
 function importingWorker(url) {
-  const script = new Blob([`import '${url}'`], { type: 'text/javascript' });
+  const script = new Blob([`import ${JSON.stringify(url)}`], { type: 'text/javascript' });
   return new Worker(URL.createObjectURL(script), { type: 'module' });
 }
 

@@ -43,6 +43,7 @@ export class MeshletStream extends TransformNode {
   #observers = []; // of the context
 
   constructor(place, scene, { pixels = 1, ...options } = {}) {
+    checkNumber('pixels', pixels, 0); // before anything of it is in the scene
     super('MeshletStream', scene);
     this.pixels = pixels;
     this.frozen = false;

@@ -32,6 +32,7 @@ export class Residency {
   #waiting = 0; // of these, bytes of pages that wait for a decoder or their place
   #decoded = []; // pages that wait for their place
   #wasmBytes; // of the largest Worker
+  #quiet = 0; // no requests until then: a server has asked for a pause
 
   // given: {document, decoders, unpackerModule, budget, signal, refuse(primitive, error), onWarning,
   // onChange, onBroken}.
@@ -71,6 +72,7 @@ export class Residency {
 
   // Pages that were given up are tried again.
   retry() {
+    this.#quiet = 0;
     for (const page of this.pages) if (page.state === NONE) Object.assign(page, UNTRIED);
   }
 
@@ -99,7 +101,7 @@ export class Residency {
   }
 
   #request(page) {
-    if (this.#requests.size >= REQUESTS) return;
+    if (this.#requests.size >= REQUESTS || performance.now() < this.#quiet) return;
     const { budget, document } = this.#given;
     // With memory to decode it, so that its arrival makes #trim forget no page that is wanted.
     const decoding = Math.max(this.#decodingBytes, decodingBytes(page));
@@ -140,6 +142,7 @@ export class Residency {
     const { signal, onBroken, onWarning } = this.#given;
     if (abort.signal.aborted || signal.aborted) return;
     if (error.changed) return onBroken(error);
+    if (error.retryAfter > 0) this.#quiet = performance.now() + delayAfter(1, error);
     for (const page of pages) this.#postpone(page, error);
     onWarning(error.message);
   }

@@ -280,7 +280,10 @@ export class MeshletStream extends Group {
 
   #clear() {
     this.clear();
-    for (const mesh of this.#meshes) mesh.geometry.dispose();
+    for (const mesh of this.#meshes) {
+      mesh.geometry.dispose();
+      mesh.material = mesh.plain; // which is freed below
+    }
     this.#holders = [];
     this.#meshes = [];
     for (const material of [...this.#palettes.values()].flat()) material.dispose();
