@@ -264,8 +264,8 @@ class Options:
     transport: bool = _declare(
         False,
         "--transport",
-        "pack the result for download, a tenth to a third smaller (EXT_meshlet_transport, a draft); "
-        "readers unpack it when they open it",
+        "pack the result for download, a tenth to a third smaller (EXT_meshlet_transport, a "
+        "draft); readers unpack it when they open it",
     )
     obj_groups: bool = _declare(
         False,
