@@ -53,7 +53,7 @@ def report_lines(name, report):
 
     warnings = [("WARNING", f"{name}: {text}") for text in compress_warnings(report)]
     sizes = f"{name}: {_sizes(report)}"
-    texts = (steps_text(report["steps"]), _losses(report), _levels(report), sizes)
+    texts = (steps_text(report["steps"]), _collapsed(report), _levels(report), sizes)
     return [*warnings, *(("INFO", text) for text in texts if text)]
 
 
@@ -78,16 +78,13 @@ def _levels(report):
     return f"{count} levels of detail, {most:,} to {least:,} triangles; the coarser take {size}"
 
 
-def _losses(report):
-    """Triangles that are there without area, and those that are not."""
-    collapsed, dropped = report["collapsed"], report["dropped"]["degenerate_triangles"]
-    texts = []
-    if collapsed["triangles"]:
-        share = f"{collapsed['area_percent']:.2g} % of the area"
-        texts.append(f"{collapsed['triangles']:,} triangles collapse by the step, {share}")
-    if dropped:
-        texts.append(f"{dropped:,} triangles without area are dropped")
-    return "; ".join(texts)
+def _collapsed(report):
+    """Triangles that are there without area; a warning tells of those that are not there."""
+    collapsed = report["collapsed"]
+    if not collapsed["triangles"]:
+        return ""
+    share = f"{collapsed['area_percent']:.2g} % of the area"
+    return f"{collapsed['triangles']:,} triangles collapse by the step, {share}"
 
 
 def size_text(count):

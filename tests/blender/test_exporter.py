@@ -143,11 +143,6 @@ def test_collapsed_and_dropped_triangles_are_told(compression, tmp_path, unfinis
     lines = compression.report_lines("a.glb", report)
     assert lines[-1][1].startswith("a.glb: ") and "times smaller" in lines[-1][1]
     text = "\n".join(text for _, text in lines)
-    assert re.search(
-        r"^1,\d\d\d triangles collapse by the step, .* % of the area; "
-        r"2 triangles without area are dropped$",
-        text,
-        re.M,
-    )
+    assert re.search(r"^1,\d\d\d triangles collapse by the step, .* % of the area$", text, re.M)
     assert re.search(r"^\d levels of detail, 3,364 to \d+ triangles; the coarser take ", text, re.M)
-    assert "a.glb: 2 degenerate triangles are dropped" in text
+    assert text.count("2 degenerate triangles are dropped") == text.count("dropped") == 1
