@@ -1,8 +1,9 @@
 """Builds wheels that install without a compiler: python -m tools.build_wheels [FOLDER]
 
-One wheel per platform (--only PLATFORM ..), for all Pythons, by Zig on this machine. FOLDER:
-default dist. They contain meshoptimizer's simplifier: levels of detail need no other package. A
-wheel that is there and made of the same files stays as it is.
+One wheel per platform (--only PLATFORM ..), for all Pythons, by Zig on this machine; --only here is
+that of this machine, --only blender are those of Blender's platforms. FOLDER: default dist. They
+contain meshoptimizer's simplifier: levels of detail need no other package. A wheel that is there
+and made of the same files stays as it is.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ import argparse
 import hashlib
 import importlib.metadata
 import os
+import platform
 import re
 import shlex
 import subprocess
@@ -54,15 +56,32 @@ PLATFORMS = {
 }
 
 
+def _here() -> list[str]:
+    """The tag of this machine; none if there is no wheel for it."""
+    system = {"Linux": "manylinux_.*", "Windows": "win", "Darwin": "macosx_.*"}
+    cpu = "amd64|x86_64" if platform.machine() in ("x86_64", "AMD64") else "aarch64|arm64"
+    pattern = f"{system.get(platform.system(), '-')}_({cpu})"
+    return [tag for tag in PLATFORMS if re.fullmatch(pattern, tag)]
+
+
+# Name -> tags: of this machine, and of the platforms that Blender runs on, which has none for musl.
+GROUPS = {
+    "here": _here(),
+    "blender": [tag for tag in PLATFORMS if not tag.startswith("musllinux")],
+}
+
+
 def main(arguments: list[str] | None = None) -> int:
     """Builds what it can; returns the exit status, 1 unless that is all."""
     parser = argparse.ArgumentParser(description="Build a wheel for each platform.")
     parser.add_argument("folder", nargs="?", type=Path, default=ROOT / "dist", help="default: dist")
-    parser.add_argument("--only", nargs="+", choices=PLATFORMS, help="default: all platforms")
+    parser.add_argument(
+        "--only", nargs="+", choices=[*PLATFORMS, *GROUPS], help="default: all platforms"
+    )
     options = parser.parse_args(arguments)
     failed = False
     folder = options.folder.resolve()
-    for tag in options.only or PLATFORMS:
+    for tag in tags_of(options.only or list(PLATFORMS)):
         try:
             sources = digest_of_sources()
             path = current_wheel(tag, folder, sources)
@@ -78,6 +97,11 @@ def main(arguments: list[str] | None = None) -> int:
             print(f"no wheel for {tag}: {reason}", file=sys.stderr)
             failed = True
     return int(failed)
+
+
+def tags_of(names: list[str]) -> list[str]:
+    """The tags that platforms and groups of them name."""
+    return list(dict.fromkeys(tag for name in names for tag in GROUPS.get(name, [name])))
 
 
 def digest_of_sources() -> str:
@@ -152,11 +176,11 @@ def build(tag: str, folder: Path, simplifier: Path) -> Path:
     """Builds one wheel; returns its path. Raises CalledProcessError."""
     import ziglang
 
-    platform = PLATFORMS[tag]
+    target = PLATFORMS[tag]
     zig = Path(ziglang.__file__).with_name("zig")
     definitions = {
-        "CMAKE_SYSTEM_NAME": platform.system,
-        "CMAKE_SYSTEM_PROCESSOR": platform.processor,
+        "CMAKE_SYSTEM_NAME": target.system,
+        "CMAKE_SYSTEM_PROCESSOR": target.processor,
         "CMAKE_AR": zig,
         "CMAKE_USER_MAKE_RULES_OVERRIDE_CXX": ROOT / "cmake" / "zig.cmake",
         "CMAKE_SHARED_LINKER_FLAGS": "-s",  # without symbols
@@ -164,7 +188,7 @@ def build(tag: str, folder: Path, simplifier: Path) -> Path:
     }
     environment = {
         **os.environ,
-        "CXX": f"{zig} c++ -target {platform.zig} -mcpu=baseline",
+        "CXX": f"{zig} c++ -target {target.zig} -mcpu=baseline",
         "CMAKE_ARGS": shlex.join(f"-D{name}={value}" for name, value in definitions.items()),
         "SOURCE_DATE_EPOCH": "315532800",  # 1980: the same bytes for the same files
         "_PYTHON_HOST_PLATFORM": tag,  # scikit-build-core takes the wheel's tag from it

@@ -76,20 +76,25 @@ class Grid:
 # --- grids ---
 
 
-def position_grid(low: np.ndarray, high: np.ndarray, bits: int, step: float | None) -> Grid:
+def position_grid(
+    low: np.ndarray, high: np.ndarray, bits: int, step: float | None, scale: float = 1.0
+) -> Grid:
     """Return the grid of a box low..high (float[3] each).
 
-    Its step is `step`, or the longest side / (2^bits - 1). Raises MeshletError for a step that
-    needs more than 24 bits.
+    Its step is `step` in units of the scene, which shows the box so many times larger (`scale`), or
+    the longest side / (2^bits - 1). Raises MeshletError for a step that needs more than 24 bits.
     """
     extent = extent_of(low, high)
-    step_used = _step(extent, bits) if step is None else max(float(np.float32(step)), SMALLEST_STEP)
+    if step is None:
+        step_used = _step(extent, bits)
+    else:
+        step_used = max(float(np.float32(step / scale)), SMALLEST_STEP)
     cells = extent / step_used
     if np.rint(cells) >= 2**GRID_MAX_BITS:
         raise MeshletError(
-            f"step {step_used if step is None else step:g} needs more than {GRID_MAX_BITS} bits "
-            f"for a box of {extent:g}",
-            f"use a step of at least {extent / (2**GRID_MAX_BITS - 1):.3g}",
+            f"step {step_used * scale if step is None else step:g} needs more than "
+            f"{GRID_MAX_BITS} bits for a box of {extent * scale:g}",
+            f"use a step of at least {extent * scale / (2**GRID_MAX_BITS - 1):.3g}",
         )
     x, y, z = (float(v) for v in low)
     return Grid((x, y, z), step_used)

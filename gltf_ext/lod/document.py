@@ -31,6 +31,11 @@ class Levels:
     pages: bytes | memoryview
     report: dict[str, Any]
 
+    @property
+    def byte_count(self) -> int:
+        """What they add to a file, without JSON."""
+        return len(self.tables.to_bytes()) + len(self.pages)
+
 
 def add_levels(document: Document, users: list[gltf.Primitive], levels: Levels) -> None:
     """Give the primitives their levels."""
