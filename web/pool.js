@@ -1,18 +1,9 @@
-// Decodes in a pool of Workers, so that a page does not stall: each blob of a view is a job. Needs
-// no SharedArrayBuffer.
-//
-// The first job, the head, may have several blobs: its Worker makes the arrays of the whole
-// primitive, decodes its share in place and hands the arrays over. The other Workers send their
-// decoded blobs, which the page's thread copies into the arrays. So there are these arrays and the
-// blobs that wait for the head, at most as many bytes again.
+// A pool of Workers that decode, so that a page does not stall. Needs no SharedArrayBuffer.
 import { MalformedError } from './blob.js';
 import { compileDecoder } from './compile.js';
 
 const MOST_WORKERS = 8;
 const START_MS = 30_000; // until a Worker has to answer
-// The heads of one, two, three .. Workers have the first share of parts that grow by this factor:
-// the page's thread copies a blob in about a fifth of the time that decoding it takes.
-const GROWTH = 1.25;
 const files = new WeakMap(); // Worker of a file of ours -> its URL, unless a bundler has renamed it
 
 export async function createDecoderPool({ workers, source, createWorker = moduleWorker } = {}) {
@@ -54,7 +45,7 @@ function importingWorker(url) {
 }
 
 class DecoderPool {
-  #planner; // promise of a decoder that reads headers only; a stream needs none
+  #whole; // promise of what decodes whole primitives
   #module;
   #createWorker;
   #members;
@@ -68,56 +59,25 @@ class DecoderPool {
     this.#members = workers.map((worker) => new Member(worker, module, this));
   }
 
-  async decodePrimitive(view, { integers = false, signal, onProgress } = {}) {
-    const plan = await this.#plan(view, integers);
-    const { blobs, total } = plan;
-    let triangles = 0;
-    const onTriangles = (count) => {
-      triangles += count;
-      onProgress?.(Math.min(1, triangles / total.triangles));
-    };
-    const run = (bytes, options) =>
-      this.run(
-        { task: 'decodeBlobs', bytes, options: { integers, ...options }, onTriangles },
-        signal,
-      );
-    const head = headOf(blobs, this.#members.length);
-    const headBytes = head.reduce((sum, { bytes }) => sum + bytes.length, 0);
-    const headEnds = run(view.subarray(0, headBytes), { total }).then(
-      (arrays) => plan.adopt(arrays),
-      (error) => {
-        throw head.length === 1 ? plan.blame(blobs[0], error) : error;
-      },
-    );
-    const decodeBlob = async (blob) => {
-      const decoded = run(blob.bytes, { firstVertex: blob.begin.vertices });
-      const arrays = await decoded.catch((error) => {
-        throw plan.blame(blob, error);
-      });
-      await headEnds;
-      plan.insert(arrays, blob.begin);
-    };
-    await all([headEnds, ...blobs.slice(head.length).map(decodeBlob)]);
-    return plan.result;
+  async decodePrimitive(view, options = {}) {
+    return (await this.#wholeDecoder()).decodePrimitive(view, options);
   }
 
-  async #plan(view, integers) {
-    this.#planner ??= import('./decoder.js').then(({ createDecoder }) =>
-      createDecoder(this.#module),
-    );
-    return (await this.#planner).plan(view, integers);
+  async validate(view, options = {}) {
+    return (await this.#wholeDecoder()).validate(view, options);
   }
 
-  async validate(view, { signal } = {}) {
-    const plan = await this.#plan(view, false);
-    const validateBlob = async (blob) => {
-      try {
-        await this.run({ task: 'validate', bytes: blob.bytes }, signal);
-      } catch (error) {
-        throw plan.blame(blob, error);
-      }
-    };
-    await all(plan.blobs.map(validateBlob));
+  // Of whole primitives, which a page that streams may have none of.
+  #wholeDecoder() {
+    this.#whole ??= import('./parallel.js').then(({ createParallelDecoder }) =>
+      createParallelDecoder(this, this.#module),
+    );
+    return this.#whole;
+  }
+
+  // Number of Workers.
+  get size() {
+    return this.#members.length;
   }
 
   close() {
@@ -243,17 +203,4 @@ class Member {
     else reject(error.malformed ? new MalformedError(error.message) : new Error(error.message));
     this.#pool.next();
   }
-}
-
-// Waits for all; throws the first one's error, in the order of the view.
-async function all(promises) {
-  const settled = await Promise.allSettled(promises);
-  for (const { status, reason } of settled) if (status === 'rejected') throw reason;
-}
-
-// Leading blobs, at least one: the share of the first of n Workers.
-function headOf(blobs, n) {
-  const most = (blobs.at(-1).end.triangles * (GROWTH - 1)) / (GROWTH ** n - 1);
-  const others = blobs.findIndex(({ end }, i) => i > 0 && end.triangles > most);
-  return others < 0 ? blobs : blobs.slice(0, others);
 }

@@ -23,6 +23,7 @@ import {
   openSource,
   openStreamer,
   PATIENT,
+  Page,
   pause,
   placing,
   RESIDENT,
@@ -67,10 +68,11 @@ function fortyPages({
   };
   owner.pages = Array.from({ length: count }, (_, number) => {
     const place = { source, begin: number * length, length, packed: 0 };
-    const counts = { vertices: 2500, triangles: 5000 };
-    const retryAt = givenUp.includes(number) ? Number.POSITIVE_INFINITY : 0;
-    const wanted = { used: 1, wanted: count - number, tries: 0, retryAt };
-    return { owner, number, ...place, ...counts, state: NONE, bytes: null, ...wanted };
+    const page = new Page(owner, number, { ...place, vertices: 2500, triangles: 5000 });
+    page.use(1);
+    page.want(count - number);
+    if (givenUp.includes(number)) page.attempts.block();
+    return page;
   });
   const budget = { workers, wasm: PLANNED, tables: 0, waiting: 512_000, decoding: 150_000 };
   budget.maxBytes = 40e6 + workers * PLANNED + budget.waiting + budget.decoding;

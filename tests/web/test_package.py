@@ -170,3 +170,11 @@ def test_blobs_of_more_workgroups_than_a_dispatch_has_are_refused_on_the_gpu():
         f"RangeError a dispatch may have ({most} meshlets); compress it with --page-bytes"
         for most in (131070, 524280)
     ]
+
+
+def test_rooms_of_streaming_import_from_those_before_them():
+    rooms = ("io", "core", "engine")
+    for number, room in enumerate(rooms):
+        for path in (WEB / "stream" / room).glob("*.js"):
+            for other in re.findall(r"from '\.\./(\w+)/", path.read_text()):
+                assert other in rooms[:number], path

@@ -7,7 +7,7 @@ const VERTEX_CHUNK = 64;
 const TRIANGLE_CHUNK = 128;
 const INDEX_BYTES = 4;
 
-const chunksOf = (vertices, triangles) => ({
+export const chunksOf = (vertices, triangles) => ({
   vertices: Math.ceil(vertices / VERTEX_CHUNK),
   triangles: Math.ceil(triangles / TRIANGLE_CHUNK),
 });
@@ -26,11 +26,10 @@ export class GeometryPool {
   #freeVertices;
   #freeTriangles;
 
-  // pages: those that may come, {vertices, triangles}. Has room for `always`, which are some of
+  // pages: those that may come. Has room for `always`, which are some of
   // them, and for a share, 0 to 1, of the others.
   constructor(formats, pages, always, share) {
     this.formats = formats;
-    for (const page of pages) page.chunks = chunksOf(page.vertices, page.triangles);
     const capacity = (kind) => {
       const sum = (some) => some.reduce((all, { chunks }) => all + chunks[kind], 0);
       return sum(always) + Math.floor((sum(pages) - sum(always)) * share);
@@ -57,7 +56,7 @@ export class GeometryPool {
     const numbers = new Uint32Array(this.capacity.vertices); // of chunks in their page
     this.#allocate(capacity);
     for (const page of pages)
-      page.place = this.insert(page, this.#extract(page.place, arrays, index, numbers));
+      page.move(this.insert(page, this.#extract(page.place, arrays, index, numbers)));
   }
 
   // Bytes with a capacity.
