@@ -119,7 +119,10 @@ export interface Pool {
   index: Uint32Array;
   /** Set it: called with an array and the elements [begin, end) that were written. */
   written: (array: ArrayBufferView, begin: number, end: number) => void;
-  /** Set it: called when arrays and index are new ones, before they are written. */
+  /**
+   * Set it: called when arrays and index are new ones, as when they grow. They hold what the earlier
+   * ones held; `written` tells what comes next.
+   */
   resized: () => void;
 }
 

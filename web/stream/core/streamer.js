@@ -311,7 +311,7 @@ export class Streamer {
   // Moves memory between the pools. A pool at a time, first those that shrink.
   #rebalance() {
     const { needs } = this.#fitting;
-    const grows = (pool) => pool.bytesOf(needs.get(pool)) - pool.byteLength;
+    const grows = (pool) => pool.bytesOf(needs.get(pool)) - pool.bytesOf(pool.capacity);
     const same = (a, b) => a.vertices === b.vertices && a.triangles === b.triangles;
     const [pool] = this.pools
       .filter((one) => !same(one.capacity, needs.get(one)))
