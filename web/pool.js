@@ -12,8 +12,9 @@ export async function createDecoderPool({ workers, source, createWorker = module
   if (!Number.isInteger(count) || count < 1)
     throw new RangeError(`a pool cannot have ${count} workers`);
   const module = await compileDecoder(source);
-  const started = await Promise.all(Array.from({ length: count }, () => createWorker()));
-  return new DecoderPool(module, started, createWorker);
+  const pool = new DecoderPool(module, createWorker);
+  await pool.grow(count);
+  return pool;
 }
 
 function moduleWorker() {
@@ -48,15 +49,29 @@ class DecoderPool {
   #whole; // promise of what decodes whole primitives
   #module;
   #createWorker;
-  #members;
+  #members = [];
+  #count = 0; // of members, also of those that start
   #waiting = []; // jobs without a member
   works = false; // a Worker has done a job; for members
   ended = null; // the error of all calls from now on; for gltf-meshlet/stream, too
 
-  constructor(module, workers, createWorker) {
+  constructor(module, createWorker) {
     this.#module = module;
     this.#createWorker = createWorker;
-    this.#members = workers.map((worker) => new Member(worker, module, this));
+  }
+
+  // Starts Workers until there are so many.
+  async grow(count) {
+    const more = Math.max(0, count - this.#count);
+    this.#count += more;
+    await Promise.all(Array.from({ length: more }, () => this.#start()));
+  }
+
+  async #start() {
+    const member = new Member(await this.#createWorker(), this.#module, this);
+    this.#members.push(member);
+    if (this.ended) member.end();
+    this.next();
   }
 
   async decodePrimitive(view, options = {}) {
@@ -100,10 +115,7 @@ class DecoderPool {
     member.end(error);
     this.#members = this.#members.filter((other) => other !== member);
     try {
-      const other = new Member(await this.#createWorker(), this.#module, this);
-      this.#members.push(other);
-      if (this.ended) other.end();
-      this.next();
+      await this.#start();
     } catch (failed) {
       this.end(failed);
     }

@@ -1,6 +1,20 @@
-// Pages and their residency under random events, for test_stream_pages.py.
-// Usage: node stream_pages.mjs WEB TASK ROUNDS; prints JSON.
-import { NONE, Page, pause, RESIDENT, Residency, SourceError, STORED } from './streaming.mjs';
+// Pages and their residency under random events, and the Workers of several streams, for
+// test_stream_pages.py.
+// Usage: node stream_pages.mjs WEB TASK ROUNDS, or FILE; prints JSON.
+import { readFileSync } from 'node:fs';
+import {
+  NONE,
+  open,
+  Page,
+  pause,
+  RESIDENT,
+  Residency,
+  rest,
+  SourceError,
+  STORED,
+  startWorker,
+  viewOf,
+} from './streaming.mjs';
 
 const [task, rounds] = process.argv.slice(3);
 let seed = 1;
@@ -116,10 +130,61 @@ const tasks = {
     const rest = owner.pages.filter(({ state }) => ![NONE, STORED, RESIDENT].includes(state));
     return { wrong, states: states.size, rest: rest.length, transit: residency.bytes.transit };
   },
+
+  // Twenty streams of a file, all but one of which end: Workers that they have started and ended, the
+  // bytes of their buffers and arrays at a first picture and at last, and whether each shows all.
+  async sharing() {
+    const blob = new Blob([readFileSync(rounds)]);
+    const counts = { started: 0, ended: 0 };
+    const createWorker = () => {
+      counts.started++;
+      return startWorker().on('exit', () => counts.ended++);
+    };
+    const options = { maxBytes: 16e6, createWorker };
+    const streams = await Promise.all(Array.from({ length: 20 }, () => open(blob, options)));
+    const sum = () =>
+      streams.reduce((all, { statistics: { bytes } }) => all + bytes.gpu + bytes.arrays, 0);
+    const showAll = async (some, pixels) => {
+      await Promise.all(some.map((one) => rest(one, viewOf(one), { pixels })));
+      return some.every(({ complete }) => complete);
+    };
+    const result = { first: await showAll(streams, 1000), firstBytes: sum() };
+    for (const one of streams.slice(1)) one.close();
+    await pause(50);
+    result.kept = { ...counts };
+    result.last = await showAll(streams.slice(0, 1), 0);
+    streams[0].close();
+    streams[0].close();
+    await pause(200);
+    const another = await open(blob, options);
+    result.another = await showAll([another], 1000);
+    another.close();
+    await pause(200);
+    return { ...result, counts };
+  },
+
+  // A stream beside one whose Workers do not start, and the next one when they do.
+  async failing() {
+    const blob = new Blob([readFileSync(rounds)]);
+    let fails = true;
+    const createWorker = () => {
+      if (fails) throw new Error('no Workers here');
+      return startWorker();
+    };
+    const tried = () =>
+      open(blob, { createWorker }).then(
+        () => 'open',
+        ({ message }) => message,
+      );
+    const results = await Promise.all([tried(), tried()]);
+    fails = false;
+    return [...results, await tried()];
+  },
 };
 
 process.on('unhandledRejection', (error) => {
   console.error(error);
   process.exit(1);
 });
-process.stdout.write(JSON.stringify(await tasks[task]()));
+// Workers may still end.
+process.stdout.write(JSON.stringify(await tasks[task]()), () => process.exit(0));

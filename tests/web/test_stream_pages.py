@@ -43,3 +43,16 @@ def test_residency_adds_up_whatever_happens():
     result = stream("residency", 1500)
     assert (result["wrong"], result["rest"], result["transit"]) == ([], 0, 0)
     assert result["states"] == len(STATES)
+
+
+def test_streams_of_a_page_share_workers(bunny):
+    """They end with the last stream; the next one starts others."""
+    result = stream("sharing", bunny)
+    assert (result["first"], result["last"], result["another"]) == (True, True, True)
+    assert result["firstBytes"] < 30_000_000
+    assert result["kept"] == {"started": 1, "ended": 0}
+    assert result["counts"] == {"started": 2, "ended": 2}
+
+
+def test_workers_that_do_not_start_are_tried_again(bunny):
+    assert stream("failing", bunny) == ["no Workers here", "no Workers here", "open"]

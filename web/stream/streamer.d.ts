@@ -28,7 +28,10 @@ export interface StreamOptions {
   source?: DecoderSource;
   /** As `source`, of the unpacker: for files with `EXT_meshlet_transport`. */
   unpacker?: DecoderSource;
-  /** Starts a Worker that runs `gltf-meshlet/stream/worker`, for bundlers that do not find it. */
+  /**
+   * Starts a Worker that runs `gltf-meshlet/stream/worker`, for bundlers that do not find it. Streams
+   * with the same function share Workers.
+   */
   createWorker?: () => Worker | Promise<Worker>;
 }
 

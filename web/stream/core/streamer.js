@@ -2,7 +2,7 @@
 // they need in arrays, in a fixed amount of memory. Knows no engine: an adapter gives the instances'
 // matrices and the camera, and draws the ranges of the arrays.
 import { MalformedError } from '../../blob.js';
-import { createDecoderPool, startWorker } from '../../pool.js';
+import { startWorker } from '../../pool.js';
 import { openDocument } from '../io/document.js';
 import { SourceError } from '../io/source.js';
 import { LEAST_BYTES, makePools, planBudget, workersOf } from './budget.js';
@@ -11,6 +11,7 @@ import { RESIDENT } from './page.js';
 import { Instance, Ranges } from './primitives.js';
 import { ours, Reader } from './reader.js';
 import { Residency } from './residency.js';
+import { borrowWorkers } from './workers.js';
 
 const DEFAULT_BYTES = 64e6;
 // From one frame of a flight to the next the threshold falls by less than this, mostly.
@@ -41,6 +42,7 @@ export class Streamer {
   #reader = null;
   #residency = null;
   #budget = null;
+  #release = () => {}; // of Workers
   #abort = new AbortController();
   #frame = 0;
   #changes = 0; // of what is drawn, but for residency
@@ -96,17 +98,13 @@ export class Streamer {
     const { onWarning, source, createWorker, exclude } = this.#options;
     const { signal } = this.#abort;
     signal.throwIfAborted();
-    const starting = createDecoderPool({
-      workers: workersOf(this.#maxBytes),
-      source,
-      createWorker: createWorker ?? pageWorker,
-    });
-    starting.catch(() => {});
+    const workers = workersOf(this.#maxBytes);
+    const { starting, release } = borrowWorkers(workers, source, createWorker ?? pageWorker);
+    this.#release = release;
     try {
       this.#document = await openDocument(place, { ...this.#options, signal });
     } finally {
       this.decoders = await starting;
-      if (signal.aborted) this.decoders.close();
     }
     signal.throwIfAborted();
     this.#reader = new Reader(this.#document, { maxBytes: this.#maxBytes, onWarning });
@@ -379,7 +377,8 @@ export class Streamer {
 
   close(reason = new SourceError('the stream is closed')) {
     this.#abort.abort(reason);
-    this.decoders?.close();
+    this.#release();
+    this.#release = () => {};
   }
 }
 
