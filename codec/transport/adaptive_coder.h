@@ -1,20 +1,19 @@
 // Adaptive models of 16 symbols, coded by rANS; plain bits stand beside them
 // (spec/EXT_meshlet_transport.md, "Entropy coding"). The encoder and the decoder have the same
 // functions, so that one template codes both ways: c.symbol(model, x) codes x and returns it.
-#pragma once
+#ifndef TRANSPORT_ADAPTIVE_CODER_H
+#define TRANSPORT_ADAPTIVE_CODER_H
 #include <cstdint>
 #include <cstring>
 #include <initializer_list>
-#if defined(__AVX2__)
-#include <immintrin.h>
-#elif defined(__wasm_simd128__)
+#ifdef __wasm_simd128__
 #include <wasm_simd128.h>
 #endif
 
 #include "decode/build.h"
 
 namespace gltf_meshlet_codec {
-inline namespace MESHLET_BUILD {
+namespace MESHLET_BUILD {
 namespace transport {
 
 constexpr uint32_t kSymbols = 16, kProbabilityBits = 15, kWhole = 1u << kProbabilityBits;
@@ -85,7 +84,7 @@ struct Flag {
 
 // The symbol whose range holds `slot`.
 inline uint32_t find_symbol(const Cumulative& c, uint32_t slot) {
-#if defined(__AVX2__)
+#if MESHLET_AVX2
   const __m256i above = _mm256_cmpgt_epi16(__m256i(c), _mm256_set1_epi16(int16_t(slot)));
   return _tzcnt_u32(uint32_t(_mm256_movemask_epi8(above))) / 2 - 1;
 #elif defined(__wasm_simd128__)
@@ -188,3 +187,5 @@ class Decoder {
 }  // namespace transport
 }  // namespace MESHLET_BUILD
 }  // namespace gltf_meshlet_codec
+
+#endif

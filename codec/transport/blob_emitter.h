@@ -1,10 +1,11 @@
 // Writes the blob of a page in canonical form (spec/EXT_meshlet_transport.md, "Canonical form").
-#pragma once
+#ifndef TRANSPORT_BLOB_EMITTER_H
+#define TRANSPORT_BLOB_EMITTER_H
 #include "transport/page.h"
 #include "transport/resident_values.h"
 
 namespace gltf_meshlet_codec {
-inline namespace MESHLET_BUILD {
+namespace MESHLET_BUILD {
 namespace transport {
 
 constexpr uint32_t kSpare = 8;  // bytes that may be touched behind those that are written or read
@@ -179,7 +180,7 @@ inline void BlobEmitter::emit_symbols(BitWriter& w, const MeshletRow& m, const G
   const uint64_t* of = m.symbols;
   uint64_t rest = below(m.triangles - 1u);
   for (uint64_t zero : {of[kR], of[group.table ? kL : kC], of[group.table ? kC : kE], ~of[kS]}) {
-#if defined(__BMI2__)
+#if MESHLET_AVX2
     w.put_mask(__builtin_ia32_pext_di(~zero, rest), count_of(rest));
 #else
     for (uint64_t left = rest; left; left &= left - 1) w.put(~zero >> lowest(left) & 1, 1);
@@ -466,3 +467,5 @@ inline bool BlobEmitter::emit(uint8_t* out) {
 }  // namespace transport
 }  // namespace MESHLET_BUILD
 }  // namespace gltf_meshlet_codec
+
+#endif

@@ -1,12 +1,13 @@
 // A page, which is one blob of EXT_meshlet_edgebreaker, as arrays: triangles, references, the
 // numbers of vertices and their integers. Both the packer and the unpacker fill one.
-#pragma once
+#ifndef TRANSPORT_PAGE_H
+#define TRANSPORT_PAGE_H
 #include "decode/memory.h"
 #include "decode/serial_decoder.h"
 #include "transport/vertex.h"
 
 namespace gltf_meshlet_codec {
-inline namespace MESHLET_BUILD {
+namespace MESHLET_BUILD {
 namespace transport {
 
 constexpr uint32_t kNone = ~0u;
@@ -22,8 +23,8 @@ inline uint32_t nth(uint64_t mask, uint32_t n) {
   return mask ? lowest(mask) : kNone;
 }
 
-// A growing array whose new elements are not initialised. Not List nor std::vector: the linker
-// would merge the code of the builds (decode/build.h).
+// A growing array whose new elements are not initialised, which may be more than an address
+// counts.
 template <class T>
 class Buffer {
  public:
@@ -393,3 +394,5 @@ inline void Page::list_corners(const MeshletRow& m, uint32_t s, Corners& corners
 }  // namespace transport
 }  // namespace MESHLET_BUILD
 }  // namespace gltf_meshlet_codec
+
+#endif

@@ -1,10 +1,11 @@
 // Codes a page both ways (spec/EXT_meshlet_transport.md, "Pages"): `from` is the page when packing
 // and is not looked at when unpacking; `to` is what is known so far, in both directions.
-#pragma once
+#ifndef TRANSPORT_PAGE_CODER_H
+#define TRANSPORT_PAGE_CODER_H
 #include "transport/contexts.h"
 
 namespace gltf_meshlet_codec {
-inline namespace MESHLET_BUILD {
+namespace MESHLET_BUILD {
 namespace transport {
 
 // The packer's choices for a page.
@@ -1028,3 +1029,5 @@ bool PageCoder<Coder>::code_stream(uint32_t s) {
 }  // namespace transport
 }  // namespace MESHLET_BUILD
 }  // namespace gltf_meshlet_codec
+
+#endif

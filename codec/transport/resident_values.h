@@ -1,10 +1,11 @@
 // The residuals of a meshlet's stream as its blob stores them (EXT_meshlet_edgebreaker, A.7), from
 // values.
-#pragma once
+#ifndef TRANSPORT_RESIDENT_VALUES_H
+#define TRANSPORT_RESIDENT_VALUES_H
 #include "transport/page.h"
 
 namespace gltf_meshlet_codec {
-inline namespace MESHLET_BUILD {
+namespace MESHLET_BUILD {
 namespace transport {
 
 using Eight = uint32_t __attribute__((vector_size(32)));
@@ -166,3 +167,5 @@ inline void ResidentValues::compute(const Page& page, const MeshletRow& m, uint3
 }  // namespace transport
 }  // namespace MESHLET_BUILD
 }  // namespace gltf_meshlet_codec
+
+#endif

@@ -1,6 +1,7 @@
 // The elements of a vertex as a vector of four integers, modulo 2^32, and the predictions of
 // EXT_meshlet_edgebreaker on them (its section A.7).
-#pragma once
+#ifndef TRANSPORT_VERTEX_H
+#define TRANSPORT_VERTEX_H
 #include <cstdint>
 #include <cstring>
 
@@ -8,7 +9,7 @@
 #include "transport/adaptive_coder.h"
 
 namespace gltf_meshlet_codec {
-inline namespace MESHLET_BUILD {
+namespace MESHLET_BUILD {
 namespace transport {
 
 using Vertex = uint32_t __attribute__((vector_size(16)));
@@ -107,3 +108,5 @@ inline Vertex octahedral(Vertex n, uint32_t bits) {
 }  // namespace transport
 }  // namespace MESHLET_BUILD
 }  // namespace gltf_meshlet_codec
+
+#endif

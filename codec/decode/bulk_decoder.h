@@ -1,6 +1,6 @@
-// The decoder. Compiled twice, for the baseline and for AVX2 (codec/CMakeLists.txt), each in its
-// namespace MESHLET_BUILD. The linker must not merge their code: instantiate no library templates
-// here, and keep everything that is not static in that namespace.
+// The decoder of blobs, for one instruction set: processors.cpp includes it for each.
+#ifndef DECODE_BULK_DECODER_H
+#define DECODE_BULK_DECODER_H
 #include <cstring>
 
 #include "decode/decoder.h"
@@ -8,7 +8,7 @@
 #include "decode/serial_decoder.h"
 
 namespace gltf_meshlet_codec {
-inline namespace MESHLET_BUILD {
+namespace MESHLET_BUILD {
 namespace {
 
 // Does anyone decode with begins? Without, WebAssembly has 1.6 kB less.
@@ -653,7 +653,7 @@ void write_stream(const Stream& s, const uint32_t* values, const NewVertices& v,
 
 // Elements 0 and 1 of a batch of vertices.
 inline void load_pairs(const uint32_t* values, const uint32_t* ids, uint32_t (*q)[kBatch]) {
-#ifdef __AVX2__
+#if MESHLET_AVX2
   auto pair = [&](uint32_t k) {
     return _mm_loadl_epi64(reinterpret_cast<const __m128i*>(values + kStored * size_t(ids[k])));
   };
@@ -1040,8 +1040,7 @@ Problem BlobDecoder::validate() {
 }
 
 }  // namespace
-
-Decoder* new_decoder() { return new BlobDecoder(); }
-
 }  // namespace MESHLET_BUILD
 }  // namespace gltf_meshlet_codec
+
+#endif

@@ -1,14 +1,15 @@
-// The unpacker. Compiled twice, for the baseline and for AVX2, as decode/bulk_decoder.cpp is: no
-// library templates here.
+// The unpacker of pages, for one instruction set: processors.cpp includes it for each.
+#ifndef TRANSPORT_PAGE_UNPACKER_H
+#define TRANSPORT_PAGE_UNPACKER_H
 #include "transport/blob_emitter.h"
 #include "transport/page_coder.h"
 #include "transport/transport.h"
 
 namespace gltf_meshlet_codec {
-inline namespace MESHLET_BUILD {
+namespace MESHLET_BUILD {
 namespace {
 
-class Unpacker : public PageUnpacker {
+class BlobUnpacker : public PageUnpacker {
  public:
   Problem unpack(const uint8_t* packed_view, const PackedPage& page, uint8_t* out) override {
     if (page.raw) {
@@ -62,9 +63,7 @@ class Unpacker : public PageUnpacker {
 };
 
 }  // namespace
-
-// The caller deletes it.
-PageUnpacker* new_page_unpacker() { return new Unpacker; }
-
 }  // namespace MESHLET_BUILD
 }  // namespace gltf_meshlet_codec
+
+#endif
