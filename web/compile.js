@@ -1,7 +1,10 @@
 // Compiles the WebAssembly modules, wherever they come from.
 
+// Bundlers look for this expression, and put the place of their copy there.
+export const decoderUrl = () => new URL('./decoder.wasm', import.meta.url);
+
 // The compiled decoder; source: as createDecoder's.
-export async function compileDecoder(given = new URL('./decoder.wasm', import.meta.url)) {
+export async function compileDecoder(given = decoderUrl()) {
   const source = await given;
   if (source instanceof WebAssembly.Module) return source;
   if (typeof source === 'string' || source instanceof URL)

@@ -1,10 +1,10 @@
 // A pool of Workers that decode, so that a page does not stall. Needs no SharedArrayBuffer.
 import { MalformedError } from './blob.js';
-import { compileDecoder } from './compile.js';
+import { compileDecoder, decoderUrl } from './compile.js';
 
 const MOST_WORKERS = 8;
 const START_MS = 30_000; // until a Worker has to answer
-const files = new WeakMap(); // Worker of a file of ours -> its URL, unless a bundler has renamed it
+const files = new WeakMap(); // Worker of a file of ours -> its URL
 
 export async function createDecoderPool({ workers, source, createWorker = moduleWorker } = {}) {
   const cores = globalThis.navigator?.hardwareConcurrency ?? 4;
@@ -20,20 +20,21 @@ export async function createDecoderPool({ workers, source, createWorker = module
 function moduleWorker() {
   // Bundlers look for this expression.
   const start = () => new Worker(new URL('./worker.js', import.meta.url), { type: 'module' });
-  return startWorker(import.meta.url, start);
+  return startWorker('worker.js', start);
 }
 
-// Starts a Worker of worker.js beside a file of ours, in Node or by start() in a browser. base: URL
-// of that file; a bundler may have put another one. For gltf-meshlet/stream, too.
-export async function startWorker(base, start) {
-  const name = './worker.js'; // in a variable, so that bundlers do not copy the file
+// Starts a Worker of a file of the package, in Node or by start() in a browser. For
+// gltf-meshlet/stream, too.
+export async function startWorker(name, start) {
+  const decoder = decoderUrl();
+  const url = new URL(name, decoder);
   if (typeof Worker === 'undefined') {
     const node = 'node:worker_threads'; // in a variable, so that bundlers leave it alone
     const threads = await import(/* webpackIgnore: true */ /* @vite-ignore */ node);
-    return new threads.Worker(new URL(name, base));
+    return new threads.Worker(url);
   }
-  if (!/^https?:/.test(base)) return start();
-  const url = new URL(name, base);
+  // A bundler that has renamed the decoder has moved the Worker's file, too.
+  if (!decoder.pathname.endsWith('/decoder.wasm')) return start();
   const worker = url.origin === globalThis.location.origin ? start() : importingWorker(url);
   files.set(worker, url);
   return worker;
@@ -162,7 +163,7 @@ class Member {
     this.#pool = pool;
     const failed = ({ message }) => {
       clearTimeout(this.#starting);
-      const place = files.has(worker) ? ` (without a bundler, ${files.get(worker)})` : '';
+      const place = files.has(worker) ? `: ${files.get(worker)}` : '';
       const problem = message ?? `its file was not loaded${place}`;
       pool.replace(this, new Error(`a decoder's Worker failed: ${problem}`));
     };

@@ -36,4 +36,4 @@ def test_streams_from_every_place(browser, bunny, tmp_path):
     assert stored["warnings"][-1].endswith("so that the whole file is loaded")
     (problem,) = set(copy["broken"])
     assert problem.startswith("a decoder's Worker failed: its file was not loaded")
-    assert problem.endswith("/files/package/stream/core/worker.js)")
+    assert problem.endswith("/files/package/stream/core/worker.js")

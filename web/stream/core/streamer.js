@@ -385,5 +385,5 @@ export class Streamer {
 function pageWorker() {
   // Bundlers look for this expression.
   const start = () => new Worker(new URL('./worker.js', import.meta.url), { type: 'module' });
-  return startWorker(import.meta.url, start);
+  return startWorker('stream/core/worker.js', start);
 }
