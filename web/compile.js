@@ -3,7 +3,8 @@
 // Bundlers look for this expression, and put the place of their copy there.
 export const decoderUrl = () => new URL('./decoder.wasm', import.meta.url);
 
-// The compiled decoder; source: as createDecoder's.
+// The compiled decoder; source: as createDecoder's. A Response can be used again, as
+// by a stream that starts again.
 export async function compileDecoder(given = decoderUrl()) {
   const source = await given;
   if (source instanceof WebAssembly.Module) return source;
@@ -11,7 +12,7 @@ export async function compileDecoder(given = decoderUrl()) {
     return compileDecoder(await load(String(source)));
   if (typeof Response !== 'undefined' && source instanceof Response) {
     if (!source.ok) throw new Error(`${source.url}: the server answered ${source.status}`);
-    return WebAssembly.compile(await source.arrayBuffer());
+    return WebAssembly.compile(await source.clone().arrayBuffer());
   }
   return WebAssembly.compile(source);
 }

@@ -13,8 +13,13 @@ export async function createDecoderPool({ workers, source, createWorker = module
     throw new RangeError(`a pool cannot have ${count} workers`);
   const module = await compileDecoder(source);
   const pool = new DecoderPool(module, createWorker);
-  await pool.grow(count);
-  return pool;
+  try {
+    await pool.grow(count);
+    return pool;
+  } catch (error) {
+    pool.close(); // with the Workers that did start
+    throw error;
+  }
 }
 
 function moduleWorker() {
@@ -42,7 +47,7 @@ export async function startWorker(name, start) {
 
 // Workers begin on the page's own server. What they import may come from others, as from a CDN.
 function importingWorker(url) {
-  const script = new Blob([`import '${url}'`], { type: 'text/javascript' });
+  const script = new Blob([`import ${JSON.stringify(url)}`], { type: 'text/javascript' });
   return new Worker(URL.createObjectURL(script), { type: 'module' });
 }
 

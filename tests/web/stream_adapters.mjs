@@ -63,6 +63,29 @@ const tasks = {
     return result;
   },
 
+  // What is in Babylon's scene after a stream with a wrong option.
+  async refused() {
+    const { scene } = await babylonScene();
+    const { MeshletStream } = await load('gltf-meshlet/stream/babylon.js');
+    const made = problemOf(() => new MeshletStream(blob(), scene, { pixels: -1 }));
+    return { made, left: countsOf(scene) };
+  },
+
+  // Of a stream in three.js that ends while it shows colours: its materials, and those freed.
+  async coloured() {
+    const { stream } = await streamOf('three', blob(), {});
+    await stream.ready;
+    const materials = new Set();
+    stream.traverse(({ material }) => {
+      for (const one of [material ?? []].flat()) materials.add(one);
+    });
+    let freed = 0;
+    for (const one of materials) one.addEventListener('dispose', () => freed++);
+    stream.colour = 'level';
+    stream.dispose();
+    return { made: materials.size, freed };
+  },
+
   // What Babylon says of a stream from its beginning to its end, and what is left of it.
   async quiet() {
     const { stream, scene, said } = await streamOf('babylon', blob(), {});

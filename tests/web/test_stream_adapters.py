@@ -38,6 +38,17 @@ def test_wrong_pixels_and_copies_are_refused(user):
         assert result["pixels"] == 2
 
 
+def test_streams_with_a_wrong_option_leave_nothing_in_babylons_scene(user):
+    result = run(user, "refused")
+    assert result["made"].startswith("RangeError: pixels")
+    assert result["left"] == [0, 0, 0, 0]
+
+
+def test_materials_are_freed_also_while_colours_are_shown(user):
+    result = run(user, "coloured")
+    assert result["made"] == result["freed"] > 0
+
+
 def test_babylon_has_nothing_to_complain_about(user):
     result = run(user, "quiet")
     assert result["said"] == []

@@ -43,6 +43,7 @@ export declare class MeshletStream extends TransformNode {
   readonly onWarningObservable: Observable<string>;
   /** The stream has ended. `ready` rejects with the same error, if it still waits. */
   readonly onErrorObservable: Observable<Error>;
+  /** Without a scene, before `ready`: only `complete` and `bytes.total`. */
   readonly statistics: Statistics;
   /** Chooses what is drawn. Call it before each frame. Returns whether the picture changes. */
   update(camera: Camera): boolean;

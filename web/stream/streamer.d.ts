@@ -10,11 +10,12 @@ export interface StreamOptions {
    * a larger error.
    */
   maxBytes?: number;
-  /** For fetch: headers, credentials. */
+  /** For fetch: headers, credentials. Not for .bin files on another server than the file's. */
   requestInit?: RequestInit;
   /**
    * Fetches in place of the global function: each request of the file and of its .bin files goes
-   * through it, with a header `Range`. To sign URLs, or to renew what has expired.
+   * through it, with a header `Range` but for whole files. To sign URLs, or to renew what has expired.
+   * `init.signal` ends a request: pass it on.
    */
   fetch?: (url: string, init: RequestInit) => Promise<Response>;
   /**

@@ -58,6 +58,7 @@ export declare class MeshletStream extends Group<MeshletStreamEventMap> {
   /** Shows colours instead of materials. */
   colour: Colour;
   animations: AnimationClip[];
+  /** Without a scene, before `ready`: only `complete` and `bytes.total`, and the estimates. */
   readonly statistics: MeshletStreamStatistics;
   /**
    * Chooses what is drawn. Call it before each frame, when all matrices but the stream's own are

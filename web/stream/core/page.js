@@ -37,7 +37,6 @@ export class Page {
   constructor(owner, number, { source, begin, length, packed, vertices, triangles }) {
     Object.assign(this, { owner, number, source, begin, length, packed, vertices, triangles });
     this.chunks = chunksOf(vertices, triangles);
-    Object.freeze(this);
   }
 
   get state() {

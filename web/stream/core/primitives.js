@@ -1,5 +1,5 @@
 // What streams of a file: primitives, their instances, and the ranges of indices to draw.
-import { EXTENSION } from '../../gltf.js';
+import { EXTENSION } from '../../accessors.js';
 import { LOD } from '../io/tables.js';
 import { Attempts } from './attempts.js';
 import { largestScale } from './cut.js';

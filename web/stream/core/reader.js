@@ -1,7 +1,8 @@
 // Opens what streams of a document: finds primitives with levels, reads their tables and the pages
 // of the first picture. A primitive whose levels are malformed is refused.
+
+import { EXTENSION } from '../../accessors.js';
 import { MalformedError, readStreams, sameStreams } from '../../blob.js';
-import { EXTENSION } from '../../gltf.js';
 import { createUnpacker, packedTable } from '../../transport.js';
 import { readPlaces } from '../io/document.js';
 import { LOD, readCounts, Tables } from '../io/tables.js';

@@ -1,6 +1,7 @@
 // Which pages are in memory: requests those that are wanted, has them decoded, puts them into the
 // pools, and evicts others, within the budget.
 import { MalformedError } from '../../blob.js';
+import { delayAfter } from '../io/source.js';
 import { decodingBytes } from './budget.js';
 import { NONE, RESIDENT, STORED } from './page.js';
 
@@ -18,6 +19,7 @@ export class Residency {
   #waiting = 0; // of these, bytes of pages that wait for a decoder or their place
   #decoded = []; // pages that wait for their place
   #wasmBytes; // of the largest Worker
+  #quiet = 0; // no requests until then: a server has asked for a pause
 
   // given: {document, decoders, unpackerModule, budget, signal, refuse(primitive, error), onWarning,
   // onChange, onBroken}.
@@ -56,6 +58,7 @@ export class Residency {
 
   // Pages that were given up are tried again.
   retry() {
+    this.#quiet = 0;
     for (const page of this.pages) page.attempts.reset();
   }
 
@@ -87,7 +90,7 @@ export class Residency {
   }
 
   #request(page) {
-    if (this.#requests.size >= REQUESTS) return;
+    if (this.#requests.size >= REQUESTS || performance.now() < this.#quiet) return;
     const { budget, document } = this.#given;
     // With memory to decode it, so that its arrival makes #trim forget no page that is wanted.
     const decoding = Math.max(this.#decodingBytes, decodingBytes(page));
@@ -127,6 +130,7 @@ export class Residency {
     const { signal, onBroken, onWarning } = this.#given;
     if (abort.signal.aborted || signal.aborted) return;
     if (error.changed) return onBroken(error);
+    if (error.retryAfter > 0) this.#quiet = performance.now() + delayAfter(1, error);
     for (const page of pages) this.#postpone(page, error);
     onWarning(error.message);
   }

@@ -24,11 +24,11 @@ export async function openStreamer(place, options = {}) {
     return streamer;
   } catch (error) {
     streamer.close();
-    throw named(ours(error), place);
+    throw streamer.decoders ? named(ours(error), place) : error;
   }
 }
 
-// Errors of a file's content, with its place.
+// Errors of a file's content, with its place. Without decoders it is none of the file's.
 function named(error, place) {
   if (!(error instanceof MalformedError)) return error;
   const name = place instanceof Blob ? 'the file' : place;

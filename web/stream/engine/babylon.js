@@ -15,8 +15,8 @@ import {
   unregisterGLTFExtension,
 } from '@babylonjs/loaders/glTF/2.0/glTFLoaderExtensionRegistry.js';
 import '@babylonjs/loaders/glTF/2.0/index.js';
+import { ARRAYS, EXTENSION } from '../../accessors.js';
 import { MeshletExtension } from '../../babylon.js';
-import { ARRAYS, EXTENSION } from '../../gltf.js';
 import { View } from '../core/cut.js';
 import { checkNumber } from '../core/options.js';
 import { forStreamed, Session } from './session.js';
@@ -43,6 +43,7 @@ export class MeshletStream extends TransformNode {
   #observers = []; // of the context
 
   constructor(place, scene, { pixels = 1, ...options } = {}) {
+    checkNumber('pixels', pixels, 0); // before anything of it is in the scene
     super('MeshletStream', scene);
     this.pixels = pixels;
     this.frozen = false;

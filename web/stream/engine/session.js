@@ -1,6 +1,6 @@
 // What the adapters for engines share: opens a file, waits for the first picture, puts the scene
 // together, and starts again if the file changes.
-import { EXTENSION } from '../../gltf.js';
+import { EXTENSION } from '../../accessors.js';
 import { TRANSPORT } from '../../transport.js';
 import { keyOf } from '../core/primitives.js';
 import { openStreamer } from '../core/streamer.js';
@@ -21,6 +21,7 @@ export class Session {
   #signal; // the page's
   #abort = new AbortController();
   #restarts = 0;
+  #refused = []; // keys of primitives of this file whose levels turned out to be malformed
   #shown = 0; // when the picture came
   #wake = () => {};
   #isOver = false; // it has ended with an error
@@ -54,7 +55,10 @@ export class Session {
     if (this.#abort.signal.aborted) return;
     this.#restarts = 0;
     if (this.streamer) this.streamer.retry();
-    else if (this.#isOver) this.#begin(this.#start());
+    else if (this.#isOver) {
+      this.#refused = [];
+      this.#begin(this.#start());
+    }
   }
 
   #tellFailure(promise) {
@@ -85,7 +89,11 @@ export class Session {
       if (broken) throw broken;
     };
     try {
-      streamer = await openStreamer(this.#place, { ...this.#options, ...events });
+      streamer = await openStreamer(this.#place, {
+        ...this.#options,
+        ...events,
+        exclude: this.#refused,
+      });
       check();
       if (streamer.primitives.length === 0) engine.tell('warning', NO_LEVELS);
       const base = this.#place instanceof Blob ? '' : String(new URL('.', this.#place));
@@ -102,6 +110,7 @@ export class Session {
       await nextTask();
       check();
       await engine.show(streamer, loaded, (items, action) => inTasks(items, action, check));
+      check();
       this.streamer = streamer;
       engine.tell('load');
     } catch (error) {
@@ -119,8 +128,7 @@ export class Session {
   async #again(refused, error) {
     if (this.#abort.signal.aborted || ++this.#restarts > RESTARTS) throw error;
     this.#engine.tell('warning', `${error.message}; starting again`);
-    const { exclude = [] } = this.#options;
-    this.#options.exclude = [...exclude, ...refused.map(({ key }) => key)];
+    this.#refused = error.changed ? [] : [...this.#refused, ...refused.map(({ key }) => key)];
     await pause(delayAfter(this.#restarts), this.#abort.signal);
     return this.#start();
   }

@@ -17,7 +17,7 @@ import {
   Vector4,
 } from 'three';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
-import { meshletPlugin } from '../../three_plugin.js';
+import { EXTENSION } from '../../accessors.js';
 import { View } from '../core/cut.js';
 import { checkNumber } from '../core/options.js';
 import { forStreamed, Session } from './session.js';
@@ -90,13 +90,16 @@ export class MeshletStream extends Group {
   // Makes the scene. GLTFLoader gets primitives with levels as stubs of zeros.
   async #load(streamer, json, base) {
     const stubs = stubPrimitives(json, streamer.primitives);
+    // What has no levels is decoded whole. Most files that stream have none of that.
+    const isNeeded = JSON.stringify(json.meshes ?? []).includes(EXTENSION);
+    const whole = isNeeded ? await import('../../three_plugin.js') : null;
     const register = (parser) => {
-      const plugin = meshletPlugin(streamer.decoders)(parser);
+      const plugin = whole?.meshletPlugin(streamer.decoders)(parser);
       const read = async (number) => (await streamer.readView(number)).buffer;
       return {
-        name: plugin.name,
-        beforeRoot: () => plugin.beforeRoot(),
-        loadBufferView: (number) => plugin.loadBufferView(number) ?? read(number),
+        name: EXTENSION,
+        beforeRoot: () => plugin?.beforeRoot(),
+        loadBufferView: (number) => plugin?.loadBufferView(number) ?? read(number),
       };
     };
     this.#loader.register(register);
@@ -280,7 +283,10 @@ export class MeshletStream extends Group {
 
   #clear() {
     this.clear();
-    for (const mesh of this.#meshes) mesh.geometry.dispose();
+    for (const mesh of this.#meshes) {
+      mesh.geometry.dispose();
+      mesh.material = mesh.plain; // which is freed below
+    }
     this.#holders = [];
     this.#meshes = [];
     for (const material of [...this.#palettes.values()].flat()) material.dispose();

@@ -1,7 +1,7 @@
 // A .glb, or a .gltf with its .bin files, read by ranges.
 
+import { expect, isObject } from '../../accessors.js';
 import { MalformedError } from '../../blob.js';
-import { expect, isObject } from '../../gltf.js';
 import { compileUnpacker, createUnpacker, TRANSPORT } from '../../transport.js';
 import { HEAD_BYTES, openSource, SourceError } from './source.js';
 
@@ -133,7 +133,11 @@ export class Document {
       throw new SourceError(`it refers to ${uri.slice(0, 80)}, which a Blob cannot reach`);
     const base =
       this.#place instanceof Blob ? undefined : new URL(this.#place, globalThis.location?.href);
-    const source = await openSource(new URL(uri, base), this.#options);
+    const url = new URL(uri, base);
+    // What is for the file's server is for no other one that the file names.
+    const { requestInit, ...others } = this.#options ?? {};
+    const options = url.origin === base?.origin ? { ...others, requestInit } : others;
+    const source = await openSource(url, options);
     this.#sources.push(source);
     return source;
   }

@@ -7,6 +7,7 @@ const TRIES = 5; // to read what a stream cannot begin without
 const FIRST_DELAY_MS = 500; // doubles with each try
 const LONGEST_DELAY_MS = 16_000;
 const LONGEST_RETRY_AFTER_MS = 120_000; // that a server may ask for
+const LONGEST_TIMER_MS = 2 ** 31 - 1;
 const MOST_WHOLE = 1e9; // bytes of a file whose server refuses ranges
 const RETRY_STATUS = [408, 425, 429, 500, 502, 503, 504];
 
@@ -15,9 +16,9 @@ const RETRY_STATUS = [408, 425, 429, 500, 502, 503, 504];
 export class SourceError extends Error {
   constructor(
     message,
-    { retry = false, changed = false, unreachable = false, retryAfter = 0 } = {},
+    { retry = false, changed = false, unreachable = false, retryAfter = 0, cause } = {},
   ) {
-    super(message);
+    super(message, cause && { cause });
     this.name = 'SourceError';
     Object.assign(this, { retry, changed, unreachable, retryAfter });
   }
@@ -102,12 +103,12 @@ class Source {
     }
   }
 
-  // Whether the server can be reached. If it can and ranges cannot be read, the file may be stored
-  // compressed: browsers do not unpack a part.
+  // Whether the server can be reached, and may have stored the file compressed: browsers do not unpack
+  // a part. Other origins hide that.
   async #answersHead() {
     const ask = (guard) => this.#fetch({ method: 'HEAD' }, guard);
     return this.#guarded(null, ask).then(
-      ({ ok }) => ok,
+      ({ ok, type, headers }) => ok && (type === 'cors' || encoded(headers)),
       () => false,
     );
   }
@@ -151,42 +152,47 @@ class Source {
   // One request, or two. At the end of the file an answer may be shorter, if nothing was known before.
   #fetchRange(begin, end, signal) {
     return this.#guarded(signal, async (guard) => {
-      const headers = { ...this.#options.requestInit?.headers };
+      const headers = Object.fromEntries(new Headers(this.#options.requestInit?.headers));
       headers.Range = `bytes=${begin}-${end - 1}`;
       return this.#take(await this.#fetch({ headers }, guard), begin, end, guard);
     });
   }
 
-  // Runs action({signal, alive}), which calls alive() with each sign of life. Throws SourceError, or
-  // the reason of an aborted signal.
+  // Runs action({signal, alive, fail}), which calls alive() with each sign of life. An error, or
+  // fail(error), ends what it requests. Throws SourceError, or the reason of an aborted signal.
   async #guarded(signal, action) {
     const { stallMs = STALL_MS } = this.#options;
     const stop = new AbortController();
-    const abort = (event) => stop.abort(event.target.reason);
+    const fail = (error) => {
+      stop.abort(error);
+      return stop.signal.reason; // that of the first
+    };
+    const abort = (event) => fail(event.target.reason);
     const signals = [signal, this.#options.signal].filter(Boolean);
     for (const one of signals) {
       one.throwIfAborted();
       one.addEventListener('abort', abort);
     }
     const stalled = this.#error(`no answer for ${stallMs / 1000} seconds`, { retry: true });
-    let timer = setTimeout(() => stop.abort(stalled), stallMs);
+    let timer;
     const alive = () => {
       clearTimeout(timer);
-      timer = setTimeout(() => stop.abort(stalled), stallMs);
+      timer = setTimeout(fail, Math.min(stallMs, LONGEST_TIMER_MS), stalled);
     };
+    alive();
     try {
-      return await action({ signal: stop.signal, alive });
+      return await action({ signal: stop.signal, alive, fail });
     } catch (error) {
-      if (stop.signal.aborted) throw stop.signal.reason;
-      if (error instanceof SourceError) throw error;
-      throw this.#error('cannot be reached (offline, or refused by CORS)', {
-        retry: true,
-        unreachable: true,
-      });
+      throw fail(error instanceof SourceError ? error : this.#unreachable(error));
     } finally {
       clearTimeout(timer);
       for (const one of signals) one.removeEventListener('abort', abort);
     }
+  }
+
+  #unreachable(cause) {
+    const problem = `cannot be reached (offline, or refused by CORS): ${cause?.message}`;
+    return this.#error(problem, { retry: true, unreachable: true, cause });
   }
 
   async #fetch(init, { signal, alive }) {
@@ -200,15 +206,12 @@ class Source {
   async #take(response, begin, end, guard) {
     const { status, headers } = response;
     if (status === 200) return this.#takeWhole(response, begin, end, guard);
-    if (status !== 206) {
-      discard(response);
-      throw this.#statusError(response);
-    }
+    if (status !== 206) throw this.#statusError(response);
     const range = /^bytes (\d+)-(\d+)\/(\d+|\*)$/.exec(headers.get('content-range') ?? '');
     const total = range ? Number(range[3]) : Number.NaN;
     this.#compare(headers, total);
     if (encoded(headers)) {
-      discard(response);
+      response.body?.cancel().catch(() => {}); // frees the connection
       return this.#fetchWhole(begin, end, guard, 'compresses its answers');
     }
     if (
@@ -237,20 +240,20 @@ class Source {
       if (done) return bytes.subarray(0, at);
       alive();
       this.fetched += value.length;
-      if (at + value.length > limit) {
-        reader.cancel().catch(() => {});
+      if (at + value.length > limit)
         throw this.#error(`an answer has more than ${limit} bytes`, { retry: true });
-      }
       bytes.set(value, at);
       at += value.length;
     }
   }
 
-  async #takeWhole(response, begin, end, { alive }, refused = true) {
+  async #takeWhole(response, begin, end, { alive, fail }, refused = true) {
     this.#compare(response.headers, Number.NaN);
     if (refused && !/^(data|blob):/.test(this.#url))
       this.#warn('the server does not answer ranges, so that the whole file is loaded');
     const { maxWholeBytes = MOST_WHOLE } = this.#options;
+    const length = Number(response.headers.get('content-length') ?? Number.NaN);
+    if (length > maxWholeBytes) throw this.#tooLarge(maxWholeBytes);
     let size = 0;
     const watched = response.body.pipeThrough(
       new TransformStream({
@@ -258,14 +261,15 @@ class Source {
           alive();
           this.fetched += chunk.length;
           size += chunk.length;
-          if (size > maxWholeBytes) throw this.#tooLarge(maxWholeBytes);
+          // By fail, as Chromium tells no error of a stream.
+          if (size > maxWholeBytes) throw fail(this.#tooLarge(maxWholeBytes));
           controller.enqueue(chunk);
         },
       }),
     );
     const blob = await new Response(watched).blob();
-    const length = Number(response.headers.get('content-length') ?? Number.NaN);
-    if (!encoded(response.headers) && blob.size < length)
+    // Other origins hide whether these are compressed bytes.
+    if (response.type !== 'cors' && !encoded(response.headers) && blob.size < length)
       throw this.#error(`an answer has ${blob.size} bytes instead of ${length}`, { retry: true });
     this.#blob = blob;
     return bytesOf(blob, begin, Math.min(end, blob.size));
@@ -281,7 +285,6 @@ class Source {
     if (reason) this.#warn(`the server ${reason}, so that the whole file is loaded`);
     const response = await this.#fetch({}, guard);
     if (response.status === 200) return this.#takeWhole(response, begin, end, guard, false);
-    discard(response);
     throw this.#statusError(response);
   }
 
@@ -326,9 +329,6 @@ class Source {
   }
 }
 
-// Frees the connection of an answer that is not read.
-const discard = (response) => response.body?.cancel().catch(() => {});
-
 const encoded = (headers) => !['', 'identity'].includes(headers.get('content-encoding') ?? '');
 
 async function bytesOf(blob, begin, end) {
@@ -336,7 +336,8 @@ async function bytesOf(blob, begin, end) {
 }
 
 // Rejects with the reason of a signal that is aborted meanwhile.
-export function pause(milliseconds, signal) {
+export async function pause(milliseconds, signal) {
+  signal?.throwIfAborted();
   return new Promise((resolve, reject) => {
     const stop = () => {
       clearTimeout(timer);
