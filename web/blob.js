@@ -4,8 +4,8 @@
 export const Kind = Object.freeze({ GRID: 0, OCT: 1, INTEGER: 2, FLOAT32: 3, SIGN: 4 });
 
 export class MalformedError extends Error {
-  constructor(problem, options) {
-    super(problem, options);
+  constructor(problem) {
+    super(problem);
     this.name = 'MalformedError';
   }
 }

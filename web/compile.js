@@ -1,8 +1,11 @@
 // Compiles the WebAssembly modules, wherever they come from.
 
-// The compiled decoder; source: as createDecoder's. A Response can be used again, as by a stream that
-// starts again.
-export async function compileDecoder(given = new URL('./decoder.wasm', import.meta.url)) {
+// Bundlers look for this expression, and put the place of their copy there.
+export const decoderUrl = () => new URL('./decoder.wasm', import.meta.url);
+
+// The compiled decoder; source: as createDecoder's. A Response can be used again, as
+// by a stream that starts again.
+export async function compileDecoder(given = decoderUrl()) {
   const source = await given;
   if (source instanceof WebAssembly.Module) return source;
   if (typeof source === 'string' || source instanceof URL)

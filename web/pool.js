@@ -1,19 +1,10 @@
-// Decodes in a pool of Workers, so that a page does not stall: each blob of a view is a job. Needs
-// no SharedArrayBuffer.
-//
-// The first job, the head, may have several blobs: its Worker makes the arrays of the whole
-// primitive, decodes its share in place and hands the arrays over. The other Workers send their
-// decoded blobs, which the page's thread copies into the arrays. So there are these arrays and the
-// blobs that wait for the head, at most as many bytes again.
+// A pool of Workers that decode, so that a page does not stall. Needs no SharedArrayBuffer.
 import { MalformedError } from './blob.js';
-import { compileDecoder } from './compile.js';
+import { compileDecoder, decoderUrl } from './compile.js';
 
 const MOST_WORKERS = 8;
 const START_MS = 30_000; // until a Worker has to answer
-// The heads of one, two, three .. Workers have the first share of parts that grow by this factor:
-// the page's thread copies a blob in about a fifth of the time that decoding it takes.
-const GROWTH = 1.25;
-const files = new WeakMap(); // Worker of a file of ours -> its URL, unless a bundler has renamed it
+const files = new WeakMap(); // Worker of a file of ours -> its URL
 
 export async function createDecoderPool({ workers, source, createWorker = moduleWorker } = {}) {
   const cores = globalThis.navigator?.hardwareConcurrency ?? 4;
@@ -21,11 +12,12 @@ export async function createDecoderPool({ workers, source, createWorker = module
   if (!Number.isInteger(count) || count < 1)
     throw new RangeError(`a pool cannot have ${count} workers`);
   const module = await compileDecoder(source);
-  const starting = Array.from({ length: count }, async () => createWorker());
+  const pool = new DecoderPool(module, createWorker);
   try {
-    return new DecoderPool(module, await Promise.all(starting), createWorker);
+    await pool.grow(count);
+    return pool;
   } catch (error) {
-    for (const one of starting) one.then((worker) => worker.terminate()).catch(() => {});
+    pool.close(); // with the Workers that did start
     throw error;
   }
 }
@@ -33,20 +25,21 @@ export async function createDecoderPool({ workers, source, createWorker = module
 function moduleWorker() {
   // Bundlers look for this expression.
   const start = () => new Worker(new URL('./worker.js', import.meta.url), { type: 'module' });
-  return startWorker(import.meta.url, start);
+  return startWorker('worker.js', start);
 }
 
-// Starts a Worker of worker.js beside a file of ours, in Node or by start() in a browser. base: URL
-// of that file; a bundler may have put another one. For gltf-meshlet/stream, too.
-export async function startWorker(base, start) {
-  const name = './worker.js'; // in a variable, so that bundlers do not copy the file
+// Starts a Worker of a file of the package, in Node or by start() in a browser. For
+// gltf-meshlet/stream, too.
+export async function startWorker(name, start) {
+  const decoder = decoderUrl();
+  const url = new URL(name, decoder);
   if (typeof Worker === 'undefined') {
     const node = 'node:worker_threads'; // in a variable, so that bundlers leave it alone
     const threads = await import(/* webpackIgnore: true */ /* @vite-ignore */ node);
-    return new threads.Worker(new URL(name, base));
+    return new threads.Worker(url);
   }
-  if (!/^https?:/.test(base)) return start();
-  const url = new URL(name, base);
+  // A bundler that has renamed the decoder has moved the Worker's file, too.
+  if (!decoder.pathname.endsWith('/decoder.wasm')) return start();
   const worker = url.origin === globalThis.location.origin ? start() : importingWorker(url);
   files.set(worker, url);
   return worker;
@@ -59,70 +52,53 @@ function importingWorker(url) {
 }
 
 class DecoderPool {
-  #planner; // promise of a decoder that reads headers only; a stream needs none
+  #whole; // promise of what decodes whole primitives
   #module;
   #createWorker;
-  #members;
+  #members = [];
+  #count = 0; // of members, also of those that start
   #waiting = []; // jobs without a member
   works = false; // a Worker has done a job; for members
   ended = null; // the error of all calls from now on; for gltf-meshlet/stream, too
 
-  constructor(module, workers, createWorker) {
+  constructor(module, createWorker) {
     this.#module = module;
     this.#createWorker = createWorker;
-    this.#members = workers.map((worker) => new Member(worker, module, this));
   }
 
-  async decodePrimitive(view, { integers = false, signal, onProgress } = {}) {
-    const plan = await this.#plan(view, integers);
-    const { blobs, total } = plan;
-    let triangles = 0;
-    const onTriangles = (count) => {
-      triangles += count;
-      onProgress?.(Math.min(1, triangles / total.triangles));
-    };
-    const run = (bytes, options) =>
-      this.run(
-        { task: 'decodeBlobs', bytes, options: { integers, ...options }, onTriangles },
-        signal,
-      );
-    const head = headOf(blobs, this.#members.length);
-    const headBytes = head.reduce((sum, { bytes }) => sum + bytes.length, 0);
-    const headEnds = run(view.subarray(0, headBytes), { total }).then(
-      (arrays) => plan.adopt(arrays),
-      (error) => {
-        throw head.length === 1 ? plan.blame(blobs[0], error) : error;
-      },
+  // Starts Workers until there are so many.
+  async grow(count) {
+    const more = Math.max(0, count - this.#count);
+    this.#count += more;
+    await Promise.all(Array.from({ length: more }, () => this.#start()));
+  }
+
+  async #start() {
+    const member = new Member(await this.#createWorker(), this.#module, this);
+    this.#members.push(member);
+    if (this.ended) member.end();
+    this.next();
+  }
+
+  async decodePrimitive(view, options = {}) {
+    return (await this.#wholeDecoder()).decodePrimitive(view, options);
+  }
+
+  async validate(view, options = {}) {
+    return (await this.#wholeDecoder()).validate(view, options);
+  }
+
+  // Of whole primitives, which a page that streams may have none of.
+  #wholeDecoder() {
+    this.#whole ??= import('./parallel.js').then(({ createParallelDecoder }) =>
+      createParallelDecoder(this, this.#module),
     );
-    const decodeBlob = async (blob) => {
-      const decoded = run(blob.bytes, { firstVertex: blob.begin.vertices });
-      const arrays = await decoded.catch((error) => {
-        throw plan.blame(blob, error);
-      });
-      await headEnds;
-      plan.insert(arrays, blob.begin);
-    };
-    await all([headEnds, ...blobs.slice(head.length).map(decodeBlob)]);
-    return plan.result;
+    return this.#whole;
   }
 
-  async #plan(view, integers) {
-    this.#planner ??= import('./decoder.js').then(({ createDecoder }) =>
-      createDecoder(this.#module),
-    );
-    return (await this.#planner).plan(view, integers);
-  }
-
-  async validate(view, { signal } = {}) {
-    const plan = await this.#plan(view, false);
-    const validateBlob = async (blob) => {
-      try {
-        await this.run({ task: 'validate', bytes: blob.bytes }, signal);
-      } catch (error) {
-        throw plan.blame(blob, error);
-      }
-    };
-    await all(plan.blobs.map(validateBlob));
+  // Number of Workers.
+  get size() {
+    return this.#members.length;
   }
 
   close() {
@@ -145,10 +121,7 @@ class DecoderPool {
     member.end(error);
     this.#members = this.#members.filter((other) => other !== member);
     try {
-      const other = new Member(await this.#createWorker(), this.#module, this);
-      this.#members.push(other);
-      if (this.ended) other.end();
-      this.next();
+      await this.#start();
     } catch (failed) {
       this.end(failed);
     }
@@ -195,7 +168,7 @@ class Member {
     this.#pool = pool;
     const failed = ({ message }) => {
       clearTimeout(this.#starting);
-      const place = files.has(worker) ? ` (without a bundler, ${files.get(worker)})` : '';
+      const place = files.has(worker) ? `: ${files.get(worker)}` : '';
       const problem = message ?? `its file was not loaded${place}`;
       pool.replace(this, new Error(`a decoder's Worker failed: ${problem}`));
     };
@@ -248,17 +221,4 @@ class Member {
     else reject(error.malformed ? new MalformedError(error.message) : new Error(error.message));
     this.#pool.next();
   }
-}
-
-// Waits for all; throws the first one's error, in the order of the view.
-async function all(promises) {
-  const settled = await Promise.allSettled(promises);
-  for (const { status, reason } of settled) if (status === 'rejected') throw reason;
-}
-
-// Leading blobs, at least one: the share of the first of n Workers.
-function headOf(blobs, n) {
-  const most = (blobs.at(-1).end.triangles * (GROWTH - 1)) / (GROWTH ** n - 1);
-  const others = blobs.findIndex(({ end }, i) => i > 0 && end.triangles > most);
-  return others < 0 ? blobs : blobs.slice(0, others);
 }

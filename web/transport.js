@@ -1,8 +1,9 @@
 // Unpacks buffer views of EXT_meshlet_transport with the codec's C++ unpacker, compiled to
 // WebAssembly: a module of its own, which is loaded when a file needs it.
+
+import { expect } from './accessors.js';
 import { MalformedError } from './blob.js';
 import { compileDecoder } from './compile.js';
-import { expect } from './gltf.js';
 
 export const TRANSPORT = 'EXT_meshlet_transport';
 

@@ -23,6 +23,7 @@ import {
   openSource,
   openStreamer,
   PATIENT,
+  Page,
   pause,
   placing,
   RESIDENT,
@@ -67,10 +68,11 @@ function fortyPages({
   };
   owner.pages = Array.from({ length: count }, (_, number) => {
     const place = { source, begin: number * length, length, packed: 0 };
-    const counts = { vertices: 2500, triangles: 5000 };
-    const retryAt = givenUp.includes(number) ? Number.POSITIVE_INFINITY : 0;
-    const wanted = { used: 1, wanted: count - number, tries: 0, retryAt };
-    return { owner, number, ...place, ...counts, state: NONE, bytes: null, ...wanted };
+    const page = new Page(owner, number, { ...place, vertices: 2500, triangles: 5000 });
+    page.use(1);
+    page.want(count - number);
+    if (givenUp.includes(number)) page.attempts.block();
+    return page;
   });
   const budget = { workers, wasm: PLANNED, tables: 0, waiting: 512_000, decoding: 150_000 };
   budget.maxBytes = 40e6 + workers * PLANNED + budget.waiting + budget.decoding;
@@ -190,7 +192,8 @@ const tasks = {
     return results;
   },
 
-  // The first picture: its error in pixels, the bytes that it has taken, and what it has warned of.
+  // The first picture: its error in pixels, the bytes that it has taken, the share of its buffers in
+  // those of all detail, and what it has warned of.
   async first([file]) {
     const server = await serveFile(readFileSync(file));
     const streamer = await open(server.url);
@@ -201,10 +204,12 @@ const tasks = {
       await pause(1);
     }
     streamer.update(viewOf(streamer), 1);
-    const { error } = streamer.statistics;
+    const { error, bytes } = streamer.statistics;
+    await rest(streamer, viewOf(streamer), { pixels: 0 });
+    const share = bytes.gpu / streamer.statistics.bytes.gpu;
     streamer.close();
     server.close();
-    return { error, fetched, warnings: streamer.told.warnings };
+    return { error, fetched, share, warnings: streamer.told.warnings };
   },
 
   // A file on servers with each fault: what is told, and whether the picture is that of a good one.
@@ -307,7 +312,7 @@ const tasks = {
 
   // A flight around a file within a budget: the largest total, whether the end is the same by
   // another path and on a slow machine, and whether a stream with memory for all draws the same at that error. resized:
-  // how often memory has moved between pools.
+  // pools to or from which memory has moved.
   async budget([file, maxBytes]) {
     const server = await serveFile(readFileSync(file));
     const ends = [];
@@ -317,7 +322,7 @@ const tasks = {
     const turns = [0.5, 1, 2, 3, 4, 5, 6];
     for (const [angles, createWorker] of [[[]], [turns], [turns, lateWorker]]) {
       const streamer = await open(server.url, { maxBytes: Number(maxBytes), createWorker });
-      for (const pool of streamer.pools) pool.resized = () => resized++;
+      const capacities = streamer.pools.map(({ capacity }) => capacity);
       for (const angle of angles)
         for (let frame = 0; frame < 15; frame++) {
           streamer.update(viewOf(streamer, 1.1 + angle / 6, angle), 1);
@@ -327,6 +332,7 @@ const tasks = {
       most = Math.max(most, await rest(streamer, viewOf(streamer, 1.2)));
       ends.push(JSON.stringify([drawn(streamer), streamer.complete, digest(streamer)]));
       last = streamer.statistics;
+      resized += streamer.pools.filter(({ capacity }, p) => capacity !== capacities[p]).length;
       streamer.close();
     }
     const { threshold, triangles } = last;

@@ -95,7 +95,9 @@ const tasks = {
     server.answer = (_request, response) => response.writeHead(Number(status)).end();
     const view = viewOf(streamer);
     const givenUp = ({ primitives: [{ pages }] }) =>
-      pages.every(({ state, wanted, tries }) => state === RESIDENT || wanted === 0 || tries === 3);
+      pages.every(
+        ({ state, wanted, attempts }) => state === RESIDENT || wanted === 0 || attempts.isOver,
+      );
     streamer.update(view, 0.2);
     await rest(streamer, view, { pixels: 0.2, limit: 20_000, until: givenUp });
     server.answer = undefined;
@@ -179,9 +181,11 @@ const tasks = {
     server.answer = later('60');
     streamer.update(viewOf(streamer), 0.2);
     const [{ pages }] = streamer.primitives;
-    while (!pages.some(({ tries }) => tries > 0)) await pause(5);
-    const waiting = pages.find(({ tries }) => tries > 0);
-    result.pages = (waiting.retryAt - performance.now()) / 1000;
+    const hasFailed = ({ attempts }) => attempts.failed > 0;
+    while (!pages.some(hasFailed)) await pause(5);
+    const { attempts } = pages.find(hasFailed);
+    const now = performance.now();
+    result.pages = [40, 61].map((seconds) => attempts.isDue(now + 1000 * seconds));
     streamer.close();
     server.close();
     return result;

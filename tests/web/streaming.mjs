@@ -7,14 +7,14 @@ import { Worker } from 'node:worker_threads';
 const [web] = process.argv.slice(2);
 const load = (name) => import(pathToFileURL(path.join(web, name)));
 export const { createDecoder, MalformedError } = await load('decoder.js');
-export const { delayAfter, openSource, SourceError } = await load('stream/source.js');
-export const { openDocument } = await load('stream/document.js');
-export const { readCounts, Tables, LOD } = await load('stream/tables.js');
-export const { Cut, View, largestScale } = await load('stream/cut.js');
-export const { openStreamer } = await load('stream/streamer.js');
-export const { Session } = await load('stream/session.js');
-export const { Residency } = await load('stream/residency.js');
-export const { NONE, RESIDENT } = await load('stream/primitives.js');
+export const { delayAfter, openSource, SourceError } = await load('stream/io/source.js');
+export const { openDocument } = await load('stream/io/document.js');
+export const { readCounts, Tables, LOD } = await load('stream/io/tables.js');
+export const { Cut, View, largestScale } = await load('stream/core/cut.js');
+export const { openStreamer } = await load('stream/core/streamer.js');
+export const { Session } = await load('stream/engine/session.js');
+export const { Residency } = await load('stream/core/residency.js');
+export const { NONE, Page, RESIDENT, STORED } = await load('stream/core/page.js');
 await createDecoder(); // fails early without decoder.wasm
 
 // A Worker of streams.

@@ -85,8 +85,11 @@ def test_bundlers_keep_what_a_worker_imports(tmp_path):
         command = [program, "own.js", "--bundle", "--format=esm", "--log-level=warning"]
         done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=True)
         assert done.stderr == "" and "validate" in done.stdout, name
+    # webpack replaces import.meta.url by the path on the developer's machine, but for these.
     scripts = [path.read_text() for path in (folder / "node_modules/gltf-meshlet").rglob("*.js")]
     imports = [found for text in scripts for found in re.findall(r"import\(([^')]*)\)", text)]
+    places = [re.sub(r"new URL\([^)]*, import\.meta\.url\)", "", text) for text in scripts]
+    assert not any("import.meta" in text for text in places)
     assert imports == ["/* webpackIgnore: true */ /* @vite-ignore */ node"] * 4
 
 
@@ -170,3 +173,11 @@ def test_blobs_of_more_workgroups_than_a_dispatch_has_are_refused_on_the_gpu():
         f"RangeError a dispatch may have ({most} meshlets); compress it with --page-bytes"
         for most in (131070, 524280)
     ]
+
+
+def test_rooms_of_streaming_import_from_those_before_them():
+    rooms = ("io", "core", "engine")
+    for number, room in enumerate(rooms):
+        for path in (WEB / "stream" / room).glob("*.js"):
+            for other in re.findall(r"from '\.\./(\w+)/", path.read_text()):
+                assert other in rooms[:number], path

@@ -226,6 +226,7 @@ def test_first_picture_has_a_shape(bunny):
     first = stream("first", bunny)
     assert first["error"] < 6
     assert first["fetched"] <= 150_000
+    assert first["share"] < 0.5
     assert first["warnings"] == []
 
 

@@ -27,7 +27,7 @@ def copy_package(folder: Path, without: str) -> None:
 def test_streams_from_every_place(browser, bunny, tmp_path):
     shutil.copy(bunny, tmp_path / "model.glb")
     (tmp_path / "stored.glb").write_bytes(gzip.compress(bunny.read_bytes()))
-    copy_package(tmp_path, "stream/worker.js")
+    copy_package(tmp_path, "stream/core/worker.js")
     files = ["model.glb", "stored.glb", "model.glb~cdn", "model.glb~copy"]
     plain, stored, cdn, copy = pictures(browser, PAGE, tmp_path, *files)
     for name, result in (("plain", plain), ("stored", stored), ("cdn", cdn)):
@@ -36,4 +36,4 @@ def test_streams_from_every_place(browser, bunny, tmp_path):
     assert stored["warnings"][-1].endswith("so that the whole file is loaded")
     (problem,) = set(copy["broken"])
     assert problem.startswith("a decoder's Worker failed: its file was not loaded")
-    assert problem.endswith("/files/package/stream/worker.js)")
+    assert problem.endswith("/files/package/stream/core/worker.js")

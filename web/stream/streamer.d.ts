@@ -29,7 +29,10 @@ export interface StreamOptions {
   source?: DecoderSource;
   /** As `source`, of the unpacker: for files with `EXT_meshlet_transport`. */
   unpacker?: DecoderSource;
-  /** Starts a Worker that runs `gltf-meshlet/stream/worker`, for bundlers that do not find it. */
+  /**
+   * Starts a Worker that runs `gltf-meshlet/stream/worker`, for bundlers that do not find it. Streams
+   * with the same function share Workers.
+   */
   createWorker?: () => Worker | Promise<Worker>;
 }
 
@@ -120,7 +123,10 @@ export interface Pool {
   index: Uint32Array;
   /** Set it: called with an array and the elements [begin, end) that were written. */
   written: (array: ArrayBufferView, begin: number, end: number) => void;
-  /** Set it: called when arrays and index are new ones, before they are written. */
+  /**
+   * Set it: called when arrays and index are new ones, as when they grow. They hold what the earlier
+   * ones held; `written` tells what comes next.
+   */
   resized: () => void;
 }
 

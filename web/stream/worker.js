@@ -1,5 +1,2 @@
-// A Worker of the decoder pool that also decodes pages.
-import { addTask } from '../worker.js';
-import { decodePage } from './page.js';
-
-addTask('decodePage', decodePage);
+// The Worker of streams, as web pages name it.
+import './core/worker.js';

@@ -1,6 +1,6 @@
 // Models with levels of detail: what stage.js draws, from the library's MeshletStream.
-import { openDocument } from '../stream/document.js';
-import { LOD } from '../stream/tables.js';
+import { openDocument } from '../stream/io/document.js';
+import { LOD } from '../stream/io/tables.js';
 import { MeshletStream } from '../stream/three.js';
 import { Box3 } from './vendor.js';
 

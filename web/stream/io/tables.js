@@ -1,6 +1,7 @@
 // The tables of EXT_meshlet_lod (specification, section "Tables") as flat arrays, checked.
-import { MalformedError } from '../blob.js';
-import { isObject } from '../gltf.js';
+
+import { isObject } from '../../accessors.js';
+import { MalformedError } from '../../blob.js';
 
 export const LOD = 'EXT_meshlet_lod';
 const VERSION = 1;

@@ -1,6 +1,7 @@
 // From a page to the arrays that are drawn: integers where WebGL takes them. Runs in Workers.
-import { Kind, MalformedError, sameStreams } from '../blob.js';
-import { ARRAYS, attributeArray, COMPONENTS, streamsOf } from '../gltf.js';
+
+import { ARRAYS, attributeArray, COMPONENTS, streamsOf } from '../../accessors.js';
+import { Kind, MalformedError, sameStreams } from '../../blob.js';
 
 const FLOAT = 5126;
 const NARROW_BITS = 16; // of positions that are stored as 16-bit integers

@@ -1,11 +1,11 @@
 // What the adapters for engines share: opens a file, waits for the first picture, puts the scene
 // together, and starts again if the file changes.
-import { EXTENSION } from '../gltf.js';
-import { TRANSPORT } from '../transport.js';
-import { keyOf } from './primitives.js';
-import { delayAfter, pause } from './source.js';
-import { openStreamer } from './streamer.js';
-import { LOD } from './tables.js';
+import { EXTENSION } from '../../accessors.js';
+import { TRANSPORT } from '../../transport.js';
+import { keyOf } from '../core/primitives.js';
+import { openStreamer } from '../core/streamer.js';
+import { delayAfter, pause } from '../io/source.js';
+import { LOD } from '../io/tables.js';
 
 const RESTARTS = 5; // without a picture in between that lasts
 const LASTING_MS = 60_000; // longer than the pauses before all restarts take together

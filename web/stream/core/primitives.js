@@ -1,19 +1,9 @@
-// What streams of a file: primitives, the states of their pages, their instances, and the ranges of
-// indices to draw.
-import { EXTENSION } from '../gltf.js';
+// What streams of a file: primitives, their instances, and the ranges of indices to draw.
+import { EXTENSION } from '../../accessors.js';
+import { LOD } from '../io/tables.js';
+import { Attempts } from './attempts.js';
 import { largestScale } from './cut.js';
-import { LOD } from './tables.js';
-
-// States of a page.
-export const NONE = 0;
-export const REQUESTED = 1;
-export const STORED = 2; // compressed bytes are in memory
-export const DECODING = 3;
-export const DECODED = 4; // waits for its place
-export const RESIDENT = 5;
-
-// What has not failed, or is to be tried again: see postpone.
-export const UNTRIED = { tries: 0, retryAt: 0 };
+import { RESIDENT } from './page.js';
 
 // Primitives of the JSON with equal keys have the same data.
 export function keyOf({ attributes, indices, extensions, mode }) {
@@ -32,8 +22,7 @@ export class Primitive {
     this.resident = null; // flags of pages
     this.priority = null; // of pages, in this frame
     this.lacks = 0; // as of a cut, for all instances
-    this.tries = 0; // to read on in its tables
-    this.retryAt = 0;
+    this.attempts = new Attempts(); // to read on in its tables
     this.givenUp = 0; // what it lacked then
     this.instances = [];
     this.pool = null;
@@ -52,7 +41,10 @@ export class Primitive {
       ready &&
       pages
         .slice(0, firstPages)
-        .every(({ state, wanted, tries }) => state === RESIDENT || wanted === 0 || tries > 0);
+        .every(
+          ({ state, wanted, attempts }) =>
+            state === RESIDENT || wanted === 0 || attempts.failed > 0,
+        );
     return this.opened;
   }
 

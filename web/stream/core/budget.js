@@ -1,7 +1,8 @@
 // How a stream divides its memory.
+
+import { SourceError } from '../io/source.js';
 import { GeometryPool, geometryBytes } from './geometry.js';
-import { indexType } from './page.js';
-import { SourceError } from './source.js';
+import { indexType } from './vertices.js';
 
 const MEGABYTE = 1e6;
 export const LEAST_BYTES = MEGABYTE;

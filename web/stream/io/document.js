@@ -1,8 +1,8 @@
 // A .glb, or a .gltf with its .bin files, read by ranges.
 
-import { MalformedError } from '../blob.js';
-import { expect, isObject } from '../gltf.js';
-import { compileUnpacker, createUnpacker, TRANSPORT } from '../transport.js';
+import { expect, isObject } from '../../accessors.js';
+import { MalformedError } from '../../blob.js';
+import { compileUnpacker, createUnpacker, TRANSPORT } from '../../transport.js';
 import { HEAD_BYTES, openSource, SourceError } from './source.js';
 
 const MAGIC = 0x46546c67;

@@ -1,26 +1,13 @@
 // Which pages are in memory: requests those that are wanted, has them decoded, puts them into the
 // pools, and evicts others, within the budget.
-import { MalformedError } from '../blob.js';
+import { MalformedError } from '../../blob.js';
+import { delayAfter } from '../io/source.js';
 import { decodingBytes } from './budget.js';
-import { DECODED, DECODING, NONE, REQUESTED, RESIDENT, STORED, UNTRIED } from './primitives.js';
-import { delayAfter } from './source.js';
+import { NONE, RESIDENT, STORED } from './page.js';
 
 const REQUESTS = 6; // at a time: what browsers send to one server with HTTP/1.1
 const REQUEST_BYTES = 131_072; // of neighbouring pages, if that many may wait
-const TRIES = 3; // of a page that is malformed or kills its Worker, and of what the server refuses
 const INSERT_MS = 3; // a frame, for copying decoded pages
-
-// What has failed, {tries, retryAt}, is tried again: calls again() then. It is given up after a few
-// times if that does not promise to help. Returns whether there is another try.
-export function postpone(it, error, again) {
-  it.tries++;
-  it.retryAt = Infinity;
-  if (!error.retry && it.tries >= TRIES) return false;
-  const delay = delayAfter(it.tries, error);
-  it.retryAt = performance.now() + delay;
-  setTimeout(again, delay + 1);
-  return true;
-}
 
 export class Residency {
   #given;
@@ -47,8 +34,7 @@ export class Residency {
 
   #forget(page) {
     this.#stored -= page.bytes.length;
-    page.bytes = null;
-    if (page.state === STORED) page.state = NONE;
+    page.forget();
   }
 
   // Requests and decodes what is wanted.
@@ -60,7 +46,7 @@ export class Residency {
       if (bytes && state !== RESIDENT && (wanted > 0 || state > STORED))
         this.#waiting += bytes.length;
     const wanted = this.pages.filter(
-      (page) => page.wanted > 0 && page.state <= STORED && page.retryAt <= now,
+      (page) => page.wanted > 0 && page.state <= STORED && page.attempts.isDue(now),
     );
     wanted.sort((a, b) => b.wanted - a.wanted);
     for (const page of wanted) {
@@ -73,7 +59,7 @@ export class Residency {
   // Pages that were given up are tried again.
   retry() {
     this.#quiet = 0;
-    for (const page of this.pages) if (page.state === NONE) Object.assign(page, UNTRIED);
+    for (const page of this.pages) page.attempts.reset();
   }
 
   // Ends requests of which nothing is wanted any more.
@@ -88,7 +74,10 @@ export class Residency {
     const end = ({ begin, length }) => begin + length;
     const now = performance.now();
     const joins = (next) =>
-      next?.state === NONE && next.wanted > 0 && next.retryAt <= now && next.source === page.source;
+      next?.state === NONE &&
+      next.wanted > 0 &&
+      next.attempts.isDue(now) &&
+      next.source === page.source;
     let [first, last] = [page, page];
     for (;;) {
       const [before, after] = [pages[first.number - 1], pages[last.number + 1]];
@@ -113,7 +102,7 @@ export class Residency {
     this.#requested += length;
     const request = { pages, abort: new AbortController() };
     this.#requests.add(request);
-    for (const one of pages) one.state = REQUESTED;
+    for (const one of pages) one.request();
     const [{ begin }] = pages;
     page.source
       .read(begin, begin + length, request.abort.signal)
@@ -131,14 +120,13 @@ export class Residency {
   #arrived(pages, bytes) {
     for (const page of pages) {
       const at = page.begin - pages[0].begin;
-      page.bytes = bytes.slice(at, at + page.length);
-      page.state = STORED;
+      page.arrive(bytes.slice(at, at + page.length));
       this.#stored += page.length;
     }
   }
 
   #failed({ pages, abort }, error) {
-    for (const page of pages) page.state = NONE;
+    for (const page of pages) page.fail();
     const { signal, onBroken, onWarning } = this.#given;
     if (abort.signal.aborted || signal.aborted) return;
     if (error.changed) return onBroken(error);
@@ -151,7 +139,7 @@ export class Residency {
   // there is no stream.
   #postpone(page, error) {
     const isRoot = page.number < page.owner.tables.rootPages;
-    if (!postpone(page, error, this.#given.onChange) && isRoot) this.#given.onBroken(error);
+    if (!page.attempts.postpone(error, this.#given.onChange) && isRoot) this.#given.onBroken(error);
   }
 
   // For pages on the way: what the first bytes of files and Workers that have grown leave.
@@ -165,7 +153,7 @@ export class Residency {
     const size = decodingBytes(page);
     const taken = this.#requested + this.#waiting + this.#decodingBytes;
     if (this.#decodingBytes + this.#requested > 0 && taken + size > this.#memory) return;
-    page.state = DECODING;
+    page.decode();
     this.#decoding++;
     this.#decodingBytes += size;
     const { vertices, triangles } = page;
@@ -178,7 +166,7 @@ export class Residency {
       .run(job, this.#given.signal)
       .then(
         (decoded) => {
-          page.state = DECODED;
+          page.finish();
           this.#decoded.push({ page, decoded, size });
           this.#wasmBytes = Math.max(this.#wasmBytes, decoded.memory);
         },
@@ -197,17 +185,17 @@ export class Residency {
   // levels, without Workers there is no stream.
   #bad(page, error) {
     if (this.#given.signal.aborted) return;
-    page.state = STORED;
-    this.#forget(page);
+    this.#stored -= page.bytes.length;
+    page.spoil();
     if (this.#given.decoders.ended) return this.#given.onBroken(error);
     const { owner, number } = page;
     const problem = `${owner.name}: page ${number}: ${error.message}`;
     if (number < owner.tables.rootPages) {
-      page.retryAt = Infinity;
+      page.attempts.block();
       return this.#given.refuse(owner, new MalformedError(problem));
     }
     this.#postpone(page, error);
-    if (page.tries >= TRIES) this.#given.onWarning(problem);
+    if (page.attempts.isOver) this.#given.onWarning(problem);
   }
 
   // Copies decoded pages to their places, as long as a frame has time.
@@ -216,13 +204,10 @@ export class Residency {
     while (this.#decoded.length > 0 && performance.now() - start < INSERT_MS) {
       const { page, decoded, size } = this.#decoded.shift();
       this.#decodingBytes -= size;
-      page.state = STORED;
-      if (!this.#makeRoom(page)) continue;
-      page.place = page.owner.pool.insert(page, decoded);
-      page.state = RESIDENT;
-      page.owner.resident[page.number] = 1;
-      page.tries = 0;
-      this.changes++;
+      if (this.#makeRoom(page)) {
+        page.insert(page.owner.pool.insert(page, decoded));
+        this.changes++;
+      } else page.dismiss();
     }
   }
 
@@ -247,9 +232,7 @@ export class Residency {
 
   evict(page) {
     page.owner.pool.remove(page.place);
-    page.place = null;
-    page.state = page.bytes ? STORED : NONE;
-    page.owner.resident[page.number] = 0;
+    page.evict();
     this.changes++;
   }
 

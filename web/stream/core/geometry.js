@@ -1,4 +1,4 @@
-// Arrays of fixed size for the decoded pages of one layout. Pages lie in chunks of vertices and of
+// Arrays for the decoded pages of one layout, which grow up to a size. Pages lie in chunks of vertices and of
 // triangles, which need not follow one another: there is no fragmentation, and a page fits exactly
 // if enough chunks are free.
 
@@ -7,7 +7,7 @@ const VERTEX_CHUNK = 64;
 const TRIANGLE_CHUNK = 128;
 const INDEX_BYTES = 4;
 
-const chunksOf = (vertices, triangles) => ({
+export const chunksOf = (vertices, triangles) => ({
   vertices: Math.ceil(vertices / VERTEX_CHUNK),
   triangles: Math.ceil(triangles / TRIANGLE_CHUNK),
 });
@@ -23,41 +23,60 @@ export const geometryBytes = (formats, vertices, triangles) =>
   chunkBytes(formats, chunksOf(vertices, triangles));
 
 export class GeometryPool {
-  #freeVertices;
-  #freeTriangles;
+  #vertices;
+  #triangles;
 
-  // pages: those that may come, {vertices, triangles}. Has room for `always`, which are some of
-  // them, and for a share, 0 to 1, of the others.
+  // pages: those that may come. Has room for `always`, which are some of them, and for a share, 0 to
+  // 1, of the others. Takes memory when it needs it.
   constructor(formats, pages, always, share) {
     this.formats = formats;
-    for (const page of pages) page.chunks = chunksOf(page.vertices, page.triangles);
     const capacity = (kind) => {
       const sum = (some) => some.reduce((all, { chunks }) => all + chunks[kind], 0);
       return sum(always) + Math.floor((sum(pages) - sum(always)) * share);
     };
     this.written = () => {}; // called with an array and the elements [begin, end) that were written
-    this.resized = () => {}; // called when there are new arrays
-    this.#allocate({ vertices: capacity('vertices'), triangles: capacity('triangles') });
+    this.resized = () => {}; // called when there are new arrays, with what the earlier ones held
+    this.capacity = { vertices: capacity('vertices'), triangles: capacity('triangles') };
+    this.#clear();
   }
 
-  #allocate(capacity) {
-    this.capacity = capacity;
-    this.#freeVertices = new Chunks(capacity.vertices);
-    this.#freeTriangles = new Chunks(capacity.triangles);
-    this.arrays = this.formats.map(
-      ({ Type, size }) => new Type(size * VERTEX_CHUNK * capacity.vertices),
+  #clear() {
+    this.#vertices = new Chunks();
+    this.#triangles = new Chunks();
+    this.arrays = this.formats.map(({ Type }) => new Type(0));
+    this.index = new Uint32Array(0);
+  }
+
+  // Makes memory for a page, which fits: at least twice as much as there was.
+  #grow({ vertices, triangles }) {
+    const moreVertices = this.#vertices.grow(vertices, this.capacity.vertices);
+    const moreTriangles = this.#triangles.grow(triangles, this.capacity.triangles);
+    if (!moreVertices && !moreTriangles) return;
+    const larger = (array, length) => {
+      if (array.length === length) return array;
+      const copy = new array.constructor(length);
+      copy.set(array);
+      return copy;
+    };
+    this.arrays = this.formats.map(({ size }, a) =>
+      larger(this.arrays[a], size * VERTEX_CHUNK * this.#vertices.count),
     );
-    this.index = new Uint32Array(3 * TRIANGLE_CHUNK * capacity.triangles);
+    this.index = larger(this.index, 3 * TRIANGLE_CHUNK * this.#triangles.count);
     this.resized();
   }
 
-  // pages: those that lie here, which will fit. They get new places.
+  // pages: those that lie here, which will fit. They get new places if it has more memory than that.
   resize(capacity, pages) {
+    this.capacity = capacity;
+    const { vertices, triangles } = capacity;
+    if (this.#vertices.count <= vertices && this.#triangles.count <= triangles) return;
     const { arrays, index } = this;
-    const numbers = new Uint32Array(this.capacity.vertices); // of chunks in their page
-    this.#allocate(capacity);
+    const numbers = new Uint32Array(this.#vertices.count); // of chunks in their page
+    this.#clear();
+    const sum = (kind) => pages.reduce((all, { chunks }) => all + chunks[kind], 0);
+    this.#grow({ vertices: sum('vertices'), triangles: sum('triangles') });
     for (const page of pages)
-      page.place = this.insert(page, this.#extract(page.place, arrays, index, numbers));
+      page.move(this.insert(page, this.#extract(page.place, arrays, index, numbers)));
   }
 
   // Bytes with a capacity.
@@ -75,14 +94,17 @@ export class GeometryPool {
   }
 
   fits({ chunks }) {
-    const { vertices, triangles } = chunks;
-    return this.#freeVertices.free >= vertices && this.#freeTriangles.free >= triangles;
+    return this.holds({
+      vertices: this.#vertices.used + chunks.vertices,
+      triangles: this.#triangles.used + chunks.triangles,
+    });
   }
 
   // Copies a decoded page, which fits. Returns its place.
   insert({ chunks }, { indices, values, triangles }) {
-    const vertexChunks = this.#freeVertices.take(chunks.vertices);
-    const triangleChunks = this.#freeTriangles.take(chunks.triangles);
+    this.#grow(chunks);
+    const vertexChunks = this.#vertices.take(chunks.vertices);
+    const triangleChunks = this.#triangles.take(chunks.triangles);
     this.formats.forEach(({ size }, a) =>
       this.#copy(values[a], this.arrays[a], vertexChunks, size * VERTEX_CHUNK),
     );
@@ -128,8 +150,8 @@ export class GeometryPool {
   }
 
   remove({ vertexChunks, triangleChunks }) {
-    this.#freeVertices.give(vertexChunks);
-    this.#freeTriangles.give(triangleChunks);
+    this.#vertices.give(vertexChunks);
+    this.#triangles.give(triangleChunks);
   }
 
   // Calls ranges.add(first index, number of indices) for the meshlets [first, first + count) of a
@@ -149,16 +171,26 @@ export class GeometryPool {
 
 // Which of the chunks are free.
 class Chunks {
-  #used;
+  #taken = new Uint8Array(0);
+  used = 0;
 
-  constructor(count) {
-    this.#used = new Uint8Array(count);
-    this.free = count;
+  get count() {
+    return this.#taken.length;
+  }
+
+  // Makes some free: so many more fit, and there are at most so many. Returns whether there are more.
+  grow(more, most) {
+    const needed = this.used + more;
+    if (needed <= this.count) return false;
+    const taken = new Uint8Array(Math.max(needed, Math.min(2 * this.count, most)));
+    taken.set(this.#taken);
+    this.#taken = taken;
+    return true;
   }
 
   // The numbers of chunks: the first that follow one another, else the first that are free.
   take(count) {
-    const used = this.#used;
+    const used = this.#taken;
     let begin = 0;
     while (begin + count <= used.length) {
       const stop = used.subarray(begin, begin + count).lastIndexOf(1);
@@ -172,12 +204,12 @@ class Chunks {
       used[chunk] = 1;
       taken[n++] = chunk;
     }
-    this.free -= count;
+    this.used += count;
     return taken;
   }
 
   give(chunks) {
-    for (const chunk of chunks) this.#used[chunk] = 0;
-    this.free += chunks.length;
+    for (const chunk of chunks) this.#taken[chunk] = 0;
+    this.used -= chunks.length;
   }
 }

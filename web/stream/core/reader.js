@@ -1,14 +1,16 @@
 // Opens what streams of a document: finds primitives with levels, reads their tables and the pages
 // of the first picture. A primitive whose levels are malformed is refused.
-import { MalformedError, readStreams, sameStreams } from '../blob.js';
-import { EXTENSION } from '../gltf.js';
-import { createUnpacker, packedTable } from '../transport.js';
+
+import { EXTENSION } from '../../accessors.js';
+import { MalformedError, readStreams, sameStreams } from '../../blob.js';
+import { createUnpacker, packedTable } from '../../transport.js';
+import { readPlaces } from '../io/document.js';
+import { LOD, readCounts, Tables } from '../io/tables.js';
 import { tooSmall } from './budget.js';
 import { Cut } from './cut.js';
-import { readPlaces } from './document.js';
-import { formatsOf } from './page.js';
-import { keyOf, NONE, Primitive, STORED } from './primitives.js';
-import { LOD, readCounts, Tables } from './tables.js';
+import { Page } from './page.js';
+import { keyOf, Primitive } from './primitives.js';
+import { formatsOf } from './vertices.js';
 
 // Of the pages of the first picture, of all primitives: the coarsest level alone may be shapeless.
 const FIRST_BYTES = 96 * 1024;
@@ -240,22 +242,15 @@ export class Reader {
       const place = table ? table[isFine ? p - tables.coarsePageCount : p] : plain;
       if (place.size !== size)
         throw new MalformedError('a packed page has another length than the tables say');
-      one.pages.push({
-        owner: one,
-        number: p,
+      const made = {
         source,
         begin: begin + place.begin,
         length: place.end - place.begin,
-        packed: place.raw ? 0 : size, // unpacked bytes
+        packed: place.raw ? 0 : size,
         vertices: tables.pageVertices[p],
         triangles: tables.pageTriangles[p],
-        state: NONE,
-        bytes: null,
-        used: 0, // frame in which it was needed last
-        wanted: 0, // pixels
-        tries: 0,
-        retryAt: 0,
-      });
+      };
+      one.pages.push(new Page(one, p, made));
     }
     // In the first picture: the pages in its share of bytes, and root pages that are there anyway.
     const [{ source, begin }] = one.pages;
@@ -282,7 +277,7 @@ async function readParts(some, range) {
 
 function storeFirst({ pages }, bytes) {
   for (let p = 0, at = 0; at < bytes.length; at += pages[p++].length)
-    Object.assign(pages[p], { state: STORED, bytes: bytes.slice(at, at + pages[p].length) });
+    pages[p].arrive(bytes.slice(at, at + pages[p].length));
 }
 
 // What formatsOf reads of an accessor.
