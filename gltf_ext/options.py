@@ -257,7 +257,7 @@ class Options:
     transport: bool = _declare(
         False,
         "--transport",
-        "pack the result for download, about a third smaller (EXT_meshlet_transport, a draft); "
+        "pack the result for download, a tenth to a third smaller (EXT_meshlet_transport, a draft); "
         "readers unpack it when they open it",
     )
     obj_groups: bool = _declare(

@@ -1,6 +1,6 @@
 // From decoded streams to the arrays of a primitive's accessors (specification, "glTF Schema
 // Updates"). Loaders share this file.
-import { Kind, MalformedError } from './decoder.js';
+import { Kind, MalformedError } from './blob.js';
 
 export const EXTENSION = 'EXT_meshlet_edgebreaker';
 
@@ -105,17 +105,18 @@ export function accessorArrays(json, primitive, decoded) {
   return arrays;
 }
 
-export function require(ok, problem) {
+export function expect(ok, problem) {
   if (!ok) throw new MalformedError(problem);
 }
 
 function indexArray(json, primitive, { indices, vertexCount }) {
   const accessor = json.accessors?.[primitive.indices];
   const limit = LIMITS[accessor?.componentType]?.[1];
-  require(accessor?.count ===
-    indices.length, `its indices accessor does not have ${indices.length} elements`);
-  require(limit >=
-    vertexCount - 1, "its indices accessor's component type cannot hold its indices");
+  expect(
+    accessor?.count === indices.length,
+    `its indices accessor does not have ${indices.length} elements`,
+  );
+  expect(limit >= vertexCount - 1, "its indices accessor's component type cannot hold its indices");
   return accessor.componentType === 5125 ? indices : ARRAYS[accessor.componentType].from(indices);
 }
 
@@ -123,15 +124,17 @@ function indexArray(json, primitive, { indices, vertexCount }) {
 export function attributeArray(accessor, name, first, { streams, vertexCount }) {
   const Type = ARRAYS[accessor?.componentType];
   const components = COMPONENTS[accessor?.type];
-  require(Type !== undefined && components !== undefined, `its ${name} accessor has no valid type`);
-  require(accessor.count ===
-    vertexCount, `its ${name} accessor does not have ${vertexCount} elements`);
+  expect(Type !== undefined && components !== undefined, `its ${name} accessor has no valid type`);
+  expect(
+    accessor.count === vertexCount,
+    `its ${name} accessor does not have ${vertexCount} elements`,
+  );
   const parts = streamsOf(first, components, streams, name);
   const integers = accessor.componentType !== FLOAT;
-  require(!integers ||
-    parts.every(
-      ({ kind }) => kind !== Kind.OCT && kind !== Kind.SIGN,
-    ), `${name} has integers, but a stream of unit vectors or signs`);
+  expect(
+    !integers || parts.every(({ kind }) => kind !== Kind.OCT && kind !== Kind.SIGN),
+    `${name} has integers, but a stream of unit vectors or signs`,
+  );
   if (parts.length === 1 && parts[0].values instanceof Type) return parts[0].values;
   const array = new Type(vertexCount * components);
   let at = 0;
@@ -156,10 +159,10 @@ export function streamsOf(first, components, streams, name) {
   let end = first;
   while (filled < components) {
     const stream = streams[end++];
-    require(stream !== undefined, `there is no stream for ${name}`);
+    expect(stream !== undefined, `there is no stream for ${name}`);
     filled += stream.kind === Kind.OCT ? 3 : stream.elements;
   }
-  require(filled === components, `the streams of ${name} do not fill its accessor's components`);
+  expect(filled === components, `the streams of ${name} do not fill its accessor's components`);
   return streams.slice(first, end);
 }
 

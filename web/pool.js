@@ -5,12 +5,15 @@
 // primitive, decodes its share in place and hands the arrays over. The other Workers send their
 // decoded blobs, which the page's thread copies into the arrays. So there are these arrays and the
 // blobs that wait for the head, at most as many bytes again.
-import { compileDecoder, createDecoder, MalformedError } from './decoder.js';
+import { MalformedError } from './blob.js';
+import { compileDecoder } from './compile.js';
 
 const MOST_WORKERS = 8;
+const START_MS = 30_000; // until a Worker has to answer
 // The heads of one, two, three .. Workers have the first share of parts that grow by this factor:
 // the page's thread copies a blob in about a fifth of the time that decoding it takes.
 const GROWTH = 1.25;
+const files = new WeakMap(); // Worker of a file of ours -> its URL, unless a bundler has renamed it
 
 export async function createDecoderPool({ workers, source, createWorker = moduleWorker } = {}) {
   const cores = globalThis.navigator?.hardwareConcurrency ?? 4;
@@ -18,24 +21,45 @@ export async function createDecoderPool({ workers, source, createWorker = module
   if (!Number.isInteger(count) || count < 1)
     throw new RangeError(`a pool cannot have ${count} workers`);
   const module = await compileDecoder(source);
-  const started = await Promise.all(Array.from({ length: count }, () => createWorker()));
-  return new DecoderPool(await createDecoder(module), module, started, createWorker);
+  const starting = Array.from({ length: count }, async () => createWorker());
+  try {
+    return new DecoderPool(module, await Promise.all(starting), createWorker);
+  } catch (error) {
+    for (const one of starting) one.then((worker) => worker.terminate()).catch(() => {});
+    throw error;
+  }
 }
 
 function moduleWorker() {
-  if (typeof Worker === 'undefined') return nodeWorker(new URL('./worker.js', import.meta.url));
-  return new Worker(new URL('./worker.js', import.meta.url), { type: 'module' });
+  // Bundlers look for this expression.
+  const start = () => new Worker(new URL('./worker.js', import.meta.url), { type: 'module' });
+  return startWorker(import.meta.url, start);
 }
 
-// A Worker in Node. For gltf-meshlet/stream, too.
-export async function nodeWorker(url) {
-  const node = 'node:worker_threads'; // in a variable, so that bundlers leave it alone
-  const threads = await import(/* @vite-ignore */ node);
-  return new threads.Worker(url);
+// Starts a Worker of worker.js beside a file of ours, in Node or by start() in a browser. base: URL
+// of that file; a bundler may have put another one. For gltf-meshlet/stream, too.
+export async function startWorker(base, start) {
+  const name = './worker.js'; // in a variable, so that bundlers do not copy the file
+  if (typeof Worker === 'undefined') {
+    const node = 'node:worker_threads'; // in a variable, so that bundlers leave it alone
+    const threads = await import(/* webpackIgnore: true */ /* @vite-ignore */ node);
+    return new threads.Worker(new URL(name, base));
+  }
+  if (!/^https?:/.test(base)) return start();
+  const url = new URL(name, base);
+  const worker = url.origin === globalThis.location.origin ? start() : importingWorker(url);
+  files.set(worker, url);
+  return worker;
+}
+
+// Workers begin on the page's own server. What they import may come from others, as from a CDN.
+function importingWorker(url) {
+  const script = new Blob([`import ${JSON.stringify(url)}`], { type: 'text/javascript' });
+  return new Worker(URL.createObjectURL(script), { type: 'module' });
 }
 
 class DecoderPool {
-  #planner; // reads headers only
+  #planner; // promise of a decoder that reads headers only; a stream needs none
   #module;
   #createWorker;
   #members;
@@ -43,15 +67,14 @@ class DecoderPool {
   works = false; // a Worker has done a job; for members
   ended = null; // the error of all calls from now on; for gltf-meshlet/stream, too
 
-  constructor(planner, module, workers, createWorker) {
-    this.#planner = planner;
+  constructor(module, workers, createWorker) {
     this.#module = module;
     this.#createWorker = createWorker;
     this.#members = workers.map((worker) => new Member(worker, module, this));
   }
 
   async decodePrimitive(view, { integers = false, signal, onProgress } = {}) {
-    const plan = this.#planner.plan(view, integers);
+    const plan = await this.#plan(view, integers);
     const { blobs, total } = plan;
     let triangles = 0;
     const onTriangles = (count) => {
@@ -83,8 +106,15 @@ class DecoderPool {
     return plan.result;
   }
 
+  async #plan(view, integers) {
+    this.#planner ??= import('./decoder.js').then(({ createDecoder }) =>
+      createDecoder(this.#module),
+    );
+    return (await this.#planner).plan(view, integers);
+  }
+
   async validate(view, { signal } = {}) {
-    const plan = this.#planner.plan(view, false);
+    const plan = await this.#plan(view, false);
     const validateBlob = async (blob) => {
       try {
         await this.run({ task: 'validate', bytes: blob.bytes }, signal);
@@ -158,12 +188,20 @@ class Member {
   #worker;
   #pool;
   #job = null;
+  #starting; // ends the wait for its first answer
 
   constructor(worker, module, pool) {
     this.#worker = worker;
     this.#pool = pool;
-    const failed = ({ message }) =>
-      pool.replace(this, new Error(`a decoder's Worker failed: ${message ?? 'not loaded'}`));
+    const failed = ({ message }) => {
+      clearTimeout(this.#starting);
+      const place = files.has(worker) ? ` (without a bundler, ${files.get(worker)})` : '';
+      const problem = message ?? `its file was not loaded${place}`;
+      pool.replace(this, new Error(`a decoder's Worker failed: ${problem}`));
+    };
+    const silent = `no answer in ${START_MS / 1000} seconds; does its file import the package's?`;
+    this.#starting = setTimeout(() => failed({ message: silent }), START_MS);
+    this.#starting.unref?.();
     if (worker.on) {
       worker.on('message', (answer) => this.#receive(answer)).on('error', failed); // Node
     } else {
@@ -186,11 +224,14 @@ class Member {
   }
 
   end(error) {
+    clearTimeout(this.#starting);
     this.#job?.reject(error);
     this.#worker.terminate();
   }
 
-  #receive({ triangles, result, error }) {
+  #receive({ started, triangles, result, error }) {
+    clearTimeout(this.#starting);
+    if (started) return;
     const { onTriangles, resolve, reject } = this.#job;
     if (triangles !== undefined) {
       try {

@@ -4,8 +4,9 @@
 // processor when the program runs.
 #pragma once
 
-#if defined(__AVX2__) && defined(__BMI__) && defined(__BMI2__) && defined(__LZCNT__) && \
-    defined(__POPCNT__)
+// Not for 32-bit x86, which has no bit instructions on 64 bits.
+#if defined(__x86_64__) && defined(__AVX2__) && defined(__BMI__) && defined(__BMI2__) && \
+    defined(__LZCNT__) && defined(__POPCNT__)
 #define MESHLET_AVX2 1  // is this code for AVX2?
 #else
 #define MESHLET_AVX2 0

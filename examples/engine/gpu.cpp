@@ -36,8 +36,10 @@ VKAPI_ATTR VkBool32 VKAPI_CALL show(VkDebugUtilsMessageSeverityFlagBitsEXT,
 
 }  // namespace
 
-Gpu::Gpu(const Sizes& sizes, uint32_t* messages, std::string cache)
-    : sizes_(sizes), cache_file_(std::move(cache)) {
+Gpu::Gpu(const Sizes& sizes, std::string cache) : sizes_(sizes), cache_file_(std::move(cache)) {}
+
+// Where this throws, the destructor runs: the object is whole after the other constructor.
+Gpu::Gpu(const Sizes& sizes, uint32_t* messages, std::string cache) : Gpu(sizes, std::move(cache)) {
   open_instance(messages);
   open_device();
   const VkDeviceSize meshlets = VkDeviceSize(4) * MESHLET_WORDS * sizes.meshlets * sizes.slots,
@@ -47,16 +49,16 @@ Gpu::Gpu(const Sizes& sizes, uint32_t* messages, std::string cache)
           "the budget is more than this device binds as one buffer: choose a smaller one");
   const VkBufferUsageFlags storage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT;
   // An engine copies pages through a staging buffer to memory of the device.
-  pages_ = make_buffer(pages, storage, true);
-  meshlets_ = make_buffer(meshlets, storage, false);
-  errors_ = make_buffer(4, storage, true);
+  make_buffer(pages_, pages, storage, true);
+  make_buffer(meshlets_, meshlets, storage, false);
+  make_buffer(errors_, 4, storage, true);
   std::memset(errors_.mapped, 0, 4);
-  readback_ = make_buffer(VkDeviceSize(4) * sizes.width * sizes.height,
-                          VK_BUFFER_USAGE_TRANSFER_DST_BIT, true);
-  color_ = make_image(kColor, VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT,
-                      VK_IMAGE_ASPECT_COLOR_BIT);
-  depth_ =
-      make_image(kDepth, VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT, VK_IMAGE_ASPECT_DEPTH_BIT);
+  make_buffer(readback_, VkDeviceSize(4) * sizes.width * sizes.height,
+              VK_BUFFER_USAGE_TRANSFER_DST_BIT, true);
+  make_image(color_, kColor, VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT,
+             VK_IMAGE_ASPECT_COLOR_BIT);
+  make_image(depth_, kDepth, VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT,
+             VK_IMAGE_ASPECT_DEPTH_BIT);
   const Buffer buffers[] = {pages_, meshlets_, errors_};
   make_descriptors(buffers, 3);
   make_render_pass();
@@ -90,7 +92,9 @@ void Gpu::open_instance(uint32_t* messages) {
     info.ppEnabledLayerNames = layers;
     info.ppEnabledExtensionNames = extensions;
   }
-  check_vk(vkCreateInstance(&info, nullptr, &instance_), "Vulkan cannot be opened");
+  const VkResult opened = vkCreateInstance(&info, nullptr, &instance_);
+  require(opened != VK_ERROR_LAYER_NOT_PRESENT, "the validation layer is not installed");
+  check_vk(opened, "Vulkan cannot be opened");
   if (!messages) return;
   const auto create = reinterpret_cast<PFN_vkCreateDebugUtilsMessengerEXT>(
       vkGetInstanceProcAddr(instance_, "vkCreateDebugUtilsMessengerEXT"));
@@ -142,8 +146,7 @@ uint32_t Gpu::memory_type(uint32_t allowed, VkMemoryPropertyFlags wanted) const 
   throw std::runtime_error("the device lacks a kind of memory");
 }
 
-Buffer Gpu::make_buffer(VkDeviceSize bytes, VkBufferUsageFlags usage, bool mapped) {
-  Buffer out;
+void Gpu::make_buffer(Buffer& out, VkDeviceSize bytes, VkBufferUsageFlags usage, bool mapped) {
   VkBufferCreateInfo info{VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO};
   info.size = bytes;
   info.usage = usage;
@@ -160,11 +163,10 @@ Buffer Gpu::make_buffer(VkDeviceSize bytes, VkBufferUsageFlags usage, bool mappe
   check_vk(vkBindBufferMemory(device_, out.buffer, out.memory, 0), "no memory for a buffer");
   if (mapped)
     check_vk(vkMapMemory(device_, out.memory, 0, bytes, 0, &out.mapped), "memory is out of reach");
-  return out;
 }
 
-Image Gpu::make_image(VkFormat format, VkImageUsageFlags usage, VkImageAspectFlags aspect) {
-  Image out;
+void Gpu::make_image(Image& out, VkFormat format, VkImageUsageFlags usage,
+                     VkImageAspectFlags aspect) {
   VkImageCreateInfo info{VK_STRUCTURE_TYPE_IMAGE_CREATE_INFO};
   info.imageType = VK_IMAGE_TYPE_2D;
   info.format = format;
@@ -186,7 +188,6 @@ Image Gpu::make_image(VkFormat format, VkImageUsageFlags usage, VkImageAspectFla
   view.format = format;
   view.subresourceRange = {aspect, 0, 1, 0, 1};
   check_vk(vkCreateImageView(device_, &view, nullptr, &out.view), "an image cannot be viewed");
-  return out;
 }
 
 // One set for both pipelines: buffer i is binding i.
@@ -292,7 +293,10 @@ void Gpu::save_cache() const {
   check_vk(vkGetPipelineCacheData(device_, cache_, &size, nullptr), "no pipeline cache");
   std::vector<char> bytes(size);
   check_vk(vkGetPipelineCacheData(device_, cache_, &size, bytes.data()), "no pipeline cache");
-  std::ofstream(cache_file_, std::ios::binary).write(bytes.data(), std::streamsize(size));
+  std::ofstream out(cache_file_, std::ios::binary);
+  out.write(bytes.data(), std::streamsize(size));
+  out.close();  // which writes the rest
+  require(out.good(), "the file for compiled shaders cannot be written");
 }
 
 VkShaderModule Gpu::shader(const uint32_t* code, size_t bytes) const {

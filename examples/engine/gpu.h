@@ -49,11 +49,12 @@ class Gpu {
   const uint8_t* picture() const { return static_cast<const uint8_t*>(readback_.mapped); }
 
  private:
+  Gpu(const Sizes& sizes, std::string cache);
   void open_instance(uint32_t* messages);
   void open_device();
   uint32_t memory_type(uint32_t allowed, VkMemoryPropertyFlags wanted) const;
-  Buffer make_buffer(VkDeviceSize bytes, VkBufferUsageFlags usage, bool mapped);
-  Image make_image(VkFormat format, VkImageUsageFlags usage, VkImageAspectFlags aspect);
+  void make_buffer(Buffer& out, VkDeviceSize bytes, VkBufferUsageFlags usage, bool mapped);
+  void make_image(Image& out, VkFormat format, VkImageUsageFlags usage, VkImageAspectFlags aspect);
   void make_descriptors(const Buffer* buffers, uint32_t count);
   void make_render_pass();
   VkShaderModule shader(const uint32_t* code, size_t bytes) const;

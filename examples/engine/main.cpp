@@ -38,8 +38,14 @@ Options read_options(int argc, char** argv) {
     }
     require(i + 1 < argc, "an option has no value");
     const char* text = argv[++i];
-    const double value = std::atof(text);
-    require(name == "--cache" || (value >= 0 && value < 1e18), "an option's value is too large");
+    if (name == "--cache") {
+      out.cache = text;
+      continue;
+    }
+    char* end = nullptr;
+    const double value = std::strtod(text, &end);
+    require(end != text && !*end && value >= 0 && value < 1e18,
+            "an option's value is no number from 0 on, or too large");
     if (name == "--width")
       out.width = uint32_t(std::min(std::max(value, 1.0), 16384.0));
     else if (name == "--height")
@@ -52,8 +58,6 @@ Options read_options(int argc, char** argv) {
       out.budget = uint64_t(value);
     else if (name == "--error")
       out.threshold = value;
-    else if (name == "--cache")
-      out.cache = text;
     else
       throw std::runtime_error("there is no option " + name);
   }
@@ -134,6 +138,7 @@ void write_picture(const std::string& path, uint32_t width, uint32_t height, con
   out << "P6\n" << width << " " << height << "\n255\n";
   for (size_t i = 0; i < size_t(width) * height; i++)
     out.write(reinterpret_cast<const char*>(rgba + 4 * i), 3);
+  out.close();  // which writes the rest
   require(out.good(), "the picture cannot be written");
 }
 
@@ -161,8 +166,8 @@ void run(const Options& options, uint32_t* messages) {
     std::printf("frame %u: %llu meshlets, error %.3g pixels, %zu pages to load\n", i,
                 static_cast<unsigned long long>(meshlets), streamer.error(), loads.size());
   }
-  write_picture(options.picture, options.width, options.height, gpu.picture());
   require(gpu.malformed() == 0, "some meshlets are malformed");
+  write_picture(options.picture, options.width, options.height, gpu.picture());
 }
 
 }  // namespace

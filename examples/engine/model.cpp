@@ -63,7 +63,9 @@ class Reader {
 
  private:
   void visit(size_t number, const Matrix& above, int depth) {
-    require(depth < 100, "the nodes are too deep, or a circle");
+    // A circle never ends, and nodes that have two parents may be met 2^n times.
+    require(depth < 100 && met_++ < gltf_.at("nodes").size(),
+            "the nodes are no trees, or too deep");
     const Json& node = gltf_.at("nodes").at(number);
     const Matrix place = product(above, place_of(node));
     if (node.contains("mesh") && !model_.tables.data)
@@ -101,7 +103,12 @@ class Reader {
     model_.tables = view(levels.at("bufferView"));
     model_.views[0] = view(levels.at("pages").at("bufferView"));
     model_.views[1] = view(meshlets.at("bufferView"));
-    model_.normals = meshlets.at("attributes").value("NORMAL", -1);
+    const Json& streams = meshlets.at("attributes");
+    if (streams.contains("NORMAL")) {
+      const size_t number = streams["NORMAL"].get<size_t>();
+      require(number < 8, "NORMAL is no stream that the shader has room for");
+      model_.normals = int(number);
+    }
     model_.place = place;
     gltf_meshlet_tables& counts = model_.counts;
     counts.size = sizeof counts;
@@ -117,6 +124,7 @@ class Reader {
   const Json& gltf_;
   const Bytes buffer_;
   Model& model_;
+  size_t met_ = 0;  // nodes
 };
 
 }  // namespace

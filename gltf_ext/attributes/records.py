@@ -1,11 +1,13 @@
 """Vertices as records: their integers in all streams, packed, and a hash of the float position.
 
 Equal vertices have equal records, in whatever chunk they are. The hash keeps vertices apart that
-only the grid joins, so that level 0 has the connectivity of the original.
+only the grid joins, so that level 0 has the connectivity of the original. Not those that differ by
+the rounding of floats: transforms leave such cracks.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -28,6 +30,7 @@ from gltf_ext.sources.primitives import DropCounts, place
 from gltf_ext.sources.source import Source, blocks
 
 HASH = "hash"
+FLOAT_BITS = 24  # of a float's fraction
 # Triangles, position ids, positions, streams and their values, as _codec.encode takes them.
 EncoderInput = tuple[np.ndarray, np.ndarray, np.ndarray, list[_codec.Stream], list[np.ndarray]]
 
@@ -147,6 +150,18 @@ class RecordFormat:
         """Records with hash."""
         return np.dtype([*self.coarse.descr, (HASH, "<u4")])
 
+    @cached_property
+    def _noise(self) -> float:
+        """The rounding of floats as large as the largest coordinates: a power of two.
+
+        Smaller differences of positions are none, if they are in the same place of the grid.
+        """
+        stream = self.plan.streams[0]
+        size = stream.step * 2.0**stream.bits
+        largest = max(max(abs(x), abs(x + size)) for x in stream.offset)
+        exponent = math.frexp(largest)[1] - FLOAT_BITS
+        return 2.0 ** max(exponent, -126)  # its inverse is a float, too
+
     def part(self, names: tuple[str, ...]) -> np.dtype:
         """Return the fields of `fine` that hold these attributes."""
         fields = [str(s) for name in names for s in self.plan.attributes[name]]
@@ -165,7 +180,7 @@ class RecordFormat:
         for number, values in self.plan.quantise(attributes).items():
             records[str(number)] = values
         if "POSITION" in attributes:
-            records[HASH] = _hashes(attributes["POSITION"])
+            records[HASH] = _hashes(attributes["POSITION"], self._noise)
 
     def without_hash(self, records: np.ndarray) -> np.ndarray:
         """Return coarse[...] of fine[...], or the same records if they are coarse."""
@@ -229,7 +244,11 @@ class RecordFormat:
         values = self.values_of(vertices.records)
         positions = self.attributes_of(vertices, values, ("POSITION",))["POSITION"]
         positions = np.ascontiguousarray(positions, np.float32)
-        return vertices.triangles, vertices.position_ids, positions, self.plan.streams, values
+        ids = vertices.position_ids
+        id_count = int(ids.max(initial=0)) + 1
+        if id_count < len(ids):  # of equal ones, one position: they may differ by noise
+            positions = positions[first_of_each(ids, id_count)[ids]]
+        return vertices.triangles, ids, positions, self.plan.streams, values
 
     def attributes_of(
         self, vertices: Vertices, values: list[np.ndarray], names: tuple[str, ...]
@@ -278,9 +297,11 @@ def weld_rows(rows: np.ndarray) -> tuple[np.ndarray, int]:
     return _codec.weld(rows.view(np.uint8).reshape(len(rows), size))
 
 
-def _hashes(positions: np.ndarray) -> np.ndarray:
-    """Return uint32[n]: of positions; equal for negative and positive zero."""
-    words = np.ascontiguousarray(positions.astype(np.float32) + np.float32(0)).view(np.uint32)
+def _hashes(positions: np.ndarray, noise: float) -> np.ndarray:
+    """Return uint32[n]: of positions in steps of `noise`; equal for negative and positive zero."""
+    with np.errstate(over="ignore"):
+        steps = np.rint(positions.astype(np.float32) * np.float32(1 / noise)) + np.float32(0)
+    words = np.ascontiguousarray(steps).view(np.uint32)
     result = np.zeros(len(words), np.uint32)
     for column in words.T:
         result = (result + column) * np.uint32(0x9E3779B1)

@@ -141,8 +141,8 @@ def compress(input: Model, output: File | None, settings: Options) -> Report:
         lod_group: meshlets that are simplified together (4 to 128, default 96).
         lod_limit: largest error of a level, in model units; no limit by default.
         fallback: also write plain buffers into OUT.fallback.bin, for readers without the extension.
-        transport: pack the result for download, about a third smaller (EXT_meshlet_transport, a
-            draft); readers unpack it when they open it.
+        transport: pack the result for download, a tenth to a third smaller (EXT_meshlet_transport,
+            a draft); readers unpack it when they open it.
         obj_groups: groups (g) of an .obj become nodes, too, below those of its objects (o).
         non_finite: "repair" or "refuse": of values that are NaN or infinite: repair leaves out
             triangles at such positions, computes normals again and sets texture coordinates to 0,

@@ -59,11 +59,12 @@ def local_matrix(node: gltf.Node) -> np.ndarray:
     """Return float64[4, 4] from a node's matrix, or its translation, rotation and scale."""
     if "matrix" in node:
         return np.reshape(np.array(node["matrix"], np.float64), (4, 4), order="F")
-    values = (
-        node.get("translation", (0, 0, 0)),
-        node.get("rotation", (0, 0, 0, 1)),
-        node.get("scale", (1, 1, 1)),
-    )
+    translation, scale = node.get("translation", (0, 0, 0)), node.get("scale", (1, 1, 1))
+    if "rotation" not in node:  # a tenth of the time
+        matrix = np.diag(np.array([*scale, 1.0]))
+        matrix[:3, 3] = translation
+        return matrix
+    values = translation, node["rotation"], scale
     result: np.ndarray = trs_matrices(*(np.array([v], np.float64) for v in values))[0]
     return result
 

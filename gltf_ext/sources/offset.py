@@ -83,15 +83,18 @@ def with_offset(read: Callable[[Offset], Reader]) -> Reader:
 
 
 class _Sample:
-    """Some vertices from all over a file."""
+    """Every so many of a file's vertices, in whatever blocks these come."""
 
     def __init__(self) -> None:
         self._blocks: list[np.ndarray] = []
         self._count, self._step = 0, 1
+        self._seen = 0  # vertices of all blocks
 
     def add(self, positions: np.ndarray) -> None:
-        """Take every so many of a block."""
-        self._blocks.append(positions[:: self._step].astype(np.float64))
+        """Take those whose number in the file the step divides."""
+        first = -self._seen % self._step
+        self._blocks.append(positions[first :: self._step].astype(np.float64))
+        self._seen += len(positions)
         self._count += len(self._blocks[-1])
         while self._count > 2 * SAMPLE:
             self._blocks = [np.concatenate(self._blocks)[::2]]

@@ -109,6 +109,18 @@ def test_code_for_avx2_stays_apart(folder):
     assert [name for name in names if "::avx2::" not in name] == []
 
 
+@pytest.mark.skipif(platform.machine() != "x86_64", reason="AVX2 is of x86")
+@pytest.mark.parametrize(("bits", "has"), [("-m64", "1"), ("-m32", "0")])
+def test_avx2_is_for_64_bits(bits, has, tmp_path):
+    """Those of 32 lack instructions that the code for AVX2 has."""
+    if not shutil.which("g++"):
+        missing("g++ is not installed")
+    source = f'#include "decode/build.h"\nstatic_assert(MESHLET_AVX2 == {has}, "");\n'
+    (tmp_path / "a.cpp").write_text(source)
+    options = (bits, *HASWELL, "-std=c++17", "-I", ROOT / "codec", "-fsyntax-only")
+    assert run(["g++", *options, "a.cpp"], tmp_path) == ""
+
+
 def test_avx2_begin_lists_the_headers_that_are_compiled_again():
     """Without #undef of its guard, a header's code would be that of any processor."""
     codec = ROOT / "codec"

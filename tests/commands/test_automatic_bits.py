@@ -147,6 +147,16 @@ def test_positions_and_normals(tmp_path):
     assert compressed(tmp_path, built(attributes, triangles)[0])[1]["POSITION"] == 14
 
 
+@pytest.mark.parametrize("waves, bits", [(2, 13), (10, 14)])
+def test_surfaces_that_bend_much_have_a_bit_more(tmp_path, waves, bits):
+    positions, triangles = grid_mesh(120, 120)
+    angle = 2 * np.pi * waves * np.linspace(0, 1, len(np.unique(positions[:, 0])))
+    angle = angle[np.searchsorted(np.unique(positions[:, 0]), positions[:, 0])]
+    normals = np.stack([np.sin(angle), 0 * angle, np.cos(angle)], axis=1).astype(np.float32)
+    attributes = {"POSITION": positions * np.float32([1, 1, 0]), "NORMAL": normals}
+    assert compressed(tmp_path, built(attributes, triangles)[0])[1]["POSITION"] == bits
+
+
 def test_smooth_glossy_and_unlit_normals(tmp_path):
     attributes, triangles = sheet()
     for material, expected in (

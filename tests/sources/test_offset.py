@@ -4,6 +4,10 @@ import numpy as np
 import pytest
 
 import gltf_ext
+from gltf_ext.sources.importers import read_meshes
+from gltf_ext.sources.offset import SAMPLE, Offset
+from gltf_ext.sources.row_arrays import rows_in_files
+from gltf_ext.work_files import WorkFile
 from tests.helpers.gltf_builder import glb_bytes, glb_json, glb_parts, grid_mesh
 
 PLACE = np.array([456789.125, 5432109.25, 321.5])
@@ -109,6 +113,39 @@ def test_large_files_are_read_again_for_an_offset(tmp_path):
     gltf_ext.compress(path, tmp_path / "parts.glb", max_memory="110M")
     whole, parts = (glb_json(tmp_path / f"{n}.glb")["nodes"] for n in ("whole", "parts"))
     assert whole == parts and "translation" in whole[0]
+
+
+@pytest.mark.parametrize("name", ["late.obj", "late_binary.ply", "late.stl"])
+def test_a_second_reading_takes_no_more_space(tmp_path, monkeypatch, name):
+    """The work file of the first one is gone, whose rows nothing has any more."""
+    sizes, write_file = [], WorkFile.write
+
+    def write_and_note(self, data, offset):
+        write_file(self, data, offset)
+        sizes.append(self.size)
+
+    monkeypatch.setattr(WorkFile, "write", write_and_note)
+    positions, triangles = beside_exact(*far_sheet())
+    path = write(tmp_path / name, positions, triangles)
+    contents = read_meshes(path, rows_in_files(str(tmp_path)))
+    assert any(contents.offset)
+    least = sum(
+        12 * rows.count for m in contents.meshes for rows in m.primitives[0].attributes.values()
+    )
+    assert least <= sizes[-1] == max(sizes) and sizes[0] in sizes[1:]
+
+
+def test_small_blocks_count_by_their_vertices(tmp_path):
+    """As the solids of an .stl may be: 1 % of the vertices, but most of the blocks."""
+    offset, random = Offset(), np.random.default_rng(1)
+    large = 16 * SAMPLE
+    for _ in range(16):
+        offset.to_local(random.random((large // 16, 3)))
+    for _ in range(large // 300):
+        offset.to_local(np.full((3, 3), 9.0))
+    values = offset._sample.values()
+    assert SAMPLE / 2 < len(values) <= 2 * SAMPLE
+    assert abs((values == 9.0).mean() - 0.01) < 0.001
 
 
 def test_a_detail_that_comes_first_moves_no_model_near_the_origin(tmp_path):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import subprocess
 import sys
@@ -14,7 +15,7 @@ from PIL import Image
 
 import gltf_ext
 from tests.helpers.environment import ROOT, missing, need_package
-from tests.helpers.gltf_builder import Builder
+from tests.helpers.gltf_builder import Builder, glb_bytes, glb_parts
 from tests.helpers.native import folder_of
 from tests.helpers.vulkan_scenes import UNLIT, ball, require_vulkan
 from tools import build_shader_package
@@ -146,6 +147,27 @@ def test_streams_within_a_budget(program, models, tmp_path):
         assert (full != other).mean() < 0.01
 
 
+def hostile(model, path, change):
+    """A copy of a model whose JSON is changed."""
+    properties, binary = glb_parts(model)
+    change(properties)
+    path.write_bytes(glb_bytes(properties, binary))
+    return path
+
+
+def negative_normal(properties):
+    """A stream that the shader would look for outside of its arrays."""
+    (primitive,) = properties["meshes"][0]["primitives"]
+    primitive["extensions"]["EXT_meshlet_edgebreaker"]["attributes"]["NORMAL"] = -5
+
+
+def many_ways(properties):
+    """From the first of 40 nodes to the last one: 2^39."""
+    nodes = properties["nodes"]
+    nodes += [{"children": [len(nodes) + i + 1] * 2} for i in range(40)] + [{}]
+    properties["scenes"][0]["nodes"].insert(0, len(nodes) - 41)
+
+
 def test_refuses_what_it_cannot_show(program, models, tmp_path):
     """One line."""
     cut = tmp_path / "cut.glb"
@@ -153,6 +175,10 @@ def test_refuses_what_it_cannot_show(program, models, tmp_path):
     plain = tmp_path / "plain.glb"
     gltf_ext.compress(models[0].with_name("normals_in.glb"), plain)
     problems = {
+        hostile(
+            models[0], tmp_path / "normal.glb", negative_normal
+        ): "NORMAL is no stream that the shader has room for",
+        hostile(models[0], tmp_path / "dag.glb", many_ways): "the nodes are no trees, or too deep",
         cut: "a buffer view lies outside of the file",
         plain: "no primitive has levels of detail: compress it with --lod",
         tmp_path / "none.glb": "the file cannot be read",
@@ -160,5 +186,23 @@ def test_refuses_what_it_cannot_show(program, models, tmp_path):
     for path, problem in problems.items():
         command = [program, path, tmp_path / "a.ppm"]
         result = subprocess.run(command, capture_output=True, text=True)
+        assert (result.returncode, result.stderr) == (1, f"engine: {problem}\n")
+    assert not (tmp_path / "a.ppm").exists()
+
+
+def test_says_what_it_cannot_do(program, models, tmp_path):
+    """Of small pictures, too, whose bytes wait until the file is closed; no layer is installed."""
+    environment = {**os.environ, "VK_LAYER_PATH": str(tmp_path)}
+    small = ("--width", "8", "--height", "8", "--frames", "1")
+    for picture, options, problem in (
+        ("a.ppm", ("--width", "wide"), "an option's value is no number from 0 on, or too large"),
+        ("a.ppm", ("--cache", "none/a"), "the file for compiled shaders cannot be written"),
+        ("/dev/full", small, "the picture cannot be written"),
+        ("a.ppm", ("--validate",), "the validation layer is not installed"),
+    ):
+        command = [program, models[1], picture, *options]
+        result = subprocess.run(
+            command, cwd=tmp_path, env=environment, capture_output=True, text=True
+        )
         assert (result.returncode, result.stderr) == (1, f"engine: {problem}\n")
     assert not (tmp_path / "a.ppm").exists()

@@ -18,6 +18,7 @@ import '@babylonjs/loaders/glTF/2.0/index.js';
 import { MeshletExtension } from '../babylon.js';
 import { ARRAYS, EXTENSION } from '../gltf.js';
 import { View } from './cut.js';
+import { checkNumber } from './options.js';
 import { forStreamed, Session } from './session.js';
 
 const KINDS = {
@@ -34,6 +35,7 @@ let loads = 0;
 
 export class MeshletStream extends TransformNode {
   #session;
+  #pixels;
   #container = null; // what the loader made
   #meshes = []; // StreamedMesh
   #geometries = new Map(); // pool -> Geometry
@@ -41,6 +43,7 @@ export class MeshletStream extends TransformNode {
   #observers = []; // of the context
 
   constructor(place, scene, { pixels = 1, ...options } = {}) {
+    checkNumber('pixels', pixels, 0); // before anything of it is in the scene
     super('MeshletStream', scene);
     this.pixels = pixels;
     this.frozen = false;
@@ -55,15 +58,35 @@ export class MeshletStream extends TransformNode {
       warning: this.onWarningObservable,
       error: this.onErrorObservable,
     };
-    options.signal?.addEventListener('abort', () => this.dispose());
     this.#session = new Session(place, options, {
       load: (...given) => this.#load(...given),
       show: (...given) => this.#show(...given),
       clear: () => this.#clear(),
+      dispose: () => this.dispose(),
       tell: (type, message, error) => observables[type].notifyObservers(error ?? message),
     });
-    this.ready = this.#session.ready;
     if (options.signal?.aborted) this.dispose();
+  }
+
+  get ready() {
+    return this.#session.ready;
+  }
+
+  get pixels() {
+    return this.#pixels;
+  }
+
+  set pixels(pixels) {
+    checkNumber('pixels', pixels, 0);
+    this.#pixels = pixels;
+  }
+
+  retry() {
+    this.#session.retry();
+  }
+
+  clone() {
+    throw new Error('a MeshletStream has no copies: make another one of the same file');
   }
 
   getClassName() {
@@ -85,22 +108,22 @@ export class MeshletStream extends TransformNode {
     try {
       const options = { pluginExtension: '.gltf', rootUrl: base };
       const source = `data:${JSON.stringify(json)}`;
-      return { container: await LoadAssetContainerAsync(source, this.getScene(), options), found };
+      this.#container = await LoadAssetContainerAsync(source, this.getScene(), options);
+      return { container: this.#container, found };
     } finally {
       unregisterGLTFExtension(name);
     }
   }
 
   async #show(streamer, { container, found }, each) {
-    this.#container = container;
     for (const pool of streamer.pools) this.#adopt(pool);
     this.#watchContext(streamer);
     await each(container.meshes.slice(), (holder) => {
       const primitive = found.get(holder.isAnInstance ? holder.sourceMesh : holder);
       if (primitive) this.#fill(holder, streamer, primitive);
     });
+    container.addAllToScene(); // while no node has a parent outside, of which Babylon would warn
     for (const node of container.rootNodes) node.parent = this;
-    container.addAllToScene();
     this.animationGroups = container.animationGroups;
   }
 

@@ -1,7 +1,7 @@
 // A .glb, or a .gltf with its .bin files, read by ranges.
 
-import { MalformedError } from '../decoder.js';
-import { isObject, require } from '../gltf.js';
+import { MalformedError } from '../blob.js';
+import { expect, isObject } from '../gltf.js';
 import { compileUnpacker, createUnpacker, TRANSPORT } from '../transport.js';
 import { HEAD_BYTES, openSource, SourceError } from './source.js';
 
@@ -19,15 +19,17 @@ export async function openDocument(place, options) {
   const data = new DataView(head.buffer, head.byteOffset, head.byteLength);
   const isGlb = head.length >= 4 && data.getUint32(0, true) === MAGIC;
   if (!isGlb) {
-    require(!(source.total > LARGEST_JSON), 'its JSON is too large');
+    expect(!(source.total > LARGEST_JSON), 'its JSON is too large');
     const text = head.length < HEAD_BYTES ? head : await source.readAll();
     return new Document(parseJson(text), place, [source], options);
   }
-  require(head.length >= JSON_BEGIN &&
-    data.getUint32(4, true) === 2, 'it is not a .glb of version 2');
+  expect(
+    head.length >= JSON_BEGIN && data.getUint32(4, true) === 2,
+    'it is not a .glb of version 2',
+  );
   const length = data.getUint32(12, true);
-  require(data.getUint32(16, true) === JSON_CHUNK, 'its first chunk is not JSON');
-  require(length <= LARGEST_JSON, 'its JSON is too large');
+  expect(data.getUint32(16, true) === JSON_CHUNK, 'its first chunk is not JSON');
+  expect(length <= LARGEST_JSON, 'its JSON is too large');
   const json = parseJson(await source.readSurely(JSON_BEGIN, JSON_BEGIN + length));
   return new Document(json, place, [source], options, JSON_BEGIN + length + CHUNK_BYTES);
 }
@@ -38,9 +40,9 @@ export function parseJson(bytes) {
   try {
     json = JSON.parse(new TextDecoder().decode(bytes));
   } catch {
-    throw new MalformedError('its JSON cannot be read');
+    throw new MalformedError('it is no .glb, and its JSON cannot be read');
   }
-  require(isObject(json), 'its JSON is not an object');
+  expect(isObject(json), 'its JSON is not an object');
   return json;
 }
 
@@ -93,22 +95,24 @@ export class Document {
     const buffer = this.json.buffers?.[view?.buffer];
     const { byteOffset = 0, byteLength, extensions } = view ?? {};
     const whole = (value) => Number.isInteger(value) && value >= 0;
-    require(buffer &&
-      whole(byteOffset) &&
-      whole(byteLength) &&
-      whole(buffer.byteLength), `there is no buffer view ${number}`);
-    require(byteOffset + byteLength <=
-      buffer.byteLength, `buffer view ${number} ends outside of its buffer`);
+    expect(
+      buffer && whole(byteOffset) && whole(byteLength) && whole(buffer.byteLength),
+      `there is no buffer view ${number}`,
+    );
+    expect(
+      byteOffset + byteLength <= buffer.byteLength,
+      `buffer view ${number} ends outside of its buffer`,
+    );
     const own = view.buffer === 0 && buffer.uri === undefined && this.#begin !== null;
     const source = own ? this.#sources[0] : await this.#buffer(view.buffer, buffer.uri);
     const begin = (own ? this.#begin : 0) + byteOffset;
-    require(!(
-      begin + byteLength >
-      source.total
-    ), `buffer view ${number} ends after the end of the file`);
+    expect(
+      !(begin + byteLength > source.total),
+      `buffer view ${number} ends after the end of the file`,
+    );
     const packed = extensions?.[TRANSPORT];
     const size = packed ? packed.byteLength : byteLength;
-    require(whole(size), `buffer view ${number} has no valid ${TRANSPORT}`);
+    expect(whole(size), `buffer view ${number} has no valid ${TRANSPORT}`);
     return { source, begin, end: begin + byteLength, size, isPacked: Boolean(packed) };
   }
 
@@ -124,12 +128,16 @@ export class Document {
   }
 
   async #open(uri) {
-    require(typeof uri === 'string', 'one of its buffers has no file');
+    expect(typeof uri === 'string', 'one of its buffers has no file');
     if (this.#place instanceof Blob && !uri.startsWith('data:'))
       throw new SourceError(`it refers to ${uri.slice(0, 80)}, which a Blob cannot reach`);
     const base =
       this.#place instanceof Blob ? undefined : new URL(this.#place, globalThis.location?.href);
-    const source = await openSource(new URL(uri, base), this.#options);
+    const url = new URL(uri, base);
+    // What is for the file's server is for no other one that the file names.
+    const { requestInit, ...others } = this.#options ?? {};
+    const options = url.origin === base?.origin ? { ...others, requestInit } : others;
+    const source = await openSource(url, options);
     this.#sources.push(source);
     return source;
   }

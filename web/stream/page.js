@@ -1,5 +1,5 @@
 // From a page to the arrays that are drawn: integers where WebGL takes them. Runs in Workers.
-import { Kind, MalformedError, sameStreams } from '../decoder.js';
+import { Kind, MalformedError, sameStreams } from '../blob.js';
 import { ARRAYS, attributeArray, COMPONENTS, streamsOf } from '../gltf.js';
 
 const FLOAT = 5126;
@@ -46,17 +46,13 @@ function fitsUnit({ step, offset, bits }, components) {
 // The arrays' type for indices of so many vertices.
 export const indexType = (vertices) => (vertices > LARGEST + 1 ? Uint32Array : Uint16Array);
 
-let unpacker = null; // promise, in a Worker that has met a packed page
-
 // A task of Workers. expected: {triangles, vertices, clusters, streams}, by the tables and the
 // first page. packed: null, or of a page in the transport form {module, size}:
 // its unpacker's, and the bytes of the unpacked page. Returns {indices, values, triangles, memory}:
 // an array of each format, the triangles of each meshlet, and the bytes of the decoder's memory.
 // Each meshlet is packed at once, so that a page is never in memory as the decoder's wide integers.
-export async function decodePage(decoder, given, { attributes, expected, packed }) {
-  if (packed)
-    unpacker ??= import('../transport.js').then((form) => form.createUnpacker(packed.module));
-  const unpack = packed && (await unpacker);
+export async function decodePage(decoder, given, { attributes, expected, packed }, tools) {
+  const unpack = packed && (await tools.unpackerOf(packed.module));
   const bytes = unpack ? unpack.unpackPage({ bytes: given, size: packed.size }) : given;
   const blobs = decoder.blobs(bytes);
   const [{ triangleCount, vertexCount, meshletCount, streams }] = blobs;

@@ -12,6 +12,9 @@ export const DECODING = 3;
 export const DECODED = 4; // waits for its place
 export const RESIDENT = 5;
 
+// What has not failed, or is to be tried again: see postpone.
+export const UNTRIED = { tries: 0, retryAt: 0 };
+
 // Primitives of the JSON with equal keys have the same data.
 export function keyOf({ attributes, indices, extensions, mode }) {
   const view = extensions?.[EXTENSION]?.bufferView;

@@ -1,6 +1,6 @@
 // Opens what streams of a document: finds primitives with levels, reads their tables and the pages
 // of the first picture. A primitive whose levels are malformed is refused.
-import { MalformedError, readStreams, sameStreams } from '../decoder.js';
+import { MalformedError, readStreams, sameStreams } from '../blob.js';
 import { EXTENSION } from '../gltf.js';
 import { createUnpacker, packedTable } from '../transport.js';
 import { tooSmall } from './budget.js';
@@ -72,6 +72,8 @@ export class Reader {
         this.#attempt(name, key, () => {
           const counts = readCounts(levels);
           if (counts) found.set(key, new Primitive(key, name, primitive, counts));
+          else
+            this.#onWarning(`${name}: levels of unknown version ${levels.version}; loaded whole`);
         });
       }),
     );

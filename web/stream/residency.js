@@ -1,8 +1,8 @@
 // Which pages are in memory: requests those that are wanted, has them decoded, puts them into the
 // pools, and evicts others, within the budget.
-import { MalformedError } from '../decoder.js';
+import { MalformedError } from '../blob.js';
 import { decodingBytes } from './budget.js';
-import { DECODED, DECODING, NONE, REQUESTED, RESIDENT, STORED } from './primitives.js';
+import { DECODED, DECODING, NONE, REQUESTED, RESIDENT, STORED, UNTRIED } from './primitives.js';
 import { delayAfter } from './source.js';
 
 const REQUESTS = 6; // at a time: what browsers send to one server with HTTP/1.1
@@ -16,7 +16,7 @@ export function postpone(it, error, again) {
   it.tries++;
   it.retryAt = Infinity;
   if (!error.retry && it.tries >= TRIES) return false;
-  const delay = delayAfter(it.tries);
+  const delay = delayAfter(it.tries, error);
   it.retryAt = performance.now() + delay;
   setTimeout(again, delay + 1);
   return true;
@@ -32,6 +32,7 @@ export class Residency {
   #waiting = 0; // of these, bytes of pages that wait for a decoder or their place
   #decoded = []; // pages that wait for their place
   #wasmBytes; // of the largest Worker
+  #quiet = 0; // no requests until then: a server has asked for a pause
 
   // given: {document, decoders, unpackerModule, budget, signal, refuse(primitive, error), onWarning,
   // onChange, onBroken}.
@@ -69,6 +70,12 @@ export class Residency {
     this.#trim();
   }
 
+  // Pages that were given up are tried again.
+  retry() {
+    this.#quiet = 0;
+    for (const page of this.pages) if (page.state === NONE) Object.assign(page, UNTRIED);
+  }
+
   // Ends requests of which nothing is wanted any more.
   #cancel() {
     for (const request of this.#requests)
@@ -94,7 +101,7 @@ export class Residency {
   }
 
   #request(page) {
-    if (this.#requests.size >= REQUESTS) return;
+    if (this.#requests.size >= REQUESTS || performance.now() < this.#quiet) return;
     const { budget, document } = this.#given;
     // With memory to decode it, so that its arrival makes #trim forget no page that is wanted.
     const decoding = Math.max(this.#decodingBytes, decodingBytes(page));
@@ -135,6 +142,7 @@ export class Residency {
     const { signal, onBroken, onWarning } = this.#given;
     if (abort.signal.aborted || signal.aborted) return;
     if (error.changed) return onBroken(error);
+    if (error.retryAfter > 0) this.#quiet = performance.now() + delayAfter(1, error);
     for (const page of pages) this.#postpone(page, error);
     onWarning(error.message);
   }

@@ -9,6 +9,7 @@ import { LOD } from './tables.js';
 
 const RESTARTS = 5; // without a picture in between that lasts
 const LASTING_MS = 60_000; // longer than the pauses before all restarts take together
+const NO_LEVELS = `no primitive has levels that can be streamed (${LOD}): all of it is loaded at once`;
 const TASK_MS = 10; // of making the scene, at a time
 
 const nextTask = () => new Promise((resolve) => setTimeout(resolve));
@@ -20,35 +21,58 @@ export class Session {
   #signal; // the page's
   #abort = new AbortController();
   #restarts = 0;
+  #refused = []; // keys of primitives of this file whose levels turned out to be malformed
   #shown = 0; // when the picture came
   #wake = () => {};
+  #isOver = false; // it has ended with an error
 
   // streamer: null unless its scene is shown. engine: an adapter's
   //   load(streamer, json, base): makes the scene from a JSON without the streamed primitives'
   //     extensions, see forStreamed; readView of the streamer gives its buffer views, unpacked;
   //   show(streamer, loaded, each): adds it; each(items, action) keeps the page responsive;
-  //   clear(): frees all of it;
+  //   clear(): frees all of it, also what load has made and nobody shows yet;
+  //   dispose(): the page's signal ends the stream;
   //   tell(type, message, error), of types warning, progress, load and error.
   constructor(place, { signal, ...options }, engine) {
     this.#signal = signal;
+    signal?.addEventListener('abort', engine.dispose, { signal: this.#abort.signal });
     this.#place = place instanceof Blob ? place : String(new URL(place, globalThis.location?.href));
     this.#options = { ...options, signal: this.#abort.signal };
     this.#engine = engine;
     this.streamer = null;
-    this.ready = this.#start();
-    this.#tellFailure(this.ready);
+    this.#begin(this.#start());
+  }
+
+  // starting: a promise of the first picture.
+  #begin(starting) {
+    this.ready = starting;
+    this.#isOver = false;
+    this.#tellFailure(starting);
+  }
+
+  // What was given up is tried again; a stream that has ended with an error begins again.
+  retry() {
+    if (this.#abort.signal.aborted) return;
+    this.#restarts = 0;
+    if (this.streamer) this.streamer.retry();
+    else if (this.#isOver) {
+      this.#refused = [];
+      this.#begin(this.#start());
+    }
   }
 
   #tellFailure(promise) {
-    promise.catch((error) => this.#engine.tell('error', error.message, error));
+    promise.catch((error) => {
+      this.#isOver = true;
+      if (!this.#abort.signal.aborted) this.#engine.tell('error', error.message, error);
+    });
   }
 
   async #start() {
     const engine = this.#engine;
-    let streamer;
+    let streamer = null;
     let broken = null;
-    streamer = await openStreamer(this.#place, {
-      ...this.#options,
+    const events = {
       onWarning: (message) => engine.tell('warning', message),
       onChange: () => {
         this.#wake();
@@ -59,13 +83,19 @@ export class Session {
         this.#wake();
         if (streamer && streamer === this.streamer) this.#restart(error);
       },
-    });
+    };
     const check = () => {
       this.#abort.signal.throwIfAborted();
       if (broken) throw broken;
     };
     try {
+      streamer = await openStreamer(this.#place, {
+        ...this.#options,
+        ...events,
+        exclude: this.#refused,
+      });
       check();
+      if (streamer.primitives.length === 0) engine.tell('warning', NO_LEVELS);
       const base = this.#place instanceof Blob ? '' : String(new URL('.', this.#place));
       const loaded = await engine.load(streamer, unpackedJson(streamer.json), base);
       for (;;) {
@@ -80,34 +110,35 @@ export class Session {
       await nextTask();
       check();
       await engine.show(streamer, loaded, (items, action) => inTasks(items, action, check));
+      check();
       this.streamer = streamer;
       engine.tell('load');
     } catch (error) {
-      streamer.close();
+      streamer?.close();
       engine.clear();
-      if (!error.changed && streamer.refused.length === 0) throw error;
-      return this.#again(streamer, error);
+      const refused = streamer?.refused ?? [];
+      if (!error.changed && refused.length === 0) throw error;
+      return this.#again(refused, error);
     }
     this.#shown = performance.now();
     await nextTask();
   }
 
   // Starts again after an error of a streamer, later each time, and not for ever.
-  async #again({ refused }, error) {
+  async #again(refused, error) {
     if (this.#abort.signal.aborted || ++this.#restarts > RESTARTS) throw error;
     this.#engine.tell('warning', `${error.message}; starting again`);
-    const { exclude = [] } = this.#options;
-    this.#options.exclude = [...exclude, ...refused.map(({ key }) => key)];
+    this.#refused = error.changed ? [] : [...this.#refused, ...refused.map(({ key }) => key)];
     await pause(delayAfter(this.#restarts), this.#abort.signal);
     return this.#start();
   }
 
   // The file has changed, its levels turned out to be malformed, or Workers cannot go on.
   #restart(error) {
-    const { streamer } = this;
+    const { refused } = this.streamer;
     if (performance.now() - this.#shown > LASTING_MS) this.#restarts = 0;
     this.#end();
-    this.#tellFailure(this.#again(streamer, error));
+    this.#begin(this.#again(refused, error));
   }
 
   #end() {

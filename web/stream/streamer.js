@@ -1,11 +1,12 @@
 // Streams the primitives with levels of a file: chooses cuts for a camera, and keeps the pages that
 // they need in arrays, in a fixed amount of memory. Knows no engine: an adapter gives the instances'
 // matrices and the camera, and draws the ranges of the arrays.
-import { compileDecoder } from '../decoder.js';
-import { createDecoderPool, nodeWorker } from '../pool.js';
+import { MalformedError } from '../blob.js';
+import { createDecoderPool, startWorker } from '../pool.js';
 import { LEAST_BYTES, makePools, planBudget, workersOf } from './budget.js';
 import { openDocument } from './document.js';
-import { Instance, Ranges, RESIDENT } from './primitives.js';
+import { checkNumber } from './options.js';
+import { Instance, Ranges, RESIDENT, UNTRIED } from './primitives.js';
 import { ours, Reader } from './reader.js';
 import { postpone, Residency } from './residency.js';
 import { SourceError } from './source.js';
@@ -21,8 +22,15 @@ export async function openStreamer(place, options = {}) {
     return streamer;
   } catch (error) {
     streamer.close();
-    throw ours(error);
+    throw streamer.decoders ? named(ours(error), place) : error;
   }
+}
+
+// Errors of a file's content, with its place. Without decoders it is none of the file's.
+function named(error, place) {
+  if (!(error instanceof MalformedError)) return error;
+  const name = place instanceof Blob ? 'the file' : place;
+  return new MalformedError(`${name}: ${error.message}`, { cause: error });
 }
 
 export class Streamer {
@@ -43,7 +51,9 @@ export class Streamer {
   #ranges = new Ranges();
 
   constructor({ maxBytes = DEFAULT_BYTES, ...options }) {
-    if (!(maxBytes >= LEAST_BYTES)) throw new RangeError('maxBytes must be at least 1,000,000');
+    checkNumber('maxBytes', maxBytes, LEAST_BYTES);
+    for (const name of ['stallMs', 'maxWholeBytes'])
+      if (options[name] !== undefined) checkNumber(name, options[name], 1);
     this.#options = { ...options };
     for (const name of ['onWarning', 'onChange', 'onBroken'])
       this.#options[name] = (told) => this.#abort.signal.aborted || options[name]?.(told);
@@ -53,7 +63,9 @@ export class Streamer {
     this.colour = 'none'; // tags of ranges: none, page, level or meshlet
     const { signal } = options;
     // Until it is closed: else the page's signal keeps it in memory.
-    signal?.addEventListener('abort', () => this.close(signal.reason), this.#abort);
+    signal?.addEventListener('abort', () => this.close(signal.reason), {
+      signal: this.#abort.signal,
+    });
     if (signal?.aborted) this.close(signal.reason);
   }
 
@@ -85,7 +97,7 @@ export class Streamer {
     signal.throwIfAborted();
     const starting = createDecoderPool({
       workers: workersOf(this.#maxBytes),
-      source: source ?? compileDecoder(),
+      source,
       createWorker: createWorker ?? pageWorker,
     });
     starting.catch(() => {});
@@ -125,18 +137,24 @@ export class Streamer {
     const { lacks } = one;
     if (lacks === 0 || lacks === one.givenUp || one.retryAt > performance.now()) return;
     const { onBroken, onChange, onWarning } = this.#options;
-    const anew = { tries: 0, retryAt: 0 };
     one.retryAt = Infinity; // not before this part is there
     try {
       await this.#reader.readMore(one);
-      Object.assign(one, anew);
+      Object.assign(one, UNTRIED);
       this.#changes++;
     } catch (error) {
       if (!(error instanceof SourceError) || error.changed) return onBroken(error);
       onWarning(error.message);
-      if (!postpone(one, error, onChange)) Object.assign(one, anew, { givenUp: lacks });
+      if (!postpone(one, error, onChange)) Object.assign(one, UNTRIED, { givenUp: lacks });
     }
     onChange();
+  }
+
+  // What was given up is tried again, as after a signature has been renewed.
+  retry() {
+    for (const one of this.primitives) one.givenUp = 0;
+    this.#residency.retry();
+    this.#options.onChange();
   }
 
   // --- instances ---
@@ -173,6 +191,7 @@ export class Streamer {
   // an instance have changed.
   update(view, pixels) {
     if (this.#abort.signal.aborted) return false;
+    checkNumber('pixels', pixels, 0);
     this.#residency.insertDecoded();
     this.#lastView = view ?? this.#lastView;
     const moved = this.#moved();
@@ -361,6 +380,7 @@ export class Streamer {
 }
 
 function pageWorker() {
-  if (typeof Worker === 'undefined') return nodeWorker(new URL('./worker.js', import.meta.url));
-  return new Worker(new URL('./worker.js', import.meta.url), { type: 'module' });
+  // Bundlers look for this expression.
+  const start = () => new Worker(new URL('./worker.js', import.meta.url), { type: 'module' });
+  return startWorker(import.meta.url, start);
 }

@@ -1,5 +1,5 @@
 // The tables of EXT_meshlet_lod (specification, section "Tables") as flat arrays, checked.
-import { MalformedError } from '../decoder.js';
+import { MalformedError } from '../blob.js';
 import { isObject } from '../gltf.js';
 
 export const LOD = 'EXT_meshlet_lod';
@@ -18,7 +18,7 @@ const RUN_GROUP = (1 << 24) - 1; // mask; the rest is the number of clusters
 const LEAST_PART = 128;
 const COUNTS = ['pageCount', 'coarsePageCount', 'groupCount', 'runCount'];
 
-function require(ok, problem) {
+function expect(ok, problem) {
   if (!ok) throw new MalformedError(`${LOD} ${problem}`);
 }
 
@@ -26,24 +26,28 @@ function require(ok, problem) {
 // MalformedError.
 export function readCounts(extension) {
   if (extension === undefined) return null;
-  require(isObject(extension), 'is not an object');
-  require(Number.isInteger(extension.version), 'has no valid version');
+  expect(isObject(extension), 'is not an object');
+  expect(Number.isInteger(extension.version), 'has no valid version');
   if (extension.version !== VERSION) return null;
   for (const name of COUNTS) {
     const value = extension[name];
-    require(Number.isInteger(value) && value >= 0 && value < 2 ** 32, `has no valid ${name}`);
+    expect(Number.isInteger(value) && value >= 0 && value < 2 ** 32, `has no valid ${name}`);
   }
   const { pageCount, coarsePageCount, groupCount, runCount, rootPageCount = null } = extension;
-  require(coarsePageCount > 0 &&
-    coarsePageCount < pageCount &&
-    pageCount <= groupCount &&
-    groupCount <= MAX_GROUPS &&
-    runCount >= 1 &&
-    runCount < 256 * groupCount, 'has counts that cannot be');
-  require(rootPageCount === null ||
-    (Number.isInteger(rootPageCount) &&
-      rootPageCount > 0 &&
-      rootPageCount <= pageCount), 'has no valid rootPageCount');
+  expect(
+    coarsePageCount > 0 &&
+      coarsePageCount < pageCount &&
+      pageCount <= groupCount &&
+      groupCount <= MAX_GROUPS &&
+      runCount >= 1 &&
+      runCount < 256 * groupCount,
+    'has counts that cannot be',
+  );
+  expect(
+    rootPageCount === null ||
+      (Number.isInteger(rootPageCount) && rootPageCount > 0 && rootPageCount <= pageCount),
+    'has no valid rootPageCount',
+  );
   return { pageCount, coarsePageCount, groupCount, runCount, rootPageCount };
 }
 
@@ -104,7 +108,7 @@ export class Tables {
     const data = new DataView(groups.buffer, groups.byteOffset, groups.byteLength);
     let runs = 0;
     for (let at = 0; at < groups.length; at += GROUP_BYTES) runs += data.getUint8(at + 31);
-    require(first + runs <= this.runCount, 'has runs that belong to no group');
+    expect(first + runs <= this.runCount, 'has runs that belong to no group');
     return [begin + RUN_BYTES * first, begin + RUN_BYTES * (first + runs)];
   }
 
@@ -115,15 +119,14 @@ export class Tables {
     for (let p = 0; p < pageCount; p++) {
       const row = PAGE_BYTES * p;
       const length = data.getUint32(row, true);
-      require(length > 0 &&
-        length % 4 === 0, 'has a page whose length is 0 or not a multiple of 4');
+      expect(length > 0 && length % 4 === 0, 'has a page whose length is 0 or not a multiple of 4');
       const first = data.getUint32(row + 4, true);
-      require(p === 0
-        ? first === 0
-        : first > pageFirst[p - 1] &&
-            first < groupCount, 'has pages without groups, or not in the order of their groups');
+      expect(
+        p === 0 ? first === 0 : first > pageFirst[p - 1] && first < groupCount,
+        'has pages without groups, or not in the order of their groups',
+      );
       if (p === coarsePageCount) {
-        require(at === coarseBytes, 'does not describe its coarse pages');
+        expect(at === coarseBytes, 'does not describe its coarse pages');
         at = 0;
       }
       this.pageLength[p] = length;
@@ -133,7 +136,7 @@ export class Tables {
       pageBegin[p] = at;
       at += length;
     }
-    require(at === fineBytes, 'does not describe its pages of level 0');
+    expect(at === fineBytes, 'does not describe its pages of level 0');
     pageFirst[pageCount] = groupCount;
     pageBegin[pageCount] = at;
     for (let p = 0; p < pageCount; p++)
@@ -143,9 +146,10 @@ export class Tables {
   // Memory is planned by these counts.
   #checkCounts(p, clusters) {
     const most = MAX_TRIANGLES * clusters;
-    require(this.pageTriangles[p] <= most &&
-      this.pageVertices[p] <=
-        3 * most, 'has a page with more triangles or vertices than its clusters can have');
+    expect(
+      this.pageTriangles[p] <= most && this.pageVertices[p] <= 3 * most,
+      'has a page with more triangles or vertices than its clusters can have',
+    );
   }
 
   // The groups from `known` on, with all of their runs. The first part has those of the root pages.
@@ -161,21 +165,26 @@ export class Tables {
     }
     const data = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
     for (let g = first; g < last; g++) this.#addGroup(g, data, GROUP_BYTES * (g - first));
-    require(last < this.groupCount ||
-      this.firstRun[last] === this.runCount, 'has runs that belong to no group');
+    expect(
+      last < this.groupCount || this.firstRun[last] === this.runCount,
+      'has runs that belong to no group',
+    );
     for (let g = 0; g < last; g++) this.#checkRuns(g, first, last);
     for (let g = first; g < last; g++) {
       const isTop = this.error[g] === Infinity;
-      require(isTop ===
-        (this.namers[g] ===
-          0), 'has groups with a finite error that nothing replaces, or the reverse');
+      expect(
+        isTop === (this.namers[g] === 0),
+        'has groups with a finite error that nothing replaces, or the reverse',
+      );
       if (isTop) this.rootPages = this.page[g] + 1;
     }
     for (let p = this.page[first]; this.pageFirst[p + 1] <= last; p++)
       this.#checkCounts(p, this.pageClusters(p));
     this.known = last;
-    require((this.statedRoots ?? this.rootPages) ===
-      this.rootPages, 'has another rootPageCount than its groups');
+    expect(
+      (this.statedRoots ?? this.rootPages) === this.rootPages,
+      'has another rootPageCount than its groups',
+    );
   }
 
   #addGroup(g, data, row) {
@@ -187,22 +196,30 @@ export class Tables {
     this.clusters[g] = data.getUint8(row + 30);
     const count = data.getUint8(row + 31);
     const p = page[g];
-    require(p < this.pageCount &&
-      pageFirst[p] <= g &&
-      g < pageFirst[p + 1], 'has groups that are not in the page that lists them');
-    require(this.clusters[g] > 0, 'has a group without clusters');
+    expect(
+      p < this.pageCount && pageFirst[p] <= g && g < pageFirst[p + 1],
+      'has groups that are not in the page that lists them',
+    );
+    expect(this.clusters[g] > 0, 'has a group without clusters');
     const before = pageFirst[p] === g ? 0 : this.firstCluster[g - 1] + this.clusters[g - 1];
-    require(this.firstCluster[g] === before, 'has groups whose clusters do not follow on');
-    require(data.getUint32(row + 20, true) ===
-      this.firstRun[g], 'has groups whose runs do not follow on');
+    expect(this.firstCluster[g] === before, 'has groups whose clusters do not follow on');
+    expect(
+      data.getUint32(row + 20, true) === this.firstRun[g],
+      'has groups whose runs do not follow on',
+    );
     this.firstRun[g + 1] = this.firstRun[g] + count;
-    require(spheres
-      .subarray(4 * g, 4 * g + 4)
-      .every(Number.isFinite), 'has a sphere that is not finite');
-    require(spheres[4 * g + 3] >= 0 &&
-      this.error[g] >= 0, 'has a radius or an error that is negative or no number');
-    require((count === 0) ===
-      p >= this.coarsePageCount, 'has groups of level 0 in other pages than those of level 0');
+    expect(
+      spheres.subarray(4 * g, 4 * g + 4).every(Number.isFinite),
+      'has a sphere that is not finite',
+    );
+    expect(
+      spheres[4 * g + 3] >= 0 && this.error[g] >= 0,
+      'has a radius or an error that is negative or no number',
+    );
+    expect(
+      (count === 0) === p >= this.coarsePageCount,
+      'has groups of level 0 in other pages than those of level 0',
+    );
   }
 
   // Of the runs of group g those that name groups in [first, last); with g there, too, all of it.
@@ -213,22 +230,28 @@ export class Tables {
     for (let r = this.firstRun[g]; r < this.firstRun[g + 1]; r++) {
       const finer = runGroup[r];
       if (isNew) {
-        require(finer > g && finer < this.groupCount, 'has a run of a group that is not finer');
-        require(runClusters[r] > 0, 'has a run without clusters');
+        expect(finer > g && finer < this.groupCount, 'has a run of a group that is not finer');
+        expect(runClusters[r] > 0, 'has a run without clusters');
         clusters += runClusters[r];
         this.namers[finer]++;
       }
       if (finer < first || finer >= last) continue;
-      require(this.error[g] >=
-        this.error[finer], 'has an error that is larger than that of a coarser group');
+      expect(
+        this.error[g] >= this.error[finer],
+        'has an error that is larger than that of a coarser group',
+      );
       const [x, y, z] = [0, 1, 2].map((c) => spheres[4 * g + c] - spheres[4 * finer + c]);
       const reach = Math.sqrt(x * x + y * y + z * z) + spheres[4 * finer + 3];
-      require(reach <=
-        spheres[4 * g + 3], 'has a sphere that reaches beyond that of a coarser group');
+      expect(
+        reach <= spheres[4 * g + 3],
+        'has a sphere that reaches beyond that of a coarser group',
+      );
     }
     if (isNew && this.firstRun[g + 1] > this.firstRun[g])
-      require(clusters ===
-        this.clusters[g], 'has runs that do not make up the clusters of their group');
+      expect(
+        clusters === this.clusters[g],
+        'has runs that do not make up the clusters of their group',
+      );
   }
 
   // Clusters of a page; its groups are known.

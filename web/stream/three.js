@@ -19,6 +19,7 @@ import {
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 import { meshletPlugin } from '../three_plugin.js';
 import { View } from './cut.js';
+import { checkNumber } from './options.js';
 import { forStreamed, Session } from './session.js';
 
 // Of attributes, where they differ from glTF's in lower case.
@@ -37,6 +38,7 @@ const scratch = new Matrix4();
 
 export class MeshletStream extends Group {
   #session;
+  #pixels;
   #loader;
   #holders = []; // Holder
   #meshes = []; // of them, StreamedMesh
@@ -51,15 +53,36 @@ export class MeshletStream extends Group {
     this.#loader = loader;
     this.pixels = pixels;
     this.frozen = false;
-    options.signal?.addEventListener('abort', () => this.dispose());
     this.#session = new Session(place, options, {
       load: (...given) => this.#load(...given),
       show: (...given) => this.#show(...given),
       clear: () => this.#clear(),
+      dispose: () => this.dispose(),
       tell: (type, message, error) => this.dispatchEvent({ type, message, error }),
     });
-    this.ready = this.#session.ready;
     if (options.signal?.aborted) this.dispose();
+  }
+
+  // Resolves with the first picture; another promise after each retry of a stream that has ended.
+  get ready() {
+    return this.#session.ready;
+  }
+
+  get pixels() {
+    return this.#pixels;
+  }
+
+  set pixels(pixels) {
+    checkNumber('pixels', pixels, 0);
+    this.#pixels = pixels;
+  }
+
+  retry() {
+    this.#session.retry();
+  }
+
+  clone() {
+    throw new Error('a MeshletStream has no copies: make another one of the same file');
   }
 
   // --- loading ---
@@ -80,6 +103,7 @@ export class MeshletStream extends Group {
     const parsing = this.#loader.parseAsync(json, base);
     this.#loader.unregister(register);
     const gltf = await parsing;
+    this.#loaded = gltf;
     const positions = new Map();
     for (const [primitive, number] of stubs)
       positions.set(await gltf.parser.getDependency('accessor', number), primitive);
@@ -89,7 +113,6 @@ export class MeshletStream extends Group {
   async #show(streamer, { gltf, positions }, each) {
     const root = gltf.scene ?? gltf.scenes?.[0];
     if (!root) throw new Error('it has no scene');
-    this.#loaded = gltf;
     for (const pool of streamer.pools) this.#adopt(pool);
     const found = [];
     root.traverse((mesh) => {
@@ -257,7 +280,10 @@ export class MeshletStream extends Group {
 
   #clear() {
     this.clear();
-    for (const mesh of this.#meshes) mesh.geometry.dispose();
+    for (const mesh of this.#meshes) {
+      mesh.geometry.dispose();
+      mesh.material = mesh.plain; // which is freed below
+    }
     this.#holders = [];
     this.#meshes = [];
     for (const material of [...this.#palettes.values()].flat()) material.dispose();

@@ -1,5 +1,5 @@
 // A Worker of the decoder pool that also decodes pages.
-import { tasks } from '../worker.js';
+import { addTask } from '../worker.js';
 import { decodePage } from './page.js';
 
-tasks.decodePage = decodePage;
+addTask('decodePage', decodePage);
