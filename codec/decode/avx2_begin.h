@@ -16,6 +16,7 @@
 // Of the headers that are compiled again, and of the names that they give to the GLSL.
 #undef DECODE_BULK_DECODER_H
 #undef DECODE_SERIAL_DECODER_H
+#undef DECODE_VERTEX_H
 #undef TRANSPORT_ADAPTIVE_CODER_H
 #undef TRANSPORT_BLOB_EMITTER_H
 #undef TRANSPORT_CONTEXTS_H
@@ -23,7 +24,6 @@
 #undef TRANSPORT_PAGE_H
 #undef TRANSPORT_PAGE_UNPACKER_H
 #undef TRANSPORT_RESIDENT_VALUES_H
-#undef TRANSPORT_VERTEX_H
 #undef APEX
 #undef NORMALS
 #undef RESIDUAL

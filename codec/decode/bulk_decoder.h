@@ -576,10 +576,10 @@ struct AsReal {
   double step, offset[kStored];
   void operator()(const uint32_t* q, float* out) const {
 #ifdef __wasm_simd128__  // -Os would leave a loop
-    SerialDecoder::Doubles offsets;
+    Doubles offsets;
     std::memcpy(&offsets, offset, sizeof offsets);
-    const auto integers = SerialDecoder::SignedVertex(SerialDecoder::load_vertex(q));
-    const auto sum = offsets + __builtin_convertvector(integers, SerialDecoder::Doubles) * step;
+    const auto integers = SignedVertex(load(q, 0));
+    const auto sum = offsets + __builtin_convertvector(integers, Doubles) * step;
     const auto rounded = __builtin_convertvector(sum, float __attribute__((vector_size(16))));
     std::memcpy(out, &rounded, sizeof rounded);
 #else

@@ -11,6 +11,7 @@
 #endif
 
 #include "decode/build.h"
+#include "decode/vertex.h"
 #include "format/constants.h"
 
 namespace gltf_meshlet_codec {
@@ -41,9 +42,7 @@ struct SerialDecoder {
 #define FOREIGN_LENGTH known_length
 #define MAX_STREAMS BLOB_MAX_STREAMS
 #define MAX_ELEMENTS (STREAM_MAX_ELEMENTS * BLOB_MAX_STREAMS)
-#if MESHLET_AVX2 || defined(__wasm_simd128__)
 #define OWN_VALUES
-#endif
 // All elements of a vertex lie together, in 16 bytes.
 #define ALIGNED alignas(32)
 #define VERTEX_STEP 4u
@@ -381,10 +380,9 @@ struct SerialDecoder {
 #endif
 
 #if MESHLET_AVX2
-#include "decode/vector_values.h"
-#elif defined(__wasm_simd128__)
-#include "decode/wasm_values.h"
+#include "decode/avx2_values.h"
 #endif
+#include "decode/vertex_values.h"
 };
 
 }  // namespace MESHLET_BUILD

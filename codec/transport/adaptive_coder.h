@@ -3,6 +3,7 @@
 // functions, so that one template codes both ways: c.symbol(model, x) codes x and returns it.
 #ifndef TRANSPORT_ADAPTIVE_CODER_H
 #define TRANSPORT_ADAPTIVE_CODER_H
+#include <algorithm>
 #include <cstdint>
 #include <cstring>
 #include <initializer_list>
@@ -10,6 +11,7 @@
 #include <wasm_simd128.h>
 #endif
 
+#include "common/bits.h"
 #include "decode/build.h"
 
 namespace gltf_meshlet_codec {
@@ -22,10 +24,6 @@ constexpr uint32_t kPageHeaderWords = 5;    // triangles, meshlets, words of rAN
 
 using Cumulative = uint16_t __attribute__((vector_size(2 * kSymbols)));
 using SignedCumulative = int16_t __attribute__((vector_size(2 * kSymbols)));
-
-inline uint32_t least(uint32_t a, uint32_t b) { return a < b ? a : b; }
-inline uint32_t most(uint32_t a, uint32_t b) { return a > b ? a : b; }
-inline uint32_t bit_length(uint32_t x) { return x ? 32u - uint32_t(__builtin_clz(x)) : 0u; }
 
 // The pace of an adaptation falls from kFast to kSlow, itself at that pace. Its length gives the
 // shift of the adaptation: 2 at first, 6 in the end.
@@ -172,7 +170,7 @@ class Decoder {
     state_ = frequency * (state_ >> kProbabilityBits) + slot() - start;
     if (state_ >= kStateEnd) return;
     uint32_t word;
-    std::memcpy(&word, words_ + 4 * size_t(least(word_, word_end_)), 4);
+    std::memcpy(&word, words_ + 4 * size_t(std::min<uint32_t>(word_, word_end_)), 4);
     state_ = state_ << 32 | word;
     word_++;
   }

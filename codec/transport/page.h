@@ -4,7 +4,8 @@
 #define TRANSPORT_PAGE_H
 #include "decode/memory.h"
 #include "decode/serial_decoder.h"
-#include "transport/vertex.h"
+#include "decode/vertex.h"
+#include "transport/adaptive_coder.h"
 
 namespace gltf_meshlet_codec {
 namespace MESHLET_BUILD {
@@ -15,7 +16,6 @@ enum Kind : uint8_t { kOwned, kForeign, kPrivate };
 enum Symbol : uint8_t { kC, kL, kE, kR, kS };
 
 inline uint32_t lowest(uint64_t mask) { return uint32_t(__builtin_ctzll(mask)); }
-inline uint32_t count_of(uint64_t mask) { return uint32_t(__builtin_popcountll(mask)); }
 inline uint64_t below(uint32_t n) { return n < 64 ? (1ull << n) - 1 : ~0ull; }
 // The n-th bit that is set, from 0 on; kNone if there are fewer.
 inline uint32_t nth(uint64_t mask, uint32_t n) {

@@ -1,28 +1,14 @@
-// Values of serial_decoder.glsl for AVX2: all elements of a vertex at a time, and for what depends
-// on positions alone eight vertices at a time. The results are the same bits.
+// What vertex_values.h does otherwise with AVX2: what depends on positions alone, for eight
+// vertices at a time. The results are the same bits.
 //
 // serial_decoder.h includes this file inside its struct.
 
-using Vertex = __m128i;  // the elements of one stream
-using Eight = __m256i;   // a number of each of eight vertices
-
-// --- values ---
-
-static Vertex load_vertex(const uint* from) {
-  return _mm_load_si128(reinterpret_cast<const __m128i*>(from));
-}
-static void store_vertex(uint* to, Vertex v) { _mm_store_si128(reinterpret_cast<__m128i*>(to), v); }
-static Vertex load_residual(const uint* from) {
-  return _mm_loadu_si128(reinterpret_cast<const __m128i*>(from));
-}
+using Four = __m128i;   // the elements of a vertex
+using Eight = __m256i;  // a number of each of eight vertices
 
 // Ones in the elements of stream s.
-Vertex element_mask(uint s) const {
+Four element_mask(uint s) const {
   return _mm_cmpgt_epi32(_mm_set1_epi32(int(stream_elements[s])), _mm_setr_epi32(0, 1, 2, 3));
-}
-// Ones in the bits that values of stream s have.
-Vertex vertex_mask(uint s) const {
-  return _mm_and_si128(element_mask(s), _mm_set1_epi32(int(stream_mask[s])));
 }
 
 // --- anchors ---
@@ -31,8 +17,8 @@ Vertex vertex_mask(uint s) const {
 // those before it.
 class PackedVertex {
  public:
-  explicit PackedVertex(Vertex width) {
-    Vertex end = _mm_add_epi32(width, _mm_slli_si128(width, 4));
+  explicit PackedVertex(Four width) {
+    Four end = _mm_add_epi32(width, _mm_slli_si128(width, 4));
     end = _mm_add_epi32(end, _mm_slli_si128(end, 8));
     total_ = uint(_mm_extract_epi32(end, 3));
     offset_ = _mm256_cvtepu32_epi64(_mm_sub_epi32(end, width));
@@ -40,7 +26,7 @@ class PackedVertex {
     mask_ = _mm256_andnot_si256(_mm256_sllv_epi64(ones, _mm256_cvtepu32_epi64(width)), ones);
   }
   uint total() const { return total_; }  // bits
-  Vertex elements(uint64_t bits) const {
+  Four elements(uint64_t bits) const {
     const __m256i wide =
         _mm256_and_si256(_mm256_srlv_epi64(_mm256_set1_epi64x(int64_t(bits)), offset_), mask_);
     const __m256i low = _mm256_setr_epi32(0, 2, 4, 6, 0, 2, 4, 6);
@@ -52,18 +38,18 @@ class PackedVertex {
   uint total_;
 };
 
-Vertex load_packed(const PackedVertex& packed, uint p) const {
+Four load_packed(const PackedVertex& packed, uint p) const {
   return packed.elements((p >> 3) + 8u > size ? 0 : load64(p >> 3) >> (p & 7u));
 }
 
 // Bits of the elements of a further anchor of stream s, whose width fields begin at bit `fields`.
-Vertex further_widths(uint s, uint fields) const {
-  const Vertex full = _mm_set1_epi32(ANCHOR_WIDTH_FULL), bits = _mm_set1_epi32(stream_bits[s]);
-  const Vertex word = _mm_set1_epi32(int(load_bits(fields, 4u * ANCHOR_WIDTH_BITS)));
-  const Vertex shift =
+Four further_widths(uint s, uint fields) const {
+  const Four full = _mm_set1_epi32(ANCHOR_WIDTH_FULL), bits = _mm_set1_epi32(stream_bits[s]);
+  const Four word = _mm_set1_epi32(int(load_bits(fields, 4u * ANCHOR_WIDTH_BITS)));
+  const Four shift =
       _mm_setr_epi32(0, ANCHOR_WIDTH_BITS, 2 * ANCHOR_WIDTH_BITS, 3 * ANCHOR_WIDTH_BITS);
-  const Vertex field = _mm_and_si128(_mm_srlv_epi32(word, shift), full);
-  const Vertex width =
+  const Four field = _mm_and_si128(_mm_srlv_epi32(word, shift), full);
+  const Four width =
       _mm_min_epi32(_mm_add_epi32(field, _mm_set1_epi32(stream_anchor_base[s])), bits);
   return _mm_and_si128(_mm_blendv_epi8(width, bits, _mm_cmpeq_epi32(field, full)), element_mask(s));
 }
@@ -83,18 +69,18 @@ void read_own_anchors(HEADER_IN h, uint s, mask64 stored) {
   const PackedVertex whole(_mm_and_si128(_mm_set1_epi32(int(bits)), element_mask(s)));
   const uint fields = anchor_position[s] + bits * elements;
   const PackedVertex difference(further_widths(s, fields));
-  const Vertex first = load_packed(whole, anchor_position[s]), mask = vertex_mask(s);
-  const Vertex one = _mm_set1_epi32(1);
+  const Four first = load_packed(whole, anchor_position[s]), mask = Four(vertex_mask(s));
+  const Four one = _mm_set1_epi32(1);
   uint p = fields + ANCHOR_WIDTH_BITS * elements;
   for_anchors(h, s, stored, [&](uint v, uint i) {
-    Vertex value = first;
+    Four value = first;
     if (i > 0) {
-      const Vertex u = load_packed(difference, p);
-      const Vertex sign = _mm_sub_epi32(_mm_setzero_si128(), _mm_and_si128(u, one));
+      const Four u = load_packed(difference, p);
+      const Four sign = _mm_sub_epi32(_mm_setzero_si128(), _mm_and_si128(u, one));
       value = _mm_add_epi32(value, _mm_xor_si128(_mm_srli_epi32(u, 1), sign));
       p += difference.total();
     }
-    store_vertex(vertex(s, v), _mm_and_si128(value, mask));
+    store(vertex(s, v), 0, Vertex(_mm_and_si128(value, mask)));
   });
 }
 
@@ -113,7 +99,7 @@ struct EightTriples {
 };
 
 // Element 0 of eight vertices in the low bytes of x, 1 and 2 likewise; vertex[i] for i = 0 .. 7.
-static EightTriples transposed(const Vertex* vertex) {
+static EightTriples transposed(const Four* vertex) {
   __m256i pair[4];  // vertices i and i + 4
   for (uint i = 0; i < 4; i++)
     pair[i] = _mm256_inserti128_si256(_mm256_castsi128_si256(vertex[i]), vertex[i + 4], 1);
@@ -128,9 +114,8 @@ static EightTriples transposed(const Vertex* vertex) {
 // The positions of the vertices in byte `byte` of packed[0 .. 7].
 template <uint byte>
 EightTriples load_positions(const uint* packed) const {
-  Vertex vertex[8];
-  for (uint i = 0; i < 8; i++)
-    vertex[i] = load_vertex(values + 4u * (packed[i] >> 8 * byte & 255u));
+  Four vertex[8];
+  for (uint i = 0; i < 8; i++) vertex[i] = Four(load(values, packed[i] >> 8 * byte & 255u));
   return transposed(vertex);
 }
 
@@ -297,114 +282,25 @@ void weigh_chains() {
     weigh_lines(j, weigh_eight<1, 2, 0>(chain_step, j, chain_weight));
 }
 
-static Vertex affine_vertex(uint s, uint u, Vertex a, Vertex b, Vertex o) {
-  const Vertex sum = _mm_add_epi32(_mm_mullo_epi32(_mm_set1_epi32(int(s)), _mm_sub_epi32(b, a)),
-                                   _mm_mullo_epi32(_mm_set1_epi32(int(u)), _mm_sub_epi32(o, a)));
-  return _mm_add_epi32(a, _mm_srai_epi32(_mm_add_epi32(sum, _mm_set1_epi32(128)), 8));
+// The prediction of the vertex of chain step j; returns false if it has no weights. Without a
+// vertex before the one before, the weight of this one is 0.
+bool affine_chain(uint j, Vertex before, Vertex end, const uint* base, Vertex& point) const {
+  const WeightLists& w = chain_weight;
+  if (!w.exists[j]) return false;
+  point = affine(before, end, load(base, chain_step[j] >> 24 & 63u), {int(w.s[j]), int(w.u[j])});
+  return true;
+}
+Vertex affine_traversed(uint i, Vertex a, Vertex b, Vertex o) const {
+  return affine(a, b, o, {int(traversed_weight.s[i]), int(traversed_weight.u[i])});
 }
 
-// --- chains ---
-
-// x / n = x * factor >> shift for x < n << 25, with a factor of 32 bits: it is too large by less
-// than 1, so the quotient is too large by less than n 2^25 / 2^shift <= 1 / n.
-struct VectorReciprocals {
-  uint64_t factor[65] = {}, shift[65] = {};
-  constexpr VectorReciprocals() {
-    for (uint64_t n = 2; n <= 64; n++) {
-      shift[n] = 31;
-      while (n > 1ull << (shift[n] - 31)) shift[n]++;
-      factor[n] = ((1ull << shift[n]) + n - 1) / n;
-    }
-  }
-};
-
-// As the other `toward`.
-static Vertex toward(Vertex a, Vertex b, uint n) {
-  static constexpr VectorReciprocals reciprocals;
-  const __m128i factor = _mm_set1_epi64x(int64_t(reciprocals.factor[n])),
-                shift = _mm_cvtsi64_si128(int64_t(reciprocals.shift[n]));
-  const Vertex x = _mm_add_epi32(_mm_sub_epi32(b, a), _mm_set1_epi32(int((n >> 1) + (n << 24))));
-  const __m128i even = _mm_srl_epi64(_mm_mul_epu32(x, factor), shift),
-                odd = _mm_srl_epi64(_mm_mul_epu32(_mm_srli_epi64(x, 32), factor), shift);
-  const Vertex quotient = _mm_or_si128(even, _mm_slli_epi64(odd, 32));
-  return _mm_add_epi32(a, _mm_sub_epi32(quotient, _mm_set1_epi32(1 << 24)));
-}
-
-template <uint predictor>
-void predict_chains_of(uint s) {
-  uint* base = vertex(s, 0);
-  const Vertex mask = vertex_mask(s);
-  const uint* residual = residuals;
-  const uint elements = stream_elements[s], count = chain_count;
-  for (uint j = 0; j < count; j++, residual += elements) {
-    const uint step = chain_step[j];
-    const Vertex before = load_vertex(base + 4u * (step >> 8 & 255u));
-    Vertex point = before;
-    if (predictor != PREDICT_COPY) {
-      const Vertex end = load_vertex(base + 4u * (step >> 16 & 255u));
-      if (predictor == PREDICT_AFFINE && chain_weight.exists[j]) {
-        // Without a vertex before the one before, the weight of this one is 0.
-        point = affine_vertex(chain_weight.s[j], chain_weight.u[j], before, end,
-                              load_vertex(base + 4u * (step >> 24 & 63u)));
-      } else {
-        point = toward(before, end, chain_left[j]);
-      }
-    }
-    store_vertex(base + 4u * (step & 255u),
-                 _mm_and_si128(_mm_add_epi32(point, load_residual(residual)), mask));
-  }
-}
-
-void predict_chains(uint s) {
-  if (chain_count == 0) return;
-  if (stream_predictor[s] == PREDICT_COPY) return predict_chains_of<PREDICT_COPY>(s);
-  if (stream_predictor[s] != PREDICT_AFFINE) return predict_chains_of<PREDICT_PARALLELOGRAM>(s);
-  weigh_chains();
-  predict_chains_of<PREDICT_AFFINE>(s);
-}
-
-// --- traversed vertices ---
-
-template <uint predictor>
-static Vertex predict_vertex(Vertex a, Vertex b, Vertex o) {
-  if (predictor == PREDICT_COPY) return a;
-  const Vertex sum = _mm_add_epi32(a, b);
-  if (predictor == PREDICT_MEAN) return _mm_srli_epi32(sum, 1);
-  if (predictor == PREDICT_PARALLELOGRAM) return _mm_sub_epi32(sum, o);
-  const Vertex three = _mm_add_epi32(sum, _mm_slli_epi32(sum, 1));
-  return _mm_srai_epi32(
-      _mm_add_epi32(_mm_sub_epi32(three, _mm_slli_epi32(o, 1)), _mm_set1_epi32(2)), 2);
-}
-
-template <uint predictor>
-void predict_traversed_of(uint s, const uint* residual) {
-  constexpr uint kAlone = predictor == PREDICT_COPY ? PREDICT_COPY : PREDICT_MEAN;
-  uint* base = vertex(s, 0);
-  const Vertex mask = vertex_mask(s);
-  const uint elements = stream_elements[s], count = traversed_count;
-  for (uint i = 0; i < count; i++, residual += elements) {
-    const uint triangle = traversed[i];
-    const Vertex a = load_vertex(base + 4u * (triangle & 255u)),
-                 b = load_vertex(base + 4u * (triangle >> 8 & 255u));
-    Vertex point;
-    if (triangle >> 24 == NO_VERTEX) {
-      point = predict_vertex<kAlone>(a, b, a);
-    } else {
-      const Vertex o = load_vertex(base + 4u * (triangle >> 24));
-      point = predictor == PREDICT_AFFINE
-                  ? affine_vertex(traversed_weight.s[i], traversed_weight.u[i], a, b, o)
-                  : predict_vertex<predictor>(a, b, o);
-    }
-    store_vertex(base + 4u * (triangle >> 16 & 255u),
-                 _mm_and_si128(_mm_add_epi32(point, load_residual(residual)), mask));
-  }
-}
+// --- normals ---
 
 // octahedral_prediction of the traversed vertices i .. i + 7.
 void predict_directions(uint bits, uint i, uint (*out)[8]) const {
-  Vertex sums[8];
+  Four sums[8];
   for (uint k = 0; k < 8; k++) {
-    const Vertex* sum = normal_sums[traversed[i + k] >> 16 & 63u];
+    const Four* sum = normal_sums[traversed[i + k] >> 16 & 63u];
     sums[k] = _mm_add_epi32(sum[0], sum[1]);
   }
   const EightTriples normal = transposed(sums);
@@ -430,36 +326,18 @@ void predict_directions(uint bits, uint i, uint (*out)[8]) const {
   store_eight(out[1], element(y, x, normal.y));
 }
 
-void predict_geo(uint s, const uint* residual) {
-  uint* base = vertex(s, 0);
-  const Vertex mask = vertex_mask(s);
+template <class Sink>
+void predict_geo(uint s, Sink sink) {
+  auto visit = sink.visitor(*this, s);
   for (uint i = 0; i < traversed_count; i += 8) {
     alignas(32) uint prediction[2][8];
     predict_directions(stream_bits[s], i, prediction);
-    for (uint k = 0; k < 8 && i + k < traversed_count; k++, residual += 2) {
-      const Vertex point = _mm_setr_epi32(int(prediction[0][k]), int(prediction[1][k]), 0, 0);
-      store_vertex(base + 4u * (traversed[i + k] >> 16 & 255u),
-                   _mm_and_si128(_mm_add_epi32(point, load_residual(residual)), mask));
-    }
+    for (uint k = 0; k < 8 && i + k < traversed_count; k++)
+      visit(traversed[i + k] >> 16 & 255u, Vertex{prediction[0][k], prediction[1][k], 0, 0});
   }
 }
 
-// `first`: number of residuals of vertices before the first traversed one.
-void predict_traversed(uint s, uint first) {
-  const uint* residual = residuals + first * stream_elements[s];
-  switch (stream_predictor[s]) {
-    case PREDICT_PARALLELOGRAM: return predict_traversed_of<PREDICT_PARALLELOGRAM>(s, residual);
-    case PREDICT_MEAN: return predict_traversed_of<PREDICT_MEAN>(s, residual);
-    case PREDICT_COPY: return predict_traversed_of<PREDICT_COPY>(s, residual);
-    case PREDICT_DAMPED: return predict_traversed_of<PREDICT_DAMPED>(s, residual);
-    case PREDICT_GEO: return predict_geo(s, residual);
-    default: weigh_traversed(); return predict_traversed_of<PREDICT_AFFINE>(s, residual);
-  }
-}
-
-// --- normals ---
-
-Vertex normal_sums[64][2];  // of each vertex, of even and of odd triangles
+Four normal_sums[64][2];  // of each vertex, of even and of odd triangles
 
 // As sum_normals. Positions fit 16 bits, so that one multiplication of
 // pairs makes a cross product: (y, -z) * (z', y'), (z, -x) * (x', z'), (x, -y) * (y', x'). Even and
@@ -474,15 +352,15 @@ void sum_vertex_normals() {
                 right = _mm_setr_epi8(8, 9, 4, 5, 0, 1, 8, 9, 4, 5, 0, 1, -1, -1, -1, -1),
                 signs = _mm_setr_epi16(1, -1, 1, -1, 1, -1, 0, 0);
   for (uint v = 0; v < vertex_count; v++) {
-    const Vertex position = _mm_srl_epi32(load_vertex(values + 4 * v), h);
+    const Four position = _mm_srl_epi32(Four(load(values, v)), h);
     factors[v] = {_mm_sign_epi16(_mm_shuffle_epi8(position, left), signs),
                   _mm_shuffle_epi8(position, right)};
     normal_sums[v][0] = normal_sums[v][1] = _mm_setzero_si128();
   }
   auto add = [&](index_uint triangle, uint parity) {
     const index_uint a = triangle & 63u, b = triangle >> 8 & 63u, v = triangle >> 16 & 63u;
-    const Vertex normal = _mm_madd_epi16(_mm_sub_epi16(factors[b].left, factors[a].left),
-                                         _mm_sub_epi16(factors[v].right, factors[a].right));
+    const Four normal = _mm_madd_epi16(_mm_sub_epi16(factors[b].left, factors[a].left),
+                                       _mm_sub_epi16(factors[v].right, factors[a].right));
     normal_sums[a][parity] = _mm_add_epi32(normal_sums[a][parity], normal);
     normal_sums[b][parity] = _mm_add_epi32(normal_sums[b][parity], normal);
     normal_sums[v][parity] = _mm_add_epi32(normal_sums[v][parity], normal);
