@@ -8,6 +8,7 @@ from __future__ import annotations
 import argparse
 import tempfile
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -284,6 +285,9 @@ def near_edge(depth: np.ndarray) -> np.ndarray:
 def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--models", nargs="*", metavar="NAME", help="some of the models")
     parser.add_argument(
+        "--jobs", type=int, default=1, metavar="N", help="models at a time (default: %(default)s)"
+    )
+    parser.add_argument(
         "--before",
         nargs=2,
         metavar=("COMMIT", "PYTHON"),
@@ -297,29 +301,27 @@ def check(options: argparse.Namespace) -> None:
         lod_build.require_other_package("lod_shading", options.before[1])
 
 
-PARTS = ("models",)
-
-
 def measure(options: argparse.Namespace) -> dict:
     """All models, with the builder and with the earlier one: pictures of equal sizes."""
     commit, python = options.before or (None, None)
-    rows = []
-    with tempfile.TemporaryDirectory() as folder:
-        for path in [*real_models(), *write_generated(Path(folder))]:
-            if options.models and path.stem not in options.models:
-                continue
-            progress(path.stem)
-            row, sizes = {"model": path.stem}, None
-            if python:
-                row["before"] = of_model(path, Path(folder), sizes, {"python": python})
-                sizes = [p["longest_side_pixels"] for p in row["before"]["pictures"]]
-            row["now"] = of_model(path, Path(folder), sizes, {})
-            rows.append(row)
+    with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(options.jobs) as pool:
+        paths = [*real_models(), *write_generated(Path(folder))]
+        chosen = [p for p in paths if not options.models or p.stem in options.models]
+        rows = list(pool.map(lambda path: row_of(path, Path(folder), python), chosen))
     return {"before": commit, "rows": rows}
 
 
+def row_of(path: Path, folder: Path, python: str | None) -> dict:
+    progress(path.stem)
+    row, sizes = {"model": path.stem}, None
+    if python:
+        row["before"] = of_model(path, folder, sizes, {"python": python})
+        sizes = [picture["longest_side_pixels"] for picture in row["before"]["pictures"]]
+    return {**row, "now": of_model(path, folder, sizes, {})}
+
+
 def of_model(path: Path, folder: Path, sizes: list[float] | None, process: dict) -> dict:
-    output, options = str(folder / "levels.glb"), {"lod": True}
+    output, options = str(folder / f"{path.stem}.lod.glb"), {"lod": True}
     built = call_in_process("bench.lod_build", "build", str(path), output, options, **process)
     built.pop("levels")
     return {**built, **call_in_process("bench.lod_shading", "of_file", output, sizes)}

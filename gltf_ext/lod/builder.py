@@ -14,6 +14,7 @@ import numpy as np
 
 from gltf_ext import _codec
 from gltf_ext.lod import simplifier
+from gltf_ext.lod.corners import choose_vertices
 from gltf_ext.lod.errors import ErrorMeter
 from gltf_ext.lod.pilot import SMALLEST_GROUP, Pilot, shrink_group_size
 from gltf_ext.lod.reduction import SHRINK, reduce_groups
@@ -32,6 +33,10 @@ STEPS = (1.0, 0.5, 0.45)
 # of that: groups that cannot take the whole step spoil it. 0.01 makes files of engine and
 # sponza_like larger than 1.7 times level 0.
 FIRST_ERROR = 0.03
+# A group whose normals are off by more than OFF_COSINE on a share of its area states a larger error
+# than its distance: by one more of it for each OFF_SHARE, OFF_MOST times at most. Then cuts take it
+# where it is smaller on the screen.
+OFF_COSINE, OFF_SHARE, OFF_MOST = math.cos(math.radians(30.0)), 0.05, 2.0
 LAST_LEVEL_TRIANGLES = 128  # triangles of the last level, at most
 LARGEST_GROUP = 11 / 8  # of the aimed size
 
@@ -89,7 +94,8 @@ class ClusterSet:
     Attributes:
         ranges: the triangles of the C clusters.
         finer_group: int64[C]: the finer group that each cluster replaces a part of, -1 in level 0.
-        error: float64[C]: the error of the finer group, 0 in level 0.
+        error: float64[C]: the stated error of the finer group, 0 in level 0.
+        distance: float64[C]: the part of it that is a distance, without shading.
         base_error: float64[C]: the largest distance to level 0 of the surface that errors are
             measured to.
         centre, radius: float64[C, 3], float64[C]: a sphere around each cluster and all finer
@@ -99,6 +105,7 @@ class ClusterSet:
     ranges: ClusterRanges
     finer_group: np.ndarray
     error: np.ndarray
+    distance: np.ndarray
     base_error: np.ndarray
     centre: np.ndarray
     radius: np.ndarray
@@ -116,7 +123,8 @@ class ClusterSet:
 
     @property
     def _values(self) -> tuple[np.ndarray, ...]:
-        return self.finer_group, self.error, self.base_error, self.centre, self.radius
+        errors = self.error, self.distance, self.base_error
+        return self.finer_group, *errors, self.centre, self.radius
 
 
 @dataclass
@@ -258,7 +266,7 @@ class Builder:
         new_pieces, error, self.level_error = reduce_groups(
             self.surface, old_pieces, step, meter, step * self.level_error, self.threads
         )
-        below = self._group_maxima(self.clusters.error, groups)
+        below = self._group_maxima(self.clusters.distance, groups)
         error = np.maximum(error + self._group_maxima(self.clusters.base_error, groups), below)
         is_stuck = ~(np.isfinite(error) & (error <= self.error_limit))
         next_pieces = [
@@ -276,10 +284,10 @@ class Builder:
         if is_stuck.all():
             return len(old_triangles)
         simplified_groups = np.flatnonzero(~is_stuck)
-        pieces = [next_pieces[g] for g in simplified_groups]
-        new_triangle_ids = self._replace(
-            [groups[g] for g in simplified_groups], level, pieces, error[simplified_groups]
-        )
+        old_groups, distance = [groups[g] for g in simplified_groups], error[simplified_groups]
+        pieces = self._choose_vertices([next_pieces[g] for g in simplified_groups], distance)
+        stated = self._stated_error(old_groups, simplified_groups, pieces, distance)
+        new_triangle_ids = self._replace(old_groups, level, pieces, stated, distance)
         first_new_triangle = np.zeros(len(groups), np.int64)
         first_new_triangle[simplified_groups] = begins_of(pieces)[:-1]
         meter.replace(~is_stuck, first_new_triangle, new_triangle_ids)
@@ -302,7 +310,8 @@ class Builder:
         clusters, _, _ = self._make_clusters(self.surface.triangles, group_begin)
         zeros = np.zeros(clusters.count)
         finer_group = np.full(clusters.count, -1)
-        return ClusterSet(clusters, finer_group, zeros, zeros, *self._cluster_spheres(clusters))
+        spheres = self._cluster_spheres(clusters)
+        return ClusterSet(clusters, finer_group, zeros, zeros, zeros, *spheres)
 
     def _make_clusters(
         self, triangles: np.ndarray, begin: np.ndarray
@@ -404,7 +413,12 @@ class Builder:
     # --- the next level ---
 
     def _replace(
-        self, groups: Groups, level: int, pieces: list[np.ndarray], error: np.ndarray
+        self,
+        groups: Groups,
+        level: int,
+        pieces: list[np.ndarray],
+        error: np.ndarray,
+        distance: np.ndarray,
     ) -> np.ndarray:
         """Add groups, and the clusters that replace them.
 
@@ -412,7 +426,8 @@ class Builder:
             groups: the groups that were simplified.
             level: the level of the groups.
             pieces: uint32[T, 3] each: the triangles of each group's replacement.
-            error: float64[G]: the error of each replacement.
+            error: float64[G]: the stated error of each replacement.
+            distance: float64[G]: of each replacement to level 0.
 
         Returns:
             int64: the numbers in `clusters` of the new triangles, piece after piece.
@@ -423,7 +438,7 @@ class Builder:
         triangle_ids[order] = len(self.clusters.ranges.triangles) + np.arange(len(order))
         base_error = self._group_maxima(self.clusters.base_error, groups)
         _, errors, centres, radii = (np.array(v) for v in zip(*self.groups[-len(groups) :]))
-        values = (self.first_group + indices, errors, base_error, centres, radii)
+        values = (self.first_group + indices, errors, distance, base_error, centres, radii)
         counts = np.diff(group_begin)
         first = self.clusters.ranges.count
         self.clusters = self.clusters.concat(
@@ -433,6 +448,37 @@ class Builder:
         self.frontier = np.concatenate([ungrouped, np.arange(first, first + ranges.count)])
         self.cluster_group = np.concatenate([self.cluster_group, np.full(ranges.count, -1)])
         return triangle_ids
+
+    def _choose_vertices(self, pieces: list[np.ndarray], error: np.ndarray) -> list[np.ndarray]:
+        """Return replacements whose corners have the vertices that fit them best."""
+        if self.surface.choices is None:
+            return pieces
+        assert self.meter is not None
+        triangles, errors = np.concatenate(pieces), np.repeat(error, [len(p) for p in pieces])
+        choices, points = self.surface.choices, self.surface.points
+        chosen = choose_vertices(choices, points, triangles, errors, self.meter.nearest)
+        return np.split(chosen, begins_of(pieces)[1:-1])
+
+    def _stated_error(
+        self, groups: Groups, numbers: np.ndarray, pieces: list[np.ndarray], distance: np.ndarray
+    ) -> np.ndarray:
+        """Return the errors that replacements state: more than their distance for bad shading.
+
+        Args:
+            groups: that are replaced.
+            numbers: int64[N]: of these groups in the level.
+            pieces: uint32[T, 3] each: the replacements.
+            distance: float64[N]: to level 0.
+        """
+        stated: np.ndarray = np.maximum(distance, self._group_maxima(self.clusters.error, groups))
+        if self.surface.choices is None:
+            return stated
+        assert self.meter is not None
+        normals = self.surface.choices.normals
+        losses = self.meter.shading_losses(numbers, pieces, normals, OFF_COSINE)
+        shaded = distance * np.minimum(1.0 + losses / OFF_SHARE, OFF_MOST)
+        np.maximum(stated, np.minimum(shaded, self.error_limit), out=stated)
+        return stated
 
     def _group_maxima(self, values: np.ndarray, groups: Groups) -> np.ndarray:
         """Return the largest of the clusters' values, [C], in each group: [G]."""
