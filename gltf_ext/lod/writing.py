@@ -13,20 +13,14 @@ from gltf_ext._codec import Stream
 from gltf_ext.attributes.records import RecordFormat, Vertices, weld_rows
 from gltf_ext.attributes.streams import Plan
 from gltf_ext.lod.builder import Hierarchy
-from gltf_ext.lod.corners import Choices, unit
+from gltf_ext.lod.shading import ATTRIBUTE_WEIGHTS, choices_of, shading_columns
 from gltf_ext.lod.surface import Surface, longest_side
 from gltf_ext.lod.tables import GROUP, PAGE, Tables, reach
 from gltf_ext.options import Options
 from gltf_ext.ranges import begins, first_of_each, members, occurring
 from gltf_ext.sources.attribute_names import is_of_target, local_name, semantic
 
-# Weights of attributes in the choice of edges, beside positions in a box of size 1. With 0.2 for
-# normals, igea draws 1.25 times the triangles, dragon and beast 1.1 times (mean of 25 errors), and
-# pictures at one pixel of error are no closer to full detail (igea at 700 x 700: 39.6 and 39.7 dB).
-ATTRIBUTE_WEIGHTS = {"NORMAL": 0.2, "TEXCOORD": 0.5, "COLOR": 0.5}
 MORPH_WEIGHT = 1.0
-# Attributes in which vertices of a position may differ and yet stand for each other at a corner.
-SHADING = ("NORMAL", "TANGENT", "TEXCOORD", "COLOR")
 MAX_WEIGHTED = 16  # floats per vertex that count in the choice of edges
 # Groups of a block, which errors order. Measured with 24, 48 and 96 on dragon with four times its
 # triangles and noise: the pages for one pixel of error have 1.28, 1.20 and 1.16 MB; those for four
@@ -83,7 +77,7 @@ def make_surface(
         (move / step).astype(np.float32)
         for move in record_format.attributes_of(vertices, values, names).values()
     ]
-    columns = _shading_columns(record_format, vertices, values)
+    columns = shading_columns(record_format, vertices, values)
     attributes, weights = _weighted_attributes(columns, len(points), moves, longest_side(points))
     position_ids, _ = weld_rows(values[0])
     morphed = [points + move for move in moves]
@@ -98,41 +92,8 @@ def make_surface(
         attributes,
         weights,
         morphed,
-        choices=_choices_of(record_format, columns, values, triangles, canonical),
+        choices=choices_of(record_format, columns, values, triangles, canonical),
     )
-
-
-def _choices_of(
-    record_format: RecordFormat,
-    columns: dict[str, np.ndarray],
-    values: list[np.ndarray],
-    triangles: np.ndarray,
-    canonical_vertices: np.ndarray,
-) -> Choices | None:
-    """Return which vertices may stand for each other; None without normals.
-
-    Args:
-        record_format: of the vertices.
-        columns: as _shading_columns returns them.
-        values: uint32[V, elements] of each stream.
-        triangles: uint32[T, 3].
-        canonical_vertices: uint32[V], as in Surface.
-    """
-    if "NORMAL" not in columns:
-        return None
-    shading = {
-        stream
-        for name, streams in record_format.plan.attributes.items()
-        if semantic(local_name(name)) in SHADING
-        for stream in streams
-    }
-    fixed = [column for number, column in enumerate(values) if number not in shading]
-    place, _ = weld_rows(np.concatenate(fixed, axis=1))
-    no_columns = np.empty((len(place), 0), np.float32)
-    others = [no_columns, *(column for name, column in columns.items() if name != "NORMAL")]
-    normals = record_format.dequantise(values, ("NORMAL",))["NORMAL"]  # those that readers see
-    of_all = np.concatenate(others, axis=1)
-    return Choices.of(place, triangles, canonical_vertices, unit(normals), of_all)
 
 
 def _join_short_edges(
@@ -248,29 +209,13 @@ def _touching_borders(
     return ends.reshape(-1), first_ends.reshape(-1)
 
 
-def _shading_columns(
-    record_format: RecordFormat, vertices: Vertices, values: list[np.ndarray]
-) -> dict[str, np.ndarray]:
-    """Return the attributes that shade, float32[V, C] each, in a box of size 1 but for normals."""
-    names = tuple(
-        name
-        for name in record_format.plan.attributes
-        if semantic(name) in ATTRIBUTE_WEIGHTS
-        and (name != "NORMAL" or record_format.formats[name][0].kind == "f")
-    )
-    return {
-        name: column if name == "NORMAL" else _scale_to_unit(column.astype(np.float32))
-        for name, column in record_format.attributes_of(vertices, values, names).items()
-    }
-
-
 def _weighted_attributes(
     shading: dict[str, np.ndarray], count: int, moves: list[np.ndarray], extent: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the attributes that count in the choice of edges: float32[V, A], float32[A].
 
     Args:
-        shading: as _shading_columns returns it.
+        shading: as shading_columns returns it.
         count: number of vertices V.
         moves: float32[V, 3] of each morph target.
         extent: the longest side of the box around the points.
@@ -284,13 +229,6 @@ def _weighted_attributes(
             columns.append(column)
             weights += [weight] * column.shape[1]
     return np.ascontiguousarray(np.concatenate(columns, axis=1)), np.array(weights, np.float32)
-
-
-def _scale_to_unit(values: np.ndarray) -> np.ndarray:
-    """Scale values to a box of size 1 unless their box is smaller."""
-    size = np.float32(max(longest_side(values), 1.0))
-    result: np.ndarray = values / size
-    return result
 
 
 # --- encoding ---
