@@ -336,10 +336,11 @@ def report(result: dict) -> str:
         if key in row and row[key]["cuts"]
     ]
     low, high = COARSE
+    untuned = [row["model"] for row in result["rows"] if row["model"] in UNTUNED]
     return (
         "# Levels of detail: shading\n\n"
         f"{origin_line(result)}\n"
-        f"At {BITS_TEXT}. Models that the builder was not tuned on: {', '.join(UNTUNED)}.\n\n"
+        f"At {BITS_TEXT}. Models that the builder was not tuned on: {', '.join(untuned)}.\n\n"
         "## Flips and angles\n\n"
         f"Cuts at errors of {100 * SHARES[0]:g} to {100 * SHARES[-1]:g} % of a primitive's longest "
         f"side that have {low:.0%} to {high:.0%} of the triangles of level 0; sums and means over "
