@@ -1,8 +1,8 @@
 """Blender: time and memory of importing compressed glTF, beside plain glTF and Draco.
 
-Needs the extension (make blender) and bpy (make .venv/blender). Blender exports every model plain,
-compressed with meshlets and compressed with Draco, at the same bits, and imports the three files in
-turns, in a process of its own for each import.
+Needs the extension (make blender PLATFORM=here) and bpy (make .venv/blender). Blender exports every
+model plain, compressed with meshlets and compressed with Draco, at the same bits, and imports the
+three files in turns, in a process of its own for each import.
 """
 
 from __future__ import annotations
@@ -20,9 +20,10 @@ from bench.common import ROOT, markdown_table, origin_line, progress
 from bench.generated import torus
 from bench.models import add_model_names, real_model
 from gltf_meshlet.demo.model import write_glb
-from tools import blender_python
+from tools import blender_python, build_blender, build_wheels
 
-EXTENSION = ROOT / "dist" / f"gltf_meshlet-blender-{gltf_ext.__version__}.zip"
+HERE = next(iter(map(build_blender.blender_platform, build_wheels.GROUPS["here"])), None)
+EXTENSION = ROOT / "dist" / f"gltf_meshlet-blender-{gltf_ext.__version__}-{HERE}.zip"
 PARTS = ("models",)
 MODELS = ("suzanne", "DamagedHelmet", "sponza_like", "dragon", "bistro_like")
 FORMATS = {"plain": "plain", "meshlets": "ours", "draco": "Draco"}
@@ -35,7 +36,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def check(options: argparse.Namespace) -> None:
     if not EXTENSION.is_file():
-        raise SystemExit(f"bench blender: no {EXTENSION.relative_to(ROOT)}; run make blender")
+        missing = EXTENSION.relative_to(ROOT)
+        raise SystemExit(f"bench blender: no {missing}; run make blender PLATFORM=here")
     if not blender_python.has_bpy():
         raise SystemExit(f"bench blender: {blender_python.MISSING}")
     for name in options.models:

@@ -34,16 +34,16 @@ def prepare(extension: str, model: str, outputs: dict[str, str]) -> dict:
     open_empty()
     bpy.ops.import_scene.gltf(filepath=model)
     draco = {f"export_draco_{name}_quantization": bits for name, bits in BITS.items()}
-    settings = bpy.context.scene.gltf_meshlet
-    for name in ("position", "normal", "texcoord", "color"):
-        setattr(settings, f"{name}_bits", BITS[name])
+    names = ("position", "normal", "texcoord", "color")
+    ours = {f"export_meshlet_{name}_bits": BITS[name] for name in names}
     for name, path in outputs.items():
-        settings.enabled = name == "meshlets"
         bpy.ops.export_scene.gltf(
             filepath=path,
             export_format="GLB",
             export_draco_mesh_compression_enable=name == "draco",
+            export_meshlet_enabled=name == "meshlets",
             **draco,
+            **ours,
         )
     return {"blender": bpy.app.version_string, "blender python": sys.version.split()[0]}
 

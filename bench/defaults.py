@@ -76,6 +76,7 @@ def measure_model(name: str, path: Path, output: Path) -> dict:
         decoded = read_placed(output)
         row[kind] = {
             "bytes": report["totals"]["compressed_bytes"],
+            "raw_bytes": report["totals"]["raw_bytes"],
             "flip": [
                 flip(reference, picture(decoded, camera))
                 for reference, camera in zip(references, cameras)
@@ -98,6 +99,11 @@ def worst(row: dict) -> float:
 def size(row: dict) -> float:
     """Bytes over those of the other file."""
     return row["chosen"]["bytes"] / row["usual"]["bytes"]
+
+
+def raw_ratio(rows: list[dict]) -> float:
+    """Raw bytes of all models over those of our files."""
+    return sum(r["chosen"]["raw_bytes"] for r in rows) / sum(r["chosen"]["bytes"] for r in rows)
 
 
 def _bits(row: dict, kind: str) -> str:
@@ -139,7 +145,8 @@ The bits that [`compress` chooses](cli.md#bits-that-are-chosen), beside 14 for p
 normals, 12 for texture coordinates and 10 for colours, in the same format. {len(rows)} models:
 
 * bytes of the geometry: {median:.3f} of those of 14/10/12 in the median,
-  {min(map(size, rows)):.3f} to {max(map(size, rows)):.3f};
+  {min(map(size, rows)):.3f} to {max(map(size, rows)):.3f}; 1/{raw_ratio(rows):.1f} of the raw bytes
+  of all;
 * FLIP error, 0 for no difference to the eye and 1 at most: {means["chosen"]:.5f} on average, beside
   {means["usual"]:.5f};
   {verdict}

@@ -22,7 +22,7 @@ WEB = ROOT / "web"
 WORKER = Path(__file__).with_name("web_worker.mjs")
 # What a page loads to decode, by package.
 PACKAGE_FILES = {
-    OURS: ("decoder.js", "gltf.js", "decoder.wasm"),
+    OURS: ("decoder.js", "blob.js", "compile.js", "accessors.js", "gltf.js", "decoder.wasm"),
     "draco3d": ("draco_decoder_nodejs.js", "draco_decoder.wasm"),
     "meshoptimizer": ("meshopt_decoder.mjs",),
 }

@@ -2,29 +2,23 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Blender extension: glTF import and export with EXT_meshlet_edgebreaker.
 
-Blender's glTF add-on (io_scene_gltf2) looks in this module for the two classes with its hooks and
-for `draw_export`, by their names.
+Blender's glTF add-on (io_scene_gltf2) looks in this module for the class with the import's hooks,
+by its name. Everything else is added to its two operators: operators.py.
 """
 
-from . import panel, settings
-from .exporter import glTF2ExportUserExtension
+from . import jobs, operators, settings
 from .importer import glTF2ImportUserExtension
-from .panel import draw_export
 
-__all__ = [
-    "draw_export",
-    "glTF2ExportUserExtension",
-    "glTF2ImportUserExtension",
-    "register",
-    "unregister",
-]
+__all__ = ["glTF2ImportUserExtension", "register", "unregister"]
 
 
 def register():
     settings.register()
-    panel.register()
+    jobs.register()
+    operators.register()
 
 
 def unregister():
-    panel.unregister()
+    operators.unregister()
+    jobs.unregister()
     settings.unregister()

@@ -2,17 +2,22 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """File > Import > glTF: decodes compressed primitives before Blender's importer reads them."""
 
-import copy
+from pathlib import Path
 
-import numpy as np
+from . import levels
+from .compression import reason
+from .decoding import EXTENSION, compressed_primitives, load, set_arrays
+from .settings import detail_options
 
-EXTENSION = "EXT_meshlet_edgebreaker"
 TRANSPORT = "EXT_meshlet_transport"  # gltf_ext.load unpacks the file itself
-UNSIGNED_INT = 5125  # glTF's component type of the decoded indices
+LEVELS = "EXT_meshlet_lod"
 
 
 class glTF2ImportUserExtension:
-    """Hooks that Blender's glTF importer calls; it makes one object of this class per import."""
+    """Hooks that Blender's glTF importer calls; it makes one object of this class per import.
+
+    messages: (kind, text) of what to report on the last file.
+    """
 
     def __init__(self):
         from io_scene_gltf2.io.com.gltf2_io_extensions import Extension
@@ -21,80 +26,45 @@ class glTF2ImportUserExtension:
         self.extensions = [
             Extension(name=name, extension={}, required=True) for name in (EXTENSION, TRANSPORT)
         ]
+        self.messages, self._shown = [], None
 
     def gather_import_gltf_before_hook(self, gltf):
         """Decodes the whole file, or stops the import with the reason.
 
         Runs before the importer creates anything. gltf: the importer, with the parsed file.
         """
+        self.messages, self._shown = [], None
         try:
-            _decode(gltf)
+            self._decode(gltf)
         except Exception as error:
             # The importer swallows exceptions of hooks and would go on with meshes of zeros.
             gltf.data = _Refusal(f"{gltf.filename}: {reason(error)}")
 
+    def gather_import_node_after_hook(self, vnode, gltf_node, obj, gltf):
+        """Notes which objects show which mesh."""
+        if self._shown is not None:
+            self._shown.add(obj, vnode, gltf)
 
-def _decode(gltf):
-    """Gives each compressed primitive accessors with its decoded data. Raises MeshletError."""
-    compressed = _compressed_primitives(gltf.data)
-    if not compressed:
-        return
-    import gltf_ext
+    def gather_import_scene_after_animation_hook(self, gltf_scene, blender_scene, gltf):
+        """Adds proxies or further objects, when all objects and animations are there."""
+        if self._shown is not None:
+            self.messages += self._shown.finish(gltf)
 
-    decoded = {(p.mesh, p.primitive): p for p in gltf_ext.load(gltf.filename)}
-    for place, primitive in compressed.items():
-        if place not in decoded:  # load returns triangles only
-            raise gltf_ext.MeshletError(
-                f"mesh {place[0]} primitive {place[1]} is compressed, but not made of triangles",
-                "the file is damaged; compress the original again",
-                gltf.filename,
-            )
-        arrays = decoded.pop(place)
-        primitive.indices = _add_accessor(gltf, primitive.indices, arrays.indices.reshape(-1, 1))
-        gltf.data.accessors[primitive.indices].component_type = UNSIGNED_INT
-        sets = [primitive.attributes, *(primitive.targets or [])]
-        for names, values in zip(sets, arrays.sets, strict=True):
-            for name, accessor in names.items():
-                names[name] = _add_accessor(gltf, accessor, values[name])
-
-
-def _compressed_primitives(data):
-    """(mesh, primitive) -> the importer's object, of each primitive with the extension."""
-    return {
-        (m, p): primitive
-        for m, mesh in enumerate(data.meshes or [])
-        for p, primitive in enumerate(mesh.primitives or [])
-        if EXTENSION in (primitive.extensions or {})
-    }
-
-
-def _add_accessor(gltf, described_by, values):
-    """Index of a new accessor of these values, [count, components], in a buffer of its own.
-
-    New, because other primitives may use the old one, whose type and name it keeps.
-    """
-    from io_scene_gltf2.io.com.gltf2_io import Buffer, BufferView
-
-    data = gltf.data
-    content = np.ascontiguousarray(values).reshape(-1).view(np.uint8).data.toreadonly()
-    data.buffers.append(Buffer.from_dict({"byteLength": len(content)}))
-    buffer = len(data.buffers) - 1
-    gltf.buffers[buffer] = content
-    data.buffer_views.append(BufferView.from_dict({"buffer": buffer, "byteLength": len(content)}))
-    accessor = copy.copy(data.accessors[described_by])
-    accessor.buffer_view, accessor.byte_offset = len(data.buffer_views) - 1, None
-    accessor.count, accessor.sparse = len(values), None
-    data.accessors.append(accessor)
-    return len(data.accessors) - 1
-
-
-def reason(error):
-    """One line for the user, without the file."""
-    if isinstance(error, ImportError):
-        text = f"the library of this extension cannot be loaded ({error}); install it again"
-    else:  # a MeshletError has a message
-        text = getattr(error, "message", "") or f"{type(error).__name__}: {error}"
-    return " ".join(text.split())
+    def _decode(self, gltf):
+        """Gives each compressed primitive accessors with its decoded data. Raises MeshletError."""
+        primitives = compressed_primitives(gltf.data)
+        if not primitives:
+            return
+        kind, options = detail_options(gltf.import_settings)
+        if kind != "FULL" and LEVELS not in (gltf.data.extensions_used or []):
+            name = Path(gltf.filename).name
+            text = f"{name} has no levels of detail: all triangles are imported"
+            self.messages, kind = [("WARNING", text)], "FULL"
+        full = load(gltf, **(options if kind in ("LEVEL", "ERROR") else {}))
+        if kind in levels.KINDS:
+            self._shown = levels.KINDS[kind](gltf, full, options["level"])
+        for place, primitive in primitives.items():
+            set_arrays(gltf, primitive, full[place])
 
 
 class _Refusal:

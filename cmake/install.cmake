@@ -1,18 +1,18 @@
-# Installs header, libraries, the CMake package gltf_meshlet and gltf_meshlet.pc. Both libraries, or
-# the one that BUILD_SHARED_LIBS names, as package managers want it.
+# Installs header, libraries, the CMake package gltf_meshlet and gltf_meshlet.pc. All libraries, or
+# those that BUILD_SHARED_LIBS names, as package managers want it.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
 # Functions are only added (GLTF_MESHLET_ABI counts): programs run with any later library.
 set_target_properties(gltf_meshlet PROPERTIES VERSION 1.${PROJECT_VERSION} SOVERSION 1)
-set(libraries gltf_meshlet gltf_meshlet_static)
+set(libraries gltf_meshlet gltf_meshlet_static gltf_meshlet_decoder)
 set(static_flags "")
 if(DEFINED BUILD_SHARED_LIBS)
   set_target_properties(${libraries} PROPERTIES EXCLUDE_FROM_ALL ON)
   if(BUILD_SHARED_LIBS)
     set(libraries gltf_meshlet)
   else()
-    set(libraries gltf_meshlet_static)
+    set(libraries gltf_meshlet_static gltf_meshlet_decoder)
     set(static_flags " -DGLTF_MESHLET_STATIC")
   endif()
 endif()

@@ -17,18 +17,20 @@ if TYPE_CHECKING:
     from gltf_ext.commands.decompress import decompress
     from gltf_ext.commands.inspect import inspect
     from gltf_ext.commands.load import MeshletDecoder, decoders, load
-    from gltf_ext.commands.losses import steps_text
+    from gltf_ext.commands.losses import compress_warnings, steps_text
     from gltf_ext.commands.transcode import transcode
-    from gltf_ext.errors import MeshletError
+    from gltf_ext.errors import MeshletError, NothingToCompress
     from gltf_ext.sources.primitives import Primitive
 
 __version__ = "0.2.0.dev0"
 __all__ = [
     "MeshletDecoder",
     "MeshletError",
+    "NothingToCompress",
     "Primitive",
     "batch",
     "compress",
+    "compress_warnings",
     "decoders",
     "decompress",
     "inspect",
@@ -42,9 +44,11 @@ __all__ = [
 _MODULES = {
     "MeshletDecoder": "commands.load",
     "MeshletError": "errors",
+    "NothingToCompress": "errors",
     "Primitive": "sources.primitives",
     "batch": "batches.run",
     "compress": "commands.compress",
+    "compress_warnings": "commands.losses",
     "decoders": "commands.load",
     "decompress": "commands.decompress",
     "inspect": "commands.inspect",

@@ -34,6 +34,10 @@ class MeshletError(ValueError):
         return f"{self.path}: {self.message}" if self.path else self.message
 
 
+class NothingToCompress(MeshletError):
+    """A model has no triangles that `compress` can compress."""
+
+
 def printable(text: str) -> str:
     """Return the text with names out of a file made harmless."""
     return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)

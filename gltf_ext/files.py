@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import errno
 import os
+import stat
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
 from gltf_ext.errors import MeshletError
-from gltf_ext.portable import check_not_in_use, real_path, remove, replace
+from gltf_ext.portable import IS_WINDOWS, check_not_in_use, real_path, remove, replace
 from gltf_ext.work_files import release
 
 BLOCK_BYTES = 1 << 24
@@ -64,17 +65,19 @@ def write_files(
 ) -> None:
     """Write each file beside its path, then rename all: all or none.
 
-    Files that existed are as before if it fails.
+    Files that existed are as before if it fails. A link stays: the file that it leads to is
+    replaced. A file that is replaced keeps its mode.
 
     Args:
         contents: path -> pieces of the file.
         input_files: the files that the contents were made from.
 
     Raises:
-        MeshletError: a path is one of the input files.
+        MeshletError: a path is one of the input files, or leads to another one.
         OSError: a file cannot be written; its filename is the final path.
     """
     refuse_overwriting(input_files, contents)
+    contents = _by_target(contents)
     # Short names: that of the path may already be as long as the file system allows.
     partials = {path: path.with_name(f".{os.urandom(16).hex()}.part") for path in contents}
     try:
@@ -88,6 +91,21 @@ def write_files(
             remove(partial)
 
 
+def _by_target(
+    contents: Mapping[Path, Sequence[bytes | memoryview]],
+) -> dict[Path, Sequence[bytes | memoryview]]:
+    """Return the contents by the files that the paths lead to: renaming would replace a link."""
+    result: dict[Path, Sequence[bytes | memoryview]] = {}
+    for path, pieces in contents.items():
+        target = Path(real_path(path)) if path.is_symlink() else path
+        if target in result:
+            raise MeshletError(
+                "is the same file as another output", "remove the link, or name another", str(path)
+            )
+        result[target] = pieces
+    return result
+
+
 def _write(file: BinaryIO, piece: bytes | memoryview) -> None:
     """Write a piece; if it is of a mapped file, without keeping it in memory."""
     for first in range(0, len(piece), BLOCK_BYTES):
@@ -98,6 +116,8 @@ def _write(file: BinaryIO, piece: bytes | memoryview) -> None:
 def rename_all(partials: Mapping[Path, Path]) -> None:
     """Rename complete files to their paths, all or none, even if Ctrl-C interrupts it.
 
+    They get the modes of the files that they replace.
+
     Call `refuse_overwriting` before, as `write_files` does.
 
     Args:
@@ -106,6 +126,8 @@ def rename_all(partials: Mapping[Path, Path]) -> None:
     Raises:
         OSError: with the path as its filename.
     """
+    for path, partial in partials.items():
+        _keep_mode(path, partial)
     *paths, last = partials
     backups: dict[Path, Path | None] = {}  # replaced path -> its file from before, if there was one
     try:
@@ -126,6 +148,14 @@ def rename_all(partials: Mapping[Path, Path]) -> None:
         _remove_all(backups.values())
         raise
     _remove_all(backups.values())
+
+
+def _keep_mode(path: Path, partial: Path) -> None:
+    """Give the file that replaces another one its mode, as if it had been written into it."""
+    if IS_WINDOWS:  # which has none, and could not remove a file that nobody may write
+        return
+    with suppress(OSError):  # there is no other file, or its file system has no modes
+        partial.chmod(stat.S_IMODE(path.stat().st_mode))
 
 
 def _bring_back(backups: Mapping[Path, Path | None]) -> None:

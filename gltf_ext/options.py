@@ -12,6 +12,7 @@ import numbers
 import os
 import re
 import textwrap
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
@@ -44,7 +45,7 @@ class Option:
         choices: for a str, from the field's Literal.
         optional: None is the default, and may be given.
         expectation: what a str without choices has to be.
-        also: types of values beside str.
+        also: types of values beside str or bool.
         automatic: "auto" is a value, too.
         default: as shown; the value may be None if the encoder has the default.
         placeholder: what stands for the value in help texts; by default from the type.
@@ -130,7 +131,7 @@ class Option:
         if self._is_auto(value):
             return True
         if self.type is bool or isinstance(value, bool):
-            return self.type is bool and isinstance(value, bool)
+            return self.type is bool and isinstance(value, (bool, *self.also))
         if self.type is str:
             fits = isinstance(value, (str, *self.also))
             return fits and (not self.choices or value in self.choices)
@@ -190,7 +191,7 @@ class Options:
     step: float | None = _declare(
         None,
         "--step",
-        "position step in model units, instead of bits: 0.001 is 1 mm if units are metres",
+        "position step in units of the scene, instead of bits: 0.001 is 1 mm if units are metres",
         type=float,
     )
     grid: Literal["mesh", "scene"] = _declare(
@@ -246,7 +247,7 @@ class Options:
     lod_limit: float | None = _declare(
         None,
         "--lod-limit",
-        "largest error of a level, in model units; no limit by default",
+        "largest error of a level, in units of the scene; no limit by default",
         type=float,
     )
     fallback: bool = _declare(
@@ -254,11 +255,17 @@ class Options:
         "--fallback",
         "also write plain buffers into OUT.fallback.bin, for readers without the extension",
     )
+    images: Literal["embed", "keep"] = _declare(
+        "embed",
+        "--images",
+        "embed images into the result, or keep them in their files, whose relative paths have to "
+        "hold from where the output lies",
+    )
     transport: bool = _declare(
         False,
         "--transport",
-        "pack the result for download, about a third smaller (EXT_meshlet_transport, a draft); "
-        "readers unpack it when they open it",
+        "pack the result for download, a tenth to a third smaller (EXT_meshlet_transport, a "
+        "draft); readers unpack it when they open it",
     )
     obj_groups: bool = _declare(
         False,
@@ -306,7 +313,13 @@ class Options:
         placeholder="ADDRESS",
         expectation="an address such as tcp://192.0.2.1:8786",
     )
-    progress: bool = _declare(False, "", "draw a progress bar on a terminal")
+    progress: bool | Callable[[float], None] = _declare(  # noqa: RUF009 (a field, as the others)
+        False,
+        "",
+        "draw a progress bar on a terminal; or a function, which is called in any thread with the "
+        "share of the work that is done, 0 to 1, and cancels by raising an error",
+        also=(Callable,),
+    )
 
     def __post_init__(self) -> None:
         if self.position_bits is None:

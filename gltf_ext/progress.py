@@ -16,8 +16,14 @@ Advance = Callable[[float], None]  # takes the share of the work done so far, 0 
 
 
 @contextmanager
-def progress_bar(title: str, enabled: bool) -> Iterator[Advance | None]:
-    """Yield the function that moves the bar, or None when there is no bar."""
+def progress_bar(title: str, enabled: bool | Advance) -> Iterator[Advance | None]:
+    """Yield the function that moves the bar, or None when there is no bar.
+
+    enabled: whether to draw one; or a function to call instead.
+    """
+    if not isinstance(enabled, bool):
+        yield enabled
+        return
     if not enabled or not sys.stderr.isatty():
         yield None
         return

@@ -167,7 +167,7 @@ def _compress(options: argparse.Namespace) -> int:
 
     values_of = compress_options.values_of(options)
     report = gltf_ext.compress(options.input, options.output, progress=True, **values_of)
-    _warn(options.input, report_text.compress_warnings(report))
+    _warn(options.input, gltf_ext.compress_warnings(report))
     print(report_text.compress_summary(report))
     if report["steps"]:
         print(report_text.steps_line(report))
@@ -300,8 +300,8 @@ def _add_decompress(command: argparse.ArgumentParser) -> None:
     detail.add_argument(
         "--error",
         metavar="X",
-        help="write the coarsest mesh with at most this error, in model units, or 0.1%% of each "
-        "primitive's longest side",
+        help="write the coarsest mesh with at most this error, in units of the scene, or 0.1%% of "
+        "each primitive's longest side",
     )
 
 

@@ -68,35 +68,6 @@ def steps_line(report: Report) -> str:
     return steps_text(report["steps"])
 
 
-def compress_warnings(report: Report) -> list[str]:
-    """The report's warnings, and what is not in the result or not compressed."""
-    kinds = (
-        ("degenerate_triangles", "degenerate triangles are dropped"),
-        ("incomplete_triangles", "primitives end in an incomplete triangle, which is dropped"),
-    )
-    counts = report["dropped"]
-    return [
-        *report["warnings"],
-        *_lod_warnings(report.get("lod", [])),
-        *(f"{counts[name]:,} {text}" for name, text in kinds if counts[name]),
-        *(
-            f"mesh {p['mesh']} primitive {p['primitive']} is left as it is: {p['reason']}"
-            for p in report["kept"]
-        ),
-    ]
-
-
-def _lod_warnings(primitives: list[Report]) -> list[str]:
-    single = [p for p in primitives if len(p["triangles"]) == 1]
-    if not single:
-        return []
-    triangles = sum(p["triangles"][0] for p in single)
-    return [
-        f"{plural(len(single), 'primitive')} with {plural(triangles, 'triangle')} cannot be "
-        "simplified and have one level"
-    ]
-
-
 # --- inspect ---
 
 

@@ -23,7 +23,6 @@ from gltf_ext.files import write_files
 from gltf_ext.lod.simplifier import has_simplifier
 from gltf_ext.sources.importers import open_model
 from gltf_ext.sources.primitives import all_primitives
-from gltf_meshlet.report_text import compress_warnings
 
 MATERIAL_LIBRARY = re.compile(b"mtllib", re.IGNORECASE)
 # Below, a view of the whole model at one pixel takes more bytes with levels: docs/lod.md.
@@ -125,7 +124,7 @@ def _compress(path: Path, document: Document, name: str, folder: Path) -> Model:
     seconds = time.perf_counter() - start
     file = File(output, report["output_bytes"])
     original = _as_glb(path, document, folder / "original.glb")
-    return Model(name, file, original, seconds, tuple(compress_warnings(report)))
+    return Model(name, file, original, seconds, tuple(gltf_ext.compress_warnings(report)))
 
 
 def _gains_from_levels(document: Document) -> bool:

@@ -21,10 +21,9 @@ SOURCES = (
     "format/blob.cpp",
     "format/problem.cpp",
     "decode/memory.cpp",
-    "decode/bulk_decoder.cpp",
     "decode/decoder.cpp",
     "decode/view.cpp",
-    "transport/page_unpacker.cpp",
+    "processors.cpp",
     "transport/unpack.cpp",
     "levels/tables.cpp",
     "levels/cut.cpp",
@@ -32,6 +31,8 @@ SOURCES = (
     "c/decode.cpp",
     "c/levels.cpp",
 )
+ONCE = "#pragma once"
+AGAIN = "decode/avx2_begin.h"  # headers that do not say ONCE are compiled again after it
 INCLUDE = re.compile(r'^#include "([^"]+)"')
 # An unnamed namespace around the codec's: the object file defines no symbol of it, which could
 # clash with one of the engine.
@@ -87,7 +88,7 @@ def header() -> str:
 
 
 def source() -> str:
-    """All sources with their includes in place, each header once."""
+    """All sources with their includes in place: each header once, or once for each processor."""
     done: set[str] = set()
     body = "".join(_expanded(name, done) for name in SOURCES)
     return NOTE.format(version=gltf_ext.__version__) + SOURCE_HEAD + f'#include "{HEADER}"\n' + body
@@ -100,10 +101,12 @@ def _expanded(name: str, done: set[str]) -> str:
         if found is None:
             for pattern, text in NAMESPACE:
                 line = pattern.sub(text, line)
-            lines.append("" if line.startswith("#pragma once") else line)
+            lines.append("" if line.startswith(ONCE) else line)
         elif found[1] != f"c/{HEADER}" and found[1] not in done:
             done.add(found[1])
             lines.append(_expanded(found[1], done))
+            if found[1] == AGAIN:
+                done -= {name for name in done if ONCE not in (CODEC / name).read_text()}
     return "".join(lines)
 
 

@@ -1,7 +1,8 @@
 """Builds the Blender extension: python -m tools.build_blender [FOLDER]
 
-Needs the wheels of `make wheel` in FOLDER (default dist), and writes
-gltf_meshlet-blender-VERSION-PLATFORM.zip there for each platform of Blender: the code in blender/,
+Needs wheels of tools/build_wheels.py in FOLDER (default dist), and writes
+gltf_meshlet-blender-VERSION-PLATFORM.zip there for each platform of Blender, or those that --only
+names as build_wheels does: the code in blender/,
 our wheel, and those of the packages that it imports in Blender. Blender has numpy. With index.json,
 the folder on a web server is a repository of extensions that Blender can add.
 """
@@ -22,6 +23,8 @@ from pathlib import Path
 from typing import Any
 
 import gltf_ext
+from tools.build_wheels import PLATFORMS as PLATFORMS_OF_WHEELS
+from tools.build_wheels import tags_of
 
 ROOT = Path(__file__).resolve().parent.parent
 SOURCE = ROOT / "blender"
@@ -52,9 +55,10 @@ def main(arguments: list[str] | None = None) -> int:
     """Builds the zips; returns the exit status."""
     parser = argparse.ArgumentParser(description="Build the Blender extension.")
     parser.add_argument("folder", nargs="?", type=Path, default=ROOT / "dist", help="default: dist")
-    folder = parser.parse_args(arguments).folder.resolve()
+    parser.add_argument("--only", nargs="+", help="as for build_wheels; default: all platforms")
+    options = parser.parse_args(arguments)
     try:
-        paths = build(folder)
+        paths = build(options.folder.resolve(), options.only)
     except BuildError as error:
         print(f"no Blender extension: {error}", file=sys.stderr)
         return 1
@@ -63,9 +67,12 @@ def main(arguments: list[str] | None = None) -> int:
     return 0
 
 
-def build(folder: Path) -> list[Path]:
-    """Writes zips and index beside the wheels; returns the zips' paths. Raises BuildError."""
-    by_platform = find_wheels(folder)
+def build(folder: Path, only: list[str] | None = None) -> list[Path]:
+    """Writes zips and index beside the wheels; returns the zips' paths. Raises BuildError.
+
+    only: platforms as build_wheels takes them; by default all that have a wheel.
+    """
+    by_platform = find_wheels(folder, only or list(PLATFORMS_OF_WHEELS))
     paths, entries = [], []
     with tempfile.TemporaryDirectory() as temporary:
         others = download(Path(temporary))
@@ -95,12 +102,13 @@ def entry(path: Path, manifest: str) -> dict[str, Any]:
     }
 
 
-def find_wheels(folder: Path) -> dict[str, Path]:
+def find_wheels(folder: Path, only: list[str]) -> dict[str, Path]:
     """Blender's name of a platform -> the wheel of this version. Raises BuildError."""
     found = {}
     for path in sorted(folder.glob(f"gltf_meshlet-{gltf_ext.__version__}-py3-none-*.whl")):
-        platform = blender_platform(path.stem.split("-")[-1])
-        if platform is not None:
+        tag = path.stem.split("-")[-1]
+        platform = blender_platform(tag)
+        if platform is not None and tag in tags_of(only):
             found[platform] = path
     if not found:
         raise BuildError(f"no wheel of {gltf_ext.__version__} in {folder}; run make wheel")

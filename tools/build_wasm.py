@@ -22,14 +22,13 @@ MODULES: dict[str, tuple[list[Path], list[str]]] = {
             WEB / "decoder.cpp",
             CODEC / "format" / "blob.cpp",
             CODEC / "decode" / "decoder.cpp",
-            CODEC / "decode" / "bulk_decoder.cpp",
         ],
         # -O2 is 4 % faster (dragon), but too large: 17 kB with Brotli. So are thresholds of 225
         # (15.6) and 100 (15.1, 1 % faster on igea). The default threshold is 4 % slower.
         ["-Os", "-mllvm", "-inline-threshold=80"],
     ),
     "unpacker.wasm": (
-        [WEB / "unpacker.cpp", CODEC / "transport" / "page_unpacker.cpp"],
+        [WEB / "unpacker.cpp"],
         # -O2 is 19.4 kB with Brotli, this 17.6.
         ["-Os", "-mllvm", "-inline-threshold=200", "-Wno-psabi"],
     ),

@@ -1,8 +1,9 @@
 """Builds wheels that install without a compiler: python -m tools.build_wheels [FOLDER]
 
-One wheel per platform (--only PLATFORM ..), for all Pythons, by Zig on this machine. FOLDER:
-default dist. They contain meshoptimizer's simplifier: levels of detail need no other package. A
-wheel that is there and made of the same files stays as it is.
+One wheel per platform (--only PLATFORM ..), for all Pythons, by Zig on this machine; --only here is
+that of this machine, --only blender are those of Blender's platforms. FOLDER: default dist. They
+contain meshoptimizer's simplifier: levels of detail need no other package. A wheel that is there
+and made of the same files stays as it is.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ import argparse
 import hashlib
 import importlib.metadata
 import os
+import platform
 import re
 import shlex
 import subprocess
@@ -54,11 +56,28 @@ PLATFORMS = {
 }
 
 
+def _here() -> list[str]:
+    """The tag of this machine; none if there is no wheel for it."""
+    system = {"Linux": "manylinux_.*", "Windows": "win", "Darwin": "macosx_.*"}
+    cpu = "amd64|x86_64" if platform.machine() in ("x86_64", "AMD64") else "aarch64|arm64"
+    pattern = f"{system.get(platform.system(), '-')}_({cpu})"
+    return [tag for tag in PLATFORMS if re.fullmatch(pattern, tag)]
+
+
+# Name -> tags: of this machine, and of the platforms that Blender runs on, which has none for musl.
+GROUPS = {
+    "here": _here(),
+    "blender": [tag for tag in PLATFORMS if not tag.startswith("musllinux")],
+}
+
+
 def main(arguments: list[str] | None = None) -> int:
     """Builds what it can; returns the exit status, 1 unless that is all."""
     parser = argparse.ArgumentParser(description="Build a wheel for each platform.")
     parser.add_argument("folder", nargs="?", type=Path, default=ROOT / "dist", help="default: dist")
-    parser.add_argument("--only", nargs="+", choices=PLATFORMS, help="default: all platforms")
+    parser.add_argument(
+        "--only", nargs="+", choices=[*PLATFORMS, *GROUPS], help="default: all platforms"
+    )
     parser.add_argument(
         "--simplifier", action="store_true", help="build nothing; print where its sources are"
     )
@@ -67,7 +86,7 @@ def main(arguments: list[str] | None = None) -> int:
         return _print_simplifier()
     failed = False
     folder = options.folder.resolve()
-    for tag in options.only or PLATFORMS:
+    for tag in tags_of(options.only or list(PLATFORMS)):
         try:
             sources = digest_of_sources()
             path = current_wheel(tag, folder, sources)
@@ -97,6 +116,11 @@ def _reason(error: Exception) -> str:
     text = getattr(error, "stderr", None) or getattr(error, "stdout", None) or str(error)
     lines = text.strip().splitlines()
     return next((line for line in lines if ERROR.search(line)), lines[-1]).strip()
+
+
+def tags_of(names: list[str]) -> list[str]:
+    """The tags that platforms and groups of them name."""
+    return list(dict.fromkeys(tag for name in names for tag in GROUPS.get(name, [name])))
 
 
 def digest_of_sources() -> str:
@@ -171,11 +195,11 @@ def build(tag: str, folder: Path, simplifier: Path) -> Path:
     """Builds one wheel; returns its path. Raises CalledProcessError."""
     import ziglang
 
-    platform = PLATFORMS[tag]
+    target = PLATFORMS[tag]
     zig = Path(ziglang.__file__).with_name("zig")
     definitions = {
-        "CMAKE_SYSTEM_NAME": platform.system,
-        "CMAKE_SYSTEM_PROCESSOR": platform.processor,
+        "CMAKE_SYSTEM_NAME": target.system,
+        "CMAKE_SYSTEM_PROCESSOR": target.processor,
         "CMAKE_AR": zig,
         "CMAKE_USER_MAKE_RULES_OVERRIDE_CXX": ROOT / "cmake" / "zig.cmake",
         "CMAKE_SHARED_LINKER_FLAGS": "-s",  # without symbols
@@ -183,7 +207,7 @@ def build(tag: str, folder: Path, simplifier: Path) -> Path:
     }
     environment = {
         **os.environ,
-        "CXX": f"{zig} c++ -target {platform.zig} -mcpu=baseline",
+        "CXX": f"{zig} c++ -target {target.zig} -mcpu=baseline",
         "CMAKE_ARGS": shlex.join(f"-D{name}={value}" for name, value in definitions.items()),
         "SOURCE_DATE_EPOCH": "315532800",  # 1980: the same bytes for the same files
         "_PYTHON_HOST_PLATFORM": tag,  # scikit-build-core takes the wheel's tag from it

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Installs system packages: LLVM, a Vulkan driver with mesh shaders, shader tools, tinygltf.
+"""Installs system packages: LLVM, a Vulkan driver with mesh shaders, shader tools, headers.
 
 With the argument "browsers": those for tests of the npm package in browsers; "platforms": those
 that run programs of other platforms. The Makefile calls this. As root on Debian or Ubuntu it says
@@ -92,8 +92,12 @@ def missing() -> list[str]:
         packages.append("libvulkan1")
     if not has_vulkan_driver():
         packages.append(DRIVER)
-    # For examples/cpp_loader; Debian's tinygltf includes nlohmann-json without depending on it.
-    headers = {"tiny_gltf.h": "libtinygltf-dev", "nlohmann/json.hpp": "nlohmann-json3-dev"}
+    # For examples/; Debian's tinygltf includes nlohmann-json without depending on it.
+    headers = {
+        "tiny_gltf.h": "libtinygltf-dev",
+        "nlohmann/json.hpp": "nlohmann-json3-dev",
+        "vulkan/vulkan.h": "libvulkan-dev",
+    }
     packages += [p for header, p in headers.items() if not Path("/usr/include", header).exists()]
     return packages
 

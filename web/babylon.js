@@ -1,6 +1,5 @@
 // A plugin for Babylon.js. It imports nothing of Babylon: the caller passes its registration
 // function, from the npm package or from the global BABYLON.
-import { createDecoder } from './decoder.js';
 import { EXTENSION, virtualViews } from './gltf.js';
 import { TRANSPORT, unpacking } from './transport.js';
 
@@ -36,7 +35,8 @@ export class MeshletExtension {
       const data = await loader.loadBufferViewAsync(`/bufferViews/${number}`, view);
       return new Uint8Array(data.buffer, data.byteOffset, data.byteLength);
     };
-    const decoder = this.#decoder ?? createDecoder();
+    const decoder =
+      this.#decoder ?? import('./decoder.js').then(({ createDecoder }) => createDecoder());
     this.#views = virtualViews(gltf, unpacking(gltf, load, decoder), decoder);
     for (const number of this.#views.keys()) gltf.bufferViews[number].index = number;
   }

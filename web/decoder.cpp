@@ -1,5 +1,5 @@
 // The codec's decoder as a WebAssembly module, for decoder.js: flat functions over one open blob.
-#include "decode/decoder.h"
+#include "decode/bulk_decoder.h"
 #include "heap.h"
 
 // Throws a JavaScript exception with this problem's sentence.
@@ -19,7 +19,7 @@ void check(const gltf_meshlet_codec::Problem& p) {
 
 gltf_meshlet_codec::Decoder& open_decoder() {
   if (!decoder) {
-    decoder = gltf_meshlet_codec::make_decoder().release();
+    decoder = new gltf_meshlet_codec::BlobDecoder;
     decoder->open(*blob);
   }
   return *decoder;

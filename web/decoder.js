@@ -1,26 +1,15 @@
 // Decodes the primitives of EXT_meshlet_edgebreaker with the codec's C++ decoder, compiled to
 // WebAssembly. For browsers and Node. decoder.d.ts documents what this module exports.
+import { HEADER_BYTES, Kind, MalformedError, readStreams, sameStreams } from './blob.js';
+import { compileDecoder } from './compile.js';
 
-export const Kind = Object.freeze({ GRID: 0, OCT: 1, INTEGER: 2, FLOAT32: 3, SIGN: 4 });
+export { Kind, MalformedError };
 
-export class MalformedError extends Error {
-  constructor(problem) {
-    super(problem);
-    this.name = 'MalformedError';
-  }
-}
-
-// Offsets in the header of a blob and in its stream table (specification, appendices A.2 and A.3),
-// in bytes.
-const HEADER_BYTES = 32;
-const STREAM_COUNT = 5;
+// Offsets in the header of a blob (specification, appendix A.2), in bytes.
 const TRIANGLE_COUNT = 8;
 const VERTEX_COUNT = 12;
 const MESHLET_COUNT = 16;
 const BYTE_LENGTH = 20;
-const STREAM_BYTES = 28;
-const STREAM_STEP = 8;
-const STREAM_OFFSETS = 12;
 const MAX_COUNT = 2 ** 32 - 1; // of a view's vertices, and of its indices
 
 const NO_MESHLET = -1; // of a problem that is in no meshlet
@@ -53,26 +42,6 @@ function sentence(text, number, meshlet) {
     .decode(text.subarray(0, text.indexOf(0)))
     .replace('#', number >>> 0);
   return meshlet === NO_MESHLET ? problem : `meshlet ${meshlet >>> 0}: ${problem}`;
-}
-
-// The compiled module; see createDecoder.
-export async function compileDecoder(given = new URL('./decoder.wasm', import.meta.url)) {
-  const source = await given;
-  if (source instanceof WebAssembly.Module) return source;
-  if (typeof source === 'string' || source instanceof URL)
-    return compileDecoder(await load(String(source)));
-  if (typeof Response !== 'undefined' && source instanceof Response) {
-    if (!source.ok) throw new Error(`${source.url}: the server answered ${source.status}`);
-    return WebAssembly.compile(await source.arrayBuffer());
-  }
-  return WebAssembly.compile(source);
-}
-
-async function load(url) {
-  if (!url.startsWith('file:')) return fetch(url);
-  const node = 'node:fs/promises'; // Node fetches no files; in a variable, for bundlers
-  const { readFile } = await import(/* @vite-ignore */ node);
-  return readFile(new URL(url));
 }
 
 class Decoder {
@@ -320,24 +289,6 @@ function readHeader(bytes, begin) {
   };
 }
 
-// The stream table of a blob. Checks nothing but its length: the module checks the rest.
-export function readStreams(bytes) {
-  const count = bytes[STREAM_COUNT];
-  if (!(bytes.length >= HEADER_BYTES + STREAM_BYTES * count))
-    throw new MalformedError('it ends within its stream table');
-  const data = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
-  return Array.from({ length: count }, (_, s) => {
-    const row = HEADER_BYTES + STREAM_BYTES * s;
-    return {
-      kind: bytes[row],
-      elements: bytes[row + 1],
-      bits: bytes[row + 2],
-      step: data.getFloat32(row + STREAM_STEP, true),
-      offset: [0, 1, 2, 3].map((c) => data.getFloat32(row + STREAM_OFFSETS + 4 * c, true)),
-    };
-  });
-}
-
 // The length of the blob that `rest` of a view starts with. A last blob may be malformed in its
 // length: open_blob says so.
 function blobLength(rest) {
@@ -345,16 +296,6 @@ function blobLength(rest) {
   const length = new DataView(rest.buffer, rest.byteOffset).getUint32(BYTE_LENGTH, true);
   const fits = length >= HEADER_BYTES && length % 4 === 0 && length < rest.byteLength;
   return fits ? length : rest.byteLength;
-}
-
-export function sameStreams(a, b) {
-  const same = (x, y) =>
-    x.kind === y.kind &&
-    x.elements === y.elements &&
-    x.bits === y.bits &&
-    x.step === y.step &&
-    x.offset.every((offset, c) => offset === y.offset[c]);
-  return a.length === b.length && a.every((stream, s) => same(stream, b[s]));
 }
 
 // How many numbers a vertex has in a stream: a unit vector has two integers or three floats.

@@ -1,30 +1,8 @@
 // From decoded streams to the arrays of a primitive's accessors (specification, "glTF Schema
 // Updates"). Loaders share this file.
-import { Kind, MalformedError } from './decoder.js';
+import { ARRAYS, attributeArray, COMPONENTS, EXTENSION, expect, LIMITS } from './accessors.js';
 
-export const EXTENSION = 'EXT_meshlet_edgebreaker';
-
-export const COMPONENTS = { SCALAR: 1, VEC2: 2, VEC3: 3, VEC4: 4, MAT2: 4, MAT3: 9, MAT4: 16 };
-const FLOAT = 5126;
-export const ARRAYS = {
-  5120: Int8Array,
-  5121: Uint8Array,
-  5122: Int16Array,
-  5123: Uint16Array,
-  5125: Uint32Array,
-  [FLOAT]: Float32Array,
-};
-const LIMITS = {
-  5120: [-128, 127],
-  5121: [0, 255],
-  5122: [-32768, 32767],
-  5123: [0, 65535],
-  5125: [0, 4294967295],
-};
-
-// Whether a value of a JSON is an object.
-export const isObject = (value) =>
-  value !== null && typeof value === 'object' && !Array.isArray(value);
+export { ARRAYS, COMPONENTS, EXTENSION };
 
 // Bytes of a vertex of a primitive, in all its attributes and morph targets.
 export function vertexBytes(json, primitive) {
@@ -105,68 +83,13 @@ export function accessorArrays(json, primitive, decoded) {
   return arrays;
 }
 
-export function require(ok, problem) {
-  if (!ok) throw new MalformedError(problem);
-}
-
 function indexArray(json, primitive, { indices, vertexCount }) {
   const accessor = json.accessors?.[primitive.indices];
   const limit = LIMITS[accessor?.componentType]?.[1];
-  require(accessor?.count ===
-    indices.length, `its indices accessor does not have ${indices.length} elements`);
-  require(limit >=
-    vertexCount - 1, "its indices accessor's component type cannot hold its indices");
+  expect(
+    accessor?.count === indices.length,
+    `its indices accessor does not have ${indices.length} elements`,
+  );
+  expect(limit >= vertexCount - 1, "its indices accessor's component type cannot hold its indices");
   return accessor.componentType === 5125 ? indices : ARRAYS[accessor.componentType].from(indices);
-}
-
-// The components of an attribute's accessor; `first`: number of its first stream.
-export function attributeArray(accessor, name, first, { streams, vertexCount }) {
-  const Type = ARRAYS[accessor?.componentType];
-  const components = COMPONENTS[accessor?.type];
-  require(Type !== undefined && components !== undefined, `its ${name} accessor has no valid type`);
-  require(accessor.count ===
-    vertexCount, `its ${name} accessor does not have ${vertexCount} elements`);
-  const parts = streamsOf(first, components, streams, name);
-  const integers = accessor.componentType !== FLOAT;
-  require(!integers ||
-    parts.every(
-      ({ kind }) => kind !== Kind.OCT && kind !== Kind.SIGN,
-    ), `${name} has integers, but a stream of unit vectors or signs`);
-  if (parts.length === 1 && parts[0].values instanceof Type) return parts[0].values;
-  const array = new Type(vertexCount * components);
-  let at = 0;
-  for (const { values, elements, kind } of parts) {
-    const width = kind === Kind.OCT ? 3 : elements;
-    const round = integers && values instanceof Float32Array;
-    for (let v = 0; v < vertexCount; v++)
-      for (let c = 0; c < width; c++) {
-        const value = values[v * width + c];
-        array[v * components + at + c] = round
-          ? rounded(value, LIMITS[accessor.componentType])
-          : value;
-      }
-    at += width;
-  }
-  return array;
-}
-
-// The consecutive streams that fill an accessor's components.
-export function streamsOf(first, components, streams, name) {
-  let filled = 0;
-  let end = first;
-  while (filled < components) {
-    const stream = streams[end++];
-    require(stream !== undefined, `there is no stream for ${name}`);
-    filled += stream.kind === Kind.OCT ? 3 : stream.elements;
-  }
-  require(filled === components, `the streams of ${name} do not fill its accessor's components`);
-  return streams.slice(first, end);
-}
-
-// The nearest integer of a component type; half-way cases to the even one.
-function rounded(value, [least, most]) {
-  const floor = Math.floor(value);
-  const half = value - floor === 0.5;
-  const nearest = half ? floor + (floor % 2 === 0 ? 0 : 1) : Math.round(value);
-  return Math.min(Math.max(nearest, least), most);
 }

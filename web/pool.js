@@ -1,16 +1,10 @@
-// Decodes in a pool of Workers, so that a page does not stall: each blob of a view is a job. Needs
-// no SharedArrayBuffer.
-//
-// The first job, the head, may have several blobs: its Worker makes the arrays of the whole
-// primitive, decodes its share in place and hands the arrays over. The other Workers send their
-// decoded blobs, which the page's thread copies into the arrays. So there are these arrays and the
-// blobs that wait for the head, at most as many bytes again.
-import { compileDecoder, createDecoder, MalformedError } from './decoder.js';
+// A pool of Workers that decode, so that a page does not stall. Needs no SharedArrayBuffer.
+import { MalformedError } from './blob.js';
+import { compileDecoder, decoderUrl } from './compile.js';
 
 const MOST_WORKERS = 8;
-// The heads of one, two, three .. Workers have the first share of parts that grow by this factor:
-// the page's thread copies a blob in about a fifth of the time that decoding it takes.
-const GROWTH = 1.25;
+const START_MS = 30_000; // until a Worker has to answer
+const files = new WeakMap(); // Worker of a file of ours -> its URL
 
 export async function createDecoderPool({ workers, source, createWorker = moduleWorker } = {}) {
   const cores = globalThis.navigator?.hardwareConcurrency ?? 4;
@@ -18,81 +12,93 @@ export async function createDecoderPool({ workers, source, createWorker = module
   if (!Number.isInteger(count) || count < 1)
     throw new RangeError(`a pool cannot have ${count} workers`);
   const module = await compileDecoder(source);
-  const started = await Promise.all(Array.from({ length: count }, () => createWorker()));
-  return new DecoderPool(await createDecoder(module), module, started, createWorker);
+  const pool = new DecoderPool(module, createWorker);
+  try {
+    await pool.grow(count);
+    return pool;
+  } catch (error) {
+    pool.close(); // with the Workers that did start
+    throw error;
+  }
 }
 
 function moduleWorker() {
-  if (typeof Worker === 'undefined') return nodeWorker(new URL('./worker.js', import.meta.url));
-  return new Worker(new URL('./worker.js', import.meta.url), { type: 'module' });
+  // Bundlers look for this expression.
+  const start = () => new Worker(new URL('./worker.js', import.meta.url), { type: 'module' });
+  return startWorker('worker.js', start);
 }
 
-// A Worker in Node. For gltf-meshlet/stream, too.
-export async function nodeWorker(url) {
-  const node = 'node:worker_threads'; // in a variable, so that bundlers leave it alone
-  const threads = await import(/* @vite-ignore */ node);
-  return new threads.Worker(url);
+// Starts a Worker of a file of the package, in Node or by start() in a browser. For
+// gltf-meshlet/stream, too.
+export async function startWorker(name, start) {
+  const decoder = decoderUrl();
+  const url = new URL(name, decoder);
+  if (typeof Worker === 'undefined') {
+    const node = 'node:worker_threads'; // in a variable, so that bundlers leave it alone
+    const threads = await import(/* webpackIgnore: true */ /* @vite-ignore */ node);
+    return new threads.Worker(url);
+  }
+  // A bundler that has renamed the decoder has moved the Worker's file, too.
+  if (!decoder.pathname.endsWith('/decoder.wasm')) return start();
+  const worker = url.origin === globalThis.location.origin ? start() : importingWorker(url);
+  files.set(worker, url);
+  return worker;
+}
+
+// Workers begin on the page's own server. What they import may come from others, as from a CDN.
+function importingWorker(url) {
+  const script = new Blob([`import ${JSON.stringify(url)}`], { type: 'text/javascript' });
+  return new Worker(URL.createObjectURL(script), { type: 'module' });
 }
 
 class DecoderPool {
-  #planner; // reads headers only
+  #whole; // promise of what decodes whole primitives
   #module;
   #createWorker;
-  #members;
+  #members = [];
+  #count = 0; // of members, also of those that start
   #waiting = []; // jobs without a member
   works = false; // a Worker has done a job; for members
   ended = null; // the error of all calls from now on; for gltf-meshlet/stream, too
 
-  constructor(planner, module, workers, createWorker) {
-    this.#planner = planner;
+  constructor(module, createWorker) {
     this.#module = module;
     this.#createWorker = createWorker;
-    this.#members = workers.map((worker) => new Member(worker, module, this));
   }
 
-  async decodePrimitive(view, { integers = false, signal, onProgress } = {}) {
-    const plan = this.#planner.plan(view, integers);
-    const { blobs, total } = plan;
-    let triangles = 0;
-    const onTriangles = (count) => {
-      triangles += count;
-      onProgress?.(Math.min(1, triangles / total.triangles));
-    };
-    const run = (bytes, options) =>
-      this.run(
-        { task: 'decodeBlobs', bytes, options: { integers, ...options }, onTriangles },
-        signal,
-      );
-    const head = headOf(blobs, this.#members.length);
-    const headBytes = head.reduce((sum, { bytes }) => sum + bytes.length, 0);
-    const headEnds = run(view.subarray(0, headBytes), { total }).then(
-      (arrays) => plan.adopt(arrays),
-      (error) => {
-        throw head.length === 1 ? plan.blame(blobs[0], error) : error;
-      },
+  // Starts Workers until there are so many.
+  async grow(count) {
+    const more = Math.max(0, count - this.#count);
+    this.#count += more;
+    await Promise.all(Array.from({ length: more }, () => this.#start()));
+  }
+
+  async #start() {
+    const member = new Member(await this.#createWorker(), this.#module, this);
+    this.#members.push(member);
+    if (this.ended) member.end();
+    this.next();
+  }
+
+  async decodePrimitive(view, options = {}) {
+    return (await this.#wholeDecoder()).decodePrimitive(view, options);
+  }
+
+  async validate(view, options = {}) {
+    return (await this.#wholeDecoder()).validate(view, options);
+  }
+
+  // Of whole primitives, which a page that streams may have none of.
+  #wholeDecoder() {
+    this.#whole ??= import('./parallel.js').then(({ createParallelDecoder }) =>
+      createParallelDecoder(this, this.#module),
     );
-    const decodeBlob = async (blob) => {
-      const decoded = run(blob.bytes, { firstVertex: blob.begin.vertices });
-      const arrays = await decoded.catch((error) => {
-        throw plan.blame(blob, error);
-      });
-      await headEnds;
-      plan.insert(arrays, blob.begin);
-    };
-    await all([headEnds, ...blobs.slice(head.length).map(decodeBlob)]);
-    return plan.result;
+    return this.#whole;
   }
 
-  async validate(view, { signal } = {}) {
-    const plan = this.#planner.plan(view, false);
-    const validateBlob = async (blob) => {
-      try {
-        await this.run({ task: 'validate', bytes: blob.bytes }, signal);
-      } catch (error) {
-        throw plan.blame(blob, error);
-      }
-    };
-    await all(plan.blobs.map(validateBlob));
+  // Number of Workers.
+  get size() {
+    return this.#members.length;
   }
 
   close() {
@@ -115,10 +121,7 @@ class DecoderPool {
     member.end(error);
     this.#members = this.#members.filter((other) => other !== member);
     try {
-      const other = new Member(await this.#createWorker(), this.#module, this);
-      this.#members.push(other);
-      if (this.ended) other.end();
-      this.next();
+      await this.#start();
     } catch (failed) {
       this.end(failed);
     }
@@ -158,12 +161,20 @@ class Member {
   #worker;
   #pool;
   #job = null;
+  #starting; // ends the wait for its first answer
 
   constructor(worker, module, pool) {
     this.#worker = worker;
     this.#pool = pool;
-    const failed = ({ message }) =>
-      pool.replace(this, new Error(`a decoder's Worker failed: ${message ?? 'not loaded'}`));
+    const failed = ({ message }) => {
+      clearTimeout(this.#starting);
+      const place = files.has(worker) ? `: ${files.get(worker)}` : '';
+      const problem = message ?? `its file was not loaded${place}`;
+      pool.replace(this, new Error(`a decoder's Worker failed: ${problem}`));
+    };
+    const silent = `no answer in ${START_MS / 1000} seconds; does its file import the package's?`;
+    this.#starting = setTimeout(() => failed({ message: silent }), START_MS);
+    this.#starting.unref?.();
     if (worker.on) {
       worker.on('message', (answer) => this.#receive(answer)).on('error', failed); // Node
     } else {
@@ -186,11 +197,14 @@ class Member {
   }
 
   end(error) {
+    clearTimeout(this.#starting);
     this.#job?.reject(error);
     this.#worker.terminate();
   }
 
-  #receive({ triangles, result, error }) {
+  #receive({ started, triangles, result, error }) {
+    clearTimeout(this.#starting);
+    if (started) return;
     const { onTriangles, resolve, reject } = this.#job;
     if (triangles !== undefined) {
       try {
@@ -207,17 +221,4 @@ class Member {
     else reject(error.malformed ? new MalformedError(error.message) : new Error(error.message));
     this.#pool.next();
   }
-}
-
-// Waits for all; throws the first one's error, in the order of the view.
-async function all(promises) {
-  const settled = await Promise.allSettled(promises);
-  for (const { status, reason } of settled) if (status === 'rejected') throw reason;
-}
-
-// Leading blobs, at least one: the share of the first of n Workers.
-function headOf(blobs, n) {
-  const most = (blobs.at(-1).end.triangles * (GROWTH - 1)) / (GROWTH ** n - 1);
-  const others = blobs.findIndex(({ end }, i) => i > 0 && end.triangles > most);
-  return others < 0 ? blobs : blobs.slice(0, others);
 }

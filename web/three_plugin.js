@@ -1,6 +1,5 @@
 // A plugin for three.js: new GLTFLoader().register(meshletPlugin()). GLTFLoader builds geometries,
 // skins and morph targets as from any file: it gets decoded components as buffer views.
-import { createDecoder } from './decoder.js';
 import { EXTENSION, virtualViews } from './gltf.js';
 import { TRANSPORT, unpacking } from './transport.js';
 
@@ -32,7 +31,9 @@ class MeshletPlugin {
   async beforeRoot() {
     const { json } = this.#parser;
     if (!json.extensionsUsed?.includes(EXTENSION)) return;
-    const decoder = await (this.#decoder ?? createDecoder());
+    // Loaded when it is needed: a stream gives a pool.
+    const decoder = await (this.#decoder ??
+      import('./decoder.js').then(({ createDecoder }) => createDecoder()));
     const load = async (number) =>
       new Uint8Array(await this.#parser.getDependency('bufferView', number));
     this.#views = virtualViews(json, load, decoder);

@@ -1,7 +1,9 @@
 // Unpacks buffer views of EXT_meshlet_transport with the codec's C++ unpacker, compiled to
 // WebAssembly: a module of its own, which is loaded when a file needs it.
-import { compileDecoder, MalformedError } from './decoder.js';
-import { require } from './gltf.js';
+
+import { expect } from './accessors.js';
+import { MalformedError } from './blob.js';
+import { compileDecoder } from './compile.js';
 
 export const TRANSPORT = 'EXT_meshlet_transport';
 
@@ -26,27 +28,27 @@ export async function createUnpacker(source) {
 // bytes: of the view, at least the first 4 + 8 * pages; length: of the view. Throws MalformedError.
 export function packedTable(bytes, length) {
   const words = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
-  require(bytes.length >= 4, 'the packed view is too short');
+  expect(bytes.length >= 4, 'the packed view is too short');
   const version = words.getUint32(0, true) & 255;
-  require(version === VERSION, `the packed view is of version ${version}`);
+  expect(version === VERSION, `the packed view is of version ${version}`);
   const count = words.getUint32(0, true) >>> 8;
   let begin = 4 + 8 * count;
-  require(count > 0 && begin <= bytes.length, 'the packed view is shorter than its page table');
+  expect(count > 0 && begin <= bytes.length, 'the packed view is shorter than its page table');
   const places = [];
   for (let page = 0; page < count; page++) {
     const size = words.getUint32(4 + 8 * page, true);
     const packed = words.getUint32(8 + 8 * page, true);
     const end = begin + (packed || size);
-    require(end <= length, `page ${page} lies outside the packed view`);
+    expect(end <= length, `page ${page} lies outside the packed view`);
     const most = Math.min(MAX_BYTES, FREE_BYTES + EXPANSION * (end - begin));
-    require(size > 0 &&
-      size <= most &&
-      packed <= MAX_BYTES &&
-      size !== packed, `page ${page} has an impossible length`);
+    expect(
+      size > 0 && size <= most && packed <= MAX_BYTES && size !== packed,
+      `page ${page} has an impossible length`,
+    );
     places.push({ begin, end, size, raw: packed === 0 });
     begin = end;
   }
-  require(begin === length, 'the packed view is longer than its pages');
+  expect(begin === length, 'the packed view is longer than its pages');
   return places;
 }
 
@@ -104,7 +106,7 @@ function placedPages(view, byteLength) {
     total += page.size;
     return { ...page, begin: total - page.size };
   });
-  require(byteLength === total, `its ${TRANSPORT} object does not say that it has ${total} bytes`);
+  expect(byteLength === total, `its ${TRANSPORT} object does not say that it has ${total} bytes`);
   return { pages, resident: new Uint8Array(total) };
 }
 

@@ -133,6 +133,11 @@ class Job {
     return wanted.map((s) => ({ ...streams[s], stream: s, ...format(streams[s], integers) }));
   }
 
+  // Threads of the first pass for a meshlet.
+  get #spread() {
+    return this.#method === METHODS.interior ? SPREAD : 1;
+  }
+
   #checkSizes(streams) {
     const { bytes, meshletCount, triangleCount } = this.#blob;
     const { maxStorageBufferBindingSize, maxBufferSize } = this.#device.limits;
@@ -140,9 +145,13 @@ class Job {
     const widest = Math.max(0, ...streams.map(({ width }) => width));
     const bound = [12 * triangleCount, 4 * MESHLET_TRIANGLES * meshletCount, bytes.length];
     const fits =
-      Math.max(...bound) <= most &&
-      4 * widest * MESHLET_VERTICES * meshletCount <= maxBufferSize &&
-      meshletCount <= 8 * WORKGROUPS;
+      Math.max(...bound) <= most && 4 * widest * MESHLET_VERTICES * meshletCount <= maxBufferSize;
+    const mostMeshlets = Math.min(FIRST.connect / this.#spread, FIRST.lengths) * WORKGROUPS;
+    if (meshletCount > mostMeshlets)
+      throw new RangeError(
+        `a blob of ${meshletCount} meshlets takes more workgroups than a dispatch may have ` +
+          `(${mostMeshlets} meshlets); compress it with --page-bytes`,
+      );
     if (!fits)
       throw new RangeError(
         `a blob of ${triangleCount} triangles needs larger buffers than the device has ` +
@@ -172,7 +181,7 @@ class Job {
       meshlets: meshletCount,
       streams: end,
       value_words: words,
-      spread: this.#method === METHODS.interior ? SPREAD : 1,
+      spread: this.#spread,
     };
     const steps = dispatches(FIRST, meshletCount, push);
     for (const range of ranges(meshletCount, chunk)) {
@@ -368,7 +377,7 @@ async function loadModule(device, file) {
 async function load(url) {
   if (url.protocol === 'file:') {
     const node = 'node:fs/promises'; // Node fetches no files; in a variable, for bundlers
-    const { readFile } = await import(/* @vite-ignore */ node);
+    const { readFile } = await import(/* webpackIgnore: true */ /* @vite-ignore */ node);
     return readFile(url, 'utf8');
   }
   const response = await fetch(url);

@@ -1,6 +1,6 @@
 // A Worker of pool.js, in browsers and in Node. The first message is {module}, the compiled
-// decoder; each further one is a job, {task, bytes, options}. The answers are {triangles}, their
-// number in each step, and {result}, or {error}.
+// decoder, and the answer {started}; each further one is a job, {task, bytes, options}. Its answers
+// are {triangles}, their number in each step, and {result}, or {error}.
 import { createDecoder, MalformedError } from './decoder.js';
 
 const inNode = typeof WorkerGlobalScope === 'undefined';
@@ -9,18 +9,24 @@ let port;
 let decoder;
 let unpacker;
 
-// Name -> what does a job. The result's arrays, {indices, values} or bytes, move to the page's
-// thread.
-export const tasks = {
-  decodeBlobs: (own, bytes, options, onTriangles) =>
-    own.decodeBlobs(bytes, options, onTriangles).arrays(),
-  validate: (own, bytes) => own.validate(bytes),
-  // A page of a packed view. module: the compiled unpacker.
-  async unpack(_own, bytes, { size, module }) {
-    unpacker ??= import('./transport.js').then(({ createUnpacker }) => createUnpacker(module));
-    return (await unpacker).unpackPage({ bytes, size }).slice();
-  },
-};
+// Name -> what does a job, action(decoder, bytes, options, {onTriangles, unpackerOf}). The result's
+// arrays, {indices, values} or bytes, move to the page's thread.
+const tasks = new Map();
+export const addTask = (name, action) => tasks.set(name, action);
+addTask('decodeBlobs', (own, bytes, options, { onTriangles }) =>
+  own.decodeBlobs(bytes, options, onTriangles).arrays(),
+);
+addTask('validate', (own, bytes) => own.validate(bytes));
+// A page of a packed view. module: the compiled unpacker.
+addTask('unpack', async (_own, bytes, { size, module }) =>
+  (await unpackerOf(module)).unpackPage({ bytes, size }).slice(),
+);
+
+// The Worker's only unpacker.
+function unpackerOf(module) {
+  unpacker ??= import('./transport.js').then(({ createUnpacker }) => createUnpacker(module));
+  return unpacker;
+}
 
 function arraysOf(result) {
   if (!result) return [];
@@ -30,11 +36,13 @@ function arraysOf(result) {
 async function receive({ data: { module, task, bytes, options } }) {
   if (module) {
     decoder = createDecoder(module);
+    port.postMessage({ started: true });
     return;
   }
   try {
     const onTriangles = (triangles) => port.postMessage({ triangles });
-    const result = await tasks[task](await decoder, bytes, options, onTriangles);
+    const tools = { onTriangles, unpackerOf };
+    const result = await tasks.get(task)(await decoder, bytes, options, tools);
     port.postMessage(
       { result },
       arraysOf(result).map(({ buffer }) => buffer),
@@ -51,5 +59,8 @@ function start(given) {
 }
 
 // Without a top-level await: Node 20 crashes if a Worker ends during one.
-if (inNode) import(/* @vite-ignore */ node).then(({ parentPort }) => start(parentPort));
+if (inNode)
+  import(/* webpackIgnore: true */ /* @vite-ignore */ node).then(({ parentPort }) =>
+    start(parentPort),
+  );
 else start(globalThis);

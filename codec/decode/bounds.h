@@ -3,7 +3,6 @@
 #include <cmath>
 #include <cstdint>
 
-#include "decode/build.h"
 #include "format/constants.h"
 
 namespace gltf_meshlet_codec {
@@ -13,8 +12,6 @@ namespace gltf_meshlet_codec {
 struct MeshletBounds {
   float centre[3], radius, axis[3], cutoff;
 };
-
-inline namespace MESHLET_BUILD {
 
 // Bounds of at most 64 vertices, in double, then rounded outwards.
 class BoundsOf {
@@ -147,5 +144,4 @@ class BoundsOf {
   uint32_t count_;
 };
 
-}  // namespace MESHLET_BUILD
 }  // namespace gltf_meshlet_codec

@@ -1,52 +1,6 @@
 #include "decode/decoder.h"
 
-#include "decode/build.h"
-#ifdef MESHLET_AVX2
-#include <cpuid.h>
-#endif
-
 namespace gltf_meshlet_codec {
-
-// The caller deletes the decoder. bulk_decoder.cpp defines one for each build.
-inline namespace MESHLET_BUILD {
-Decoder* new_decoder();
-}
-
-#ifdef MESHLET_AVX2
-namespace avx2 {
-Decoder* new_decoder();
-
-// Does the processor have the instruction sets of avx2_options (codec/CMakeLists.txt), and does the
-// system save AVX registers? Not by __builtin_cpu_supports: with Zig's run-time library it answers
-// no to everything.
-bool detect() {
-  unsigned a, b, c, d;
-  if (!__get_cpuid(1, &a, &b, &c, &d)) return false;
-  constexpr unsigned kFirst = bit_OSXSAVE | bit_AVX | bit_POPCNT;
-  if ((c & kFirst) != kFirst) return false;
-  unsigned low, high;  // XCR0: bits 1 and 2 are the registers of SSE and AVX
-  __asm__("xgetbv" : "=a"(low), "=d"(high) : "c"(0));
-  if ((low & 6u) != 6u) return false;
-  if (!__get_cpuid_count(7, 0, &a, &b, &c, &d)) return false;
-  constexpr unsigned kSeventh = bit_AVX2 | bit_BMI | bit_BMI2;
-  if ((b & kSeventh) != kSeventh) return false;
-  return __get_cpuid(0x80000001u, &a, &b, &c, &d) && (c & bit_LZCNT);
-}
-
-// Asks once: a virtual machine answers each of these instructions in some microseconds.
-bool supported() {
-  static const bool all = detect();
-  return all;
-}
-}  // namespace avx2
-#endif
-
-std::unique_ptr<Decoder> make_decoder() {
-#ifdef MESHLET_AVX2
-  if (avx2::supported()) return std::unique_ptr<Decoder>(avx2::new_decoder());
-#endif
-  return std::unique_ptr<Decoder>(MESHLET_BUILD::new_decoder());
-}
 
 const char* error_text(uint32_t error) {
   switch (error) {

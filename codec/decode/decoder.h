@@ -58,8 +58,8 @@ struct DecodedCounts {
 };
 
 // Decodes one blob at a time. Not thread-safe: use one per thread. There is an implementation for
-// each build (decode/build.h), with two ways inside: whole ranges reuse the vertices of earlier
-// meshlets; a single meshlet is decoded alone.
+// each instruction set (processors.cpp), with two ways inside: whole ranges reuse the vertices of
+// earlier meshlets; a single meshlet is decoded alone.
 class Decoder : public Allocated {
  public:
   virtual ~Decoder();
@@ -110,13 +110,13 @@ class Decoder : public Allocated {
  protected:
   virtual void opened() = 0;
 
-  // The open blob, without library types (bulk_decoder.cpp says why).
+  // The open blob.
   const uint8_t* data_ = nullptr;
   uint32_t size_ = 0, vertex_count_ = 0, meshlet_count_ = 0, stream_count_ = 0;
   Stream streams_[BLOB_MAX_STREAMS];
 };
 
-// A decoder by the fastest build that the processor runs; null if there is no memory.
+// A decoder with the fastest instructions that the processor has; null if there is no memory.
 std::unique_ptr<Decoder> make_decoder();
 
 // One sentence for an ERROR_ constant.

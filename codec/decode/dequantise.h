@@ -3,16 +3,12 @@
 #include <cmath>
 #include <cstdint>
 
-#include "decode/build.h"
-
 // Not with registers of 80 bits (x87): roundings in between would go, and floats differ.
 #if defined(__FLT_EVAL_METHOD__) && __FLT_EVAL_METHOD__ != 0
 #error "compile for SSE2 (-msse2 -mfpmath=sse): values would depend on the compiler"
 #endif
 
 namespace gltf_meshlet_codec {
-inline namespace MESHLET_BUILD {
-
 // GRID. One rounding, at the end: offset + q * step is exact enough in double.
 inline float grid_value(uint32_t q, double step, double offset) {
   return float(offset + double(int32_t(q)) * step);
@@ -41,5 +37,4 @@ inline void octahedral_direction(uint32_t u, uint32_t v, float scale, float& out
   out_z = z * inverse + 0.0f;
 }
 
-}  // namespace MESHLET_BUILD
 }  // namespace gltf_meshlet_codec

@@ -1,23 +1,22 @@
 // The serial decoder (serial_decoder.glsl) as a C++ struct. This file supplies the primitives that
 // the GLSL asks for.
-#pragma once
+#ifndef DECODE_SERIAL_DECODER_H
+#define DECODE_SERIAL_DECODER_H
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <initializer_list>
-#ifdef __AVX2__
-#include <immintrin.h>
-#elif defined(__wasm_simd128__)
+#ifdef __wasm_simd128__
 #include <wasm_simd128.h>
 #endif
 
 #include "decode/build.h"
+#include "decode/vertex.h"
 #include "format/constants.h"
 
 namespace gltf_meshlet_codec {
 
-inline namespace MESHLET_BUILD {
-
+namespace MESHLET_BUILD {
 struct SerialDecoder {
   using uint = uint32_t;
   using small_uint = uint16_t;  // not uint8_t, whose stores may alias everything
@@ -43,9 +42,7 @@ struct SerialDecoder {
 #define FOREIGN_LENGTH known_length
 #define MAX_STREAMS BLOB_MAX_STREAMS
 #define MAX_ELEMENTS (STREAM_MAX_ELEMENTS * BLOB_MAX_STREAMS)
-#if defined(__AVX2__) || defined(__wasm_simd128__)
 #define OWN_VALUES
-#endif
 // All elements of a vertex lie together, in 16 bytes.
 #define ALIGNED alignas(32)
 #define VERTEX_STEP 4u
@@ -59,14 +56,14 @@ struct SerialDecoder {
 
   static mask64 mask_none() { return 0; }
   static mask64 mask_bit(uint i) { return 1ull << (i & 63u); }
-#ifdef __BMI2__
+#if MESHLET_AVX2
   static mask64 mask_below(uint n) { return _bzhi_u64(~0ull, n); }
   static uint mask_lsb(mask64 m) { return uint(_tzcnt_u64(m)); }
 #else
   static mask64 mask_below(uint n) { return n >= 64u ? ~0ull : (1ull << n) - 1u; }
   static uint mask_lsb(mask64 m) { return m ? uint(__builtin_ctzll(m)) : 64u; }
 #endif
-#ifdef __LZCNT__
+#if MESHLET_AVX2
   static uint mask_msb(mask64 m) { return uint(_lzcnt_u64(m)) ^ 63u; }
 #else
   static uint mask_msb(mask64 m) { return 63u ^ (m ? uint(__builtin_clzll(m)) : 64u); }
@@ -78,7 +75,7 @@ struct SerialDecoder {
   static mask64 mask_clear_lsb(mask64 m) { return m & (m - 1u); }
   static mask64 mask_shl1(mask64 m) { return m << 1; }
   static mask64 mask_scatter(mask64 bits, mask64 m) {
-#ifdef __BMI2__
+#if MESHLET_AVX2
     return _pdep_u64(bits, m);
 #else
     mask64 out = 0;
@@ -223,7 +220,7 @@ struct SerialDecoder {
     }
   }
 
-#ifdef __AVX2__
+#if MESHLET_AVX2
   // The positions of each byte's ones, in order.
   struct OnesOfBytes {
     uint8_t of[256][8] = {};
@@ -303,7 +300,7 @@ struct SerialDecoder {
 
   void read_rice(uint n, uint k, uint low, const uint* list) {
     uint i = 0;
-#ifdef __AVX2__
+#if MESHLET_AVX2
     for (; k <= 7u && i < n; i += 8, low += 8 * k) {
       mask64 bytes = _pdep_u64(load64(low >> 3) >> (low & 7u),
                                0x0101010101010101ull * ((1u << (k & 7u)) - 1u));
@@ -317,7 +314,7 @@ struct SerialDecoder {
   }
 
   void read_exponential(uint n, uint k, uint low, const uint* list) {
-#ifdef __AVX2__
+#if MESHLET_AVX2
     if (read_exponential_eights(n, k, low, list)) return;
 #endif
     for (uint i = 0; i < n; i++) {
@@ -330,7 +327,7 @@ struct SerialDecoder {
       low += k + zeros;
     }
   }
-#ifdef __AVX2__
+#if MESHLET_AVX2
   // Eight at a time; returns false, and may have written some, if low bits exceed a 32-bit load.
   bool read_exponential_eights(uint n, uint k, uint low, const uint* list) {
     const __m256i one = _mm256_set1_epi32(1), parameter = _mm256_set1_epi32(int(k)),
@@ -369,7 +366,7 @@ struct SerialDecoder {
                         _mm256_xor_si256(_mm256_srli_epi32(u, 1), odd));
   }
 #endif
-#ifdef __AVX2__
+#if MESHLET_AVX2
   // Residuals i .. i + 7 from the ends of their quotients and their low bits.
   void store_rice(uint i, const uint* list, uint k, __m256i low) {
     const __m256i* from = reinterpret_cast<const __m256i*>(list);
@@ -382,11 +379,10 @@ struct SerialDecoder {
   }
 #endif
 
-#if defined(__AVX2__)
-#include "decode/vector_values.h"
-#elif defined(__wasm_simd128__)
-#include "decode/wasm_values.h"
+#if MESHLET_AVX2
+#include "decode/avx2_values.h"
 #endif
+#include "decode/vertex_values.h"
 };
 
 }  // namespace MESHLET_BUILD
@@ -395,3 +391,5 @@ static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__,
               "the codec reads little-endian words in place");
 
 }  // namespace gltf_meshlet_codec
+
+#endif

@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <cstring>
 
-#include "decode/build.h"
 #include "format/constants.h"
 
 namespace gltf_meshlet_codec {
@@ -22,8 +21,6 @@ enum class VertexFormat : uint32_t {
   kCount
 };
 
-inline namespace MESHLET_BUILD {
-
 inline bool holds_integers(VertexFormat format) { return format >= VertexFormat::kUint8; }
 
 inline uint32_t component_bytes(VertexFormat format) {
@@ -37,8 +34,6 @@ inline uint32_t component_bytes(VertexFormat format) {
   }
 }
 
-}  // namespace MESHLET_BUILD
-
 // Where one stream goes: vertex v to data + stride * v.
 struct VertexAttribute {
   uint32_t stream;
@@ -46,8 +41,6 @@ struct VertexAttribute {
   uint8_t* data;
   size_t stride;
 };
-
-inline namespace MESHLET_BUILD {
 
 // The nearest half, ties to even.
 inline uint16_t half_of(float value) {
@@ -124,5 +117,4 @@ inline void pack_integers(VertexFormat format, const uint32_t* values, uint32_t 
   }
 }
 
-}  // namespace MESHLET_BUILD
 }  // namespace gltf_meshlet_codec

@@ -3,44 +3,11 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "common/bits.h"
 #include "common/parallel.h"
 
 namespace gltf_meshlet_codec {
 namespace {
-
-uint32_t count_of(uint64_t mask) { return uint32_t(__builtin_popcountll(mask)); }
-
-// The starts of a group's meshlets: meshlet i starts stride * i - bias + entry i bytes after the
-// entries.
-struct Entries {
-  uint32_t stride = 0, bias = 0, width = 0;
-  std::vector<uint8_t> bytes;
-};
-
-// starts: of the group's meshlets, from its first on; length: of all.
-Entries entries_of(const std::vector<uint32_t>& starts, uint32_t length) {
-  constexpr int64_t kLargest = 0xFFFF;  // stride and bias
-  int64_t stride = std::min<int64_t>(length / starts.size(), kLargest), least, most;
-  for (;; stride /= 2) {
-    least = most = 0;
-    for (size_t i = 0; i < starts.size(); i++) {
-      const int64_t deviation = int64_t(starts[i]) - stride * int64_t(i);
-      least = std::min(least, deviation);
-      most = std::max(most, deviation);
-    }
-    if (-least <= kLargest) break;
-  }
-  Entries out;
-  out.stride = uint32_t(stride);
-  out.bias = uint32_t(-least);
-  out.width = bit_length(uint32_t(most - least));
-  BitWriter bits;
-  for (size_t i = 0; i < starts.size(); i++)
-    bits.put(uint32_t(int64_t(starts[i]) - stride * int64_t(i) - least), out.width);
-  bits.align();
-  out.bytes = bits.bytes();
-  return out;
-}
 
 class BlobWriter {
  public:
@@ -196,8 +163,13 @@ std::vector<uint8_t> BlobWriter::assemble(uint32_t meshlets, uint32_t vertices) 
       starts.push_back(uint32_t(length));
       length += chunk.plans[i].bytes;
     }
-    const Entries entries = entries_of(starts, uint32_t(length));
-    if (blob.size() + entries.bytes.size() + length > BLOB_MAX_BYTES - BLOB_PADDING_BYTES)
+    const GroupEntries entries =
+        entries_of(starts.data(), uint32_t(starts.size()), uint32_t(length));
+    BitWriter bits;
+    for (uint32_t i = 0; i < starts.size(); i++)
+      bits.put(entries.entry(i, starts[i]), entries.width);
+    bits.align();
+    if (blob.size() + bits.bytes().size() + length > BLOB_MAX_BYTES - BLOB_PADDING_BYTES)
       throw std::length_error(
           "the primitive is too large: its blob would exceed 448 MiB; split it");
     const Group& group = groups_[g];
@@ -208,7 +180,7 @@ std::vector<uint8_t> BlobWriter::assemble(uint32_t meshlets, uint32_t vertices) 
                           group.reference_width << GROUP_REFERENCE_SHIFT |
                           group.flags << GROUP_FLAGS_SHIFT | group.table << GROUP_TABLE_SHIFT);
     row += BLOB_GROUP_BYTES;
-    blob.insert(blob.end(), entries.bytes.begin(), entries.bytes.end());
+    blob.insert(blob.end(), bits.bytes().begin(), bits.bytes().end());
     const uint8_t* bytes = chunk.out.bytes().data() + from;
     blob.insert(blob.end(), bytes, bytes + length);
   }

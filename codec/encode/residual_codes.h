@@ -7,19 +7,11 @@
 
 #include "common/array.h"
 #include "encode/bit_writer.h"
-#include "format/constants.h"
+#include "format/codes.h"
 
 namespace gltf_meshlet_codec {
 
 constexpr uint64_t kImpossible = ~0ull >> 8;  // bits of a code that cannot hold the residuals
-
-// The zigzag number of a difference of integers of `bits` bits, which counts modulo 2^bits.
-inline uint32_t zigzag(uint32_t difference, uint32_t bits) {
-  const uint32_t unused = 32 - bits;
-  difference = uint32_t(int32_t(difference << unused) >> unused);
-  return difference << 1 ^ (0u - (difference >> 31));
-}
-inline uint32_t bit_length(uint32_t u) { return u ? 32u - uint32_t(__builtin_clz(u)) : 0u; }
 
 // Some residuals, vertex by vertex.
 struct Residuals : Span<uint32_t> {
@@ -30,32 +22,13 @@ struct Residuals : Span<uint32_t> {
   }
 };
 
-// How one list of residuals is written.
-struct Code {
-  enum Kind { kRice, kExponential, kFixed };
-  Kind kind = kRice;
-  uint32_t k = 0;                     // parameter of kRice and kExponential
-  uint32_t widths[4] = {0, 0, 0, 0};  // kFixed: per element
-};
-
-// The lists that have a code.
-enum class CodedList { kChain, kInterior };
-
-// Field 0 to 6 of a stream with base `base`; the parameter may be too large.
-inline Code code_of_field(CodedList list, uint32_t field, uint32_t base) {
-  if (list == CodedList::kChain || field < CODE_FIRST_EXPONENTIAL)
-    return {Code::kRice, base + field, {}};
-  return {Code::kExponential, std::max(base, 1u) - 1 + field - CODE_FIRST_EXPONENTIAL, {}};
-}
-
 inline Code fixed_code(Residuals residuals, uint32_t elements) {
   Code code{Code::kFixed, 0, {}};
   uint32_t all[STREAM_MAX_ELEMENTS] = {};
   for (size_t i = 0; i < residuals.count; i += elements)
     for (uint32_t c = 0; c < elements; c++) all[c] |= residuals.data[i + c];
   for (uint32_t c = 0; c < elements; c++) {
-    const uint32_t width = bit_length(all[c]);
-    code.widths[c] = width >= WIDTH_ESCAPE ? 32 : width;
+    code.widths[c] = fixed_width(bit_length(all[c]));
   }
   return code;
 }
@@ -173,22 +146,9 @@ inline uint32_t best_field(Residuals residuals, uint32_t elements, CodedList lis
   return best;
 }
 
-// The width field that holds numbers of `length` bits, of further anchors of a stream with `bits`
-// and anchor base `base`.
-inline uint32_t anchor_field(uint32_t length, uint32_t bits, uint32_t base) {
-  const uint32_t field = length > base ? length - base : 0;
-  return std::min(base + field, bits) < length || field > ANCHOR_WIDTH_FULL ? ANCHOR_WIDTH_FULL
-                                                                            : field;
-}
-
-inline uint32_t anchor_width(uint32_t field, uint32_t bits, uint32_t base) {
-  return field == ANCHOR_WIDTH_FULL ? bits : std::min(base + field, bits);
-}
-
 inline void write_unary(BitWriter& out, Residuals residuals, const Code& code) {
   if (code.kind == Code::kFixed) return;
-  for (uint32_t u : residuals)
-    out.put_unary(code.kind == Code::kRice ? u >> code.k : bit_length((u >> code.k) + 1) - 1);
+  for (uint32_t u : residuals) out.put_unary(code.quotient(u));
 }
 
 inline void write_low(BitWriter& out, Residuals residuals, const Code& code, uint32_t elements) {

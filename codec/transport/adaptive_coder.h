@@ -1,20 +1,21 @@
 // Adaptive models of 16 symbols, coded by rANS; plain bits stand beside them
 // (spec/EXT_meshlet_transport.md, "Entropy coding"). The encoder and the decoder have the same
 // functions, so that one template codes both ways: c.symbol(model, x) codes x and returns it.
-#pragma once
+#ifndef TRANSPORT_ADAPTIVE_CODER_H
+#define TRANSPORT_ADAPTIVE_CODER_H
+#include <algorithm>
 #include <cstdint>
 #include <cstring>
 #include <initializer_list>
-#if defined(__AVX2__)
-#include <immintrin.h>
-#elif defined(__wasm_simd128__)
+#ifdef __wasm_simd128__
 #include <wasm_simd128.h>
 #endif
 
+#include "common/bits.h"
 #include "decode/build.h"
 
 namespace gltf_meshlet_codec {
-inline namespace MESHLET_BUILD {
+namespace MESHLET_BUILD {
 namespace transport {
 
 constexpr uint32_t kSymbols = 16, kProbabilityBits = 15, kWhole = 1u << kProbabilityBits;
@@ -23,10 +24,6 @@ constexpr uint32_t kPageHeaderWords = 5;    // triangles, meshlets, words of rAN
 
 using Cumulative = uint16_t __attribute__((vector_size(2 * kSymbols)));
 using SignedCumulative = int16_t __attribute__((vector_size(2 * kSymbols)));
-
-inline uint32_t least(uint32_t a, uint32_t b) { return a < b ? a : b; }
-inline uint32_t most(uint32_t a, uint32_t b) { return a > b ? a : b; }
-inline uint32_t bit_length(uint32_t x) { return x ? 32u - uint32_t(__builtin_clz(x)) : 0u; }
 
 // The pace of an adaptation falls from kFast to kSlow, itself at that pace. Its length gives the
 // shift of the adaptation: 2 at first, 6 in the end.
@@ -85,7 +82,7 @@ struct Flag {
 
 // The symbol whose range holds `slot`.
 inline uint32_t find_symbol(const Cumulative& c, uint32_t slot) {
-#if defined(__AVX2__)
+#if MESHLET_AVX2
   const __m256i above = _mm256_cmpgt_epi16(__m256i(c), _mm256_set1_epi16(int16_t(slot)));
   return _tzcnt_u32(uint32_t(_mm256_movemask_epi8(above))) / 2 - 1;
 #elif defined(__wasm_simd128__)
@@ -173,7 +170,7 @@ class Decoder {
     state_ = frequency * (state_ >> kProbabilityBits) + slot() - start;
     if (state_ >= kStateEnd) return;
     uint32_t word;
-    std::memcpy(&word, words_ + 4 * size_t(least(word_, word_end_)), 4);
+    std::memcpy(&word, words_ + 4 * size_t(std::min<uint32_t>(word_, word_end_)), 4);
     state_ = state_ << 32 | word;
     word_++;
   }
@@ -188,3 +185,5 @@ class Decoder {
 }  // namespace transport
 }  // namespace MESHLET_BUILD
 }  // namespace gltf_meshlet_codec
+
+#endif

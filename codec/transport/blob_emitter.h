@@ -1,10 +1,12 @@
 // Writes the blob of a page in canonical form (spec/EXT_meshlet_transport.md, "Canonical form").
-#pragma once
+#ifndef TRANSPORT_BLOB_EMITTER_H
+#define TRANSPORT_BLOB_EMITTER_H
+#include "format/codes.h"
 #include "transport/page.h"
 #include "transport/resident_values.h"
 
 namespace gltf_meshlet_codec {
-inline namespace MESHLET_BUILD {
+namespace MESHLET_BUILD {
 namespace transport {
 
 constexpr uint32_t kSpare = 8;  // bytes that may be touched behind those that are written or read
@@ -39,7 +41,7 @@ class BitWriter {
     filled_ &= 7;
   }
   void put_mask(uint64_t mask, uint32_t bits) {
-    put(uint32_t(mask), least(bits, 32));
+    put(uint32_t(mask), std::min<uint32_t>(bits, 32));
     if (bits > 32) put(uint32_t(mask >> 32), bits - 32);
   }
   void put_unary(uint32_t quotient) {
@@ -64,21 +66,11 @@ class BitWriter {
   uint32_t filled_ = 0;
 };
 
-struct Code {
-  enum Kind : uint8_t { kRice, kExponential, kFixed };
-  Kind kind;
-  uint32_t k, widths[4];
-
-  uint32_t quotient(uint32_t u) const {
-    return kind == kRice ? u >> k : bit_length(uint32_t(((uint64_t(u) >> k) + 1))) - 1;
-  }
-};
-
 class BlobEmitter {
  public:
   // The blob has `size` bytes and these streams and meshlets.
   // Returns false if there is no memory.
-  bool begin(const Page& page, size_t size);
+  bool begin(Page& page, size_t size);
   // Writes the bits of stream s of all meshlets, of which the page needs no values from then on.
   // Streams come in order. Returns false if the blob has fewer bytes.
   bool add_stream(uint32_t s);
@@ -121,7 +113,7 @@ class BlobEmitter {
   // The shortest code of a list takes at most 32 bits and a little for each number.
   static constexpr size_t kStreamRoom = STREAM_MAX_ELEMENTS * (64 * 5 + 16) + kSpare;
 
-  const Page* page_ = nullptr;
+  Page* page_ = nullptr;  // whose serial decoder predicts
   size_t size_ = 0;
   Buffer<uint8_t> bits_;     // of all streams
   uint8_t* bits_end_;        // of those so far
@@ -160,15 +152,15 @@ inline BlobEmitter::Group BlobEmitter::measure(uint32_t first, uint32_t end) con
   for (uint32_t number = first; number < end; number++) {
     const MeshletRow& m = page_->meshlets[number];
     g.flags |= flags_of(m);
-    g.reference_width = most(g.reference_width, bit_length(m.stored_references));
+    g.reference_width = std::max<uint32_t>(g.reference_width, bit_length(m.stored_references));
     gain += 2 * int32_t(count_of(m.symbols[kL])) - int32_t(count_of(m.symbols[kC])) -
             (int32_t(count_of(m.symbols[kE])) - 1);
     for (uint32_t j = 0; j < m.stored_references; j++) {
       const Reference& r = page_->references[m.reference + j];
       if (r.kind != kForeign) continue;
       const uint32_t delta = number - page_->references[r.partner].meshlet;
-      g.delta_width = most(g.delta_width, bit_length(delta));
-      g.slot_width = most(g.slot_width, bit_length(r.slot));
+      g.delta_width = std::max<uint32_t>(g.delta_width, bit_length(delta));
+      g.slot_width = std::max<uint32_t>(g.slot_width, bit_length(r.slot));
     }
   }
   g.table = gain > 0;
@@ -179,7 +171,7 @@ inline void BlobEmitter::emit_symbols(BitWriter& w, const MeshletRow& m, const G
   const uint64_t* of = m.symbols;
   uint64_t rest = below(m.triangles - 1u);
   for (uint64_t zero : {of[kR], of[group.table ? kL : kC], of[group.table ? kC : kE], ~of[kS]}) {
-#if defined(__BMI2__)
+#if MESHLET_AVX2
     w.put_mask(__builtin_ia32_pext_di(~zero, rest), count_of(rest));
 #else
     for (uint64_t left = rest; left; left &= left - 1) w.put(~zero >> lowest(left) & 1, 1);
@@ -202,7 +194,7 @@ inline void BlobEmitter::emit_references(BitWriter& w, uint32_t number, uint32_t
     const bool alone = r.loop_end && (j == 0 || reference[j - 1].loop_end);
     if (r.kind == kForeign || (r.kind == kPrivate && alone)) continue;
     sized |= 1ull << j;
-    width = most(width, bit_length(r.length - 1u));
+    width = std::max<uint32_t>(width, bit_length(r.length - 1u));
   }
   w.put_mask(foreign, m.references);
   if (flags & FLAG_LOOPS) w.put_mask(last, m.references);
@@ -239,19 +231,15 @@ inline uint64_t bits_of(const List& list, const Code& code) {
   return list.count * uint64_t(k + 1) + quotients;
 }
 
-inline Code code_of(bool chain, uint32_t field, uint32_t base) {
-  if (chain || field < CODE_FIRST_EXPONENTIAL) return {Code::kRice, base + field, {}};
-  return {Code::kExponential, most(base, 1) - 1 + field - CODE_FIRST_EXPONENTIAL, {}};
-}
-
 // The code of the fewest bits, of several the one with the lowest number.
 inline Code BlobEmitter::emit_code(BitWriter& w, const List& list, const StreamRow& row,
                                    bool chain) const {
   const uint32_t base = chain ? row.chain_base() : row.interior_base(), elements = row.elements();
+  const CodedList coded = chain ? CodedList::kChain : CodedList::kInterior;
   uint32_t best = 0;
   uint64_t fewest = ~0ull;
   for (uint32_t field = 0; field < CODE_ESCAPE; field++) {
-    const Code code = code_of(chain, field, base);
+    const Code code = code_of_field(coded, field, base);
     if (code.k > CODE_MAX_PARAMETER || list.count * uint64_t(code.k + 1) >= fewest) continue;
     const uint64_t bits = bits_of(list, code);
     if (bits >= fewest) continue;
@@ -261,14 +249,14 @@ inline Code BlobEmitter::emit_code(BitWriter& w, const List& list, const StreamR
   Code fixed = {Code::kFixed, 0, {}};
   uint64_t bits = WIDTH_BITS * elements;
   for (uint32_t e = 0; e < elements; e++) {
-    const uint32_t width = bit_length(list.any[e]);
-    fixed.widths[e] = width >= WIDTH_ESCAPE ? 32 : width;
+    fixed.widths[e] = fixed_width(bit_length(list.any[e]));
     bits += uint64_t(fixed.widths[e]) * (list.count / elements);
   }
   if (bits < fewest) best = CODE_ESCAPE;
   w.put(best, CODE_BITS);
-  if (best != CODE_ESCAPE) return code_of(chain, best, base);
-  for (uint32_t e = 0; e < elements; e++) w.put(least(fixed.widths[e], WIDTH_ESCAPE), WIDTH_BITS);
+  if (best != CODE_ESCAPE) return code_of_field(coded, best, base);
+  for (uint32_t e = 0; e < elements; e++)
+    w.put(std::min<uint32_t>(fixed.widths[e], WIDTH_ESCAPE), WIDTH_BITS);
   return fixed;
 }
 
@@ -280,16 +268,13 @@ inline void BlobEmitter::emit_anchors(BitWriter& w, const StreamRow& row) {
   if (list.count == elements) return;
   uint32_t any[4] = {}, width[4];
   for (uint32_t i = elements; i < list.count; i++) {
-    const uint32_t unused = 32 - bits, d = list.u[i] - list.u[i % elements];
-    const int32_t difference = int32_t(d << unused) >> unused;
-    list.u[i] = uint32_t(difference) << 1 ^ uint32_t(difference >> 31);
+    list.u[i] = zigzag(list.u[i] - list.u[i % elements], bits);
     any[i % elements] |= list.u[i];
   }
   for (uint32_t e = 0; e < elements; e++) {
-    const uint32_t length = bit_length(any[e]), field = length > base ? length - base : 0;
-    const bool full = field > ANCHOR_WIDTH_FULL || least(base + field, bits) < length;
-    width[e] = full || field == ANCHOR_WIDTH_FULL ? bits : least(base + field, bits);
-    w.put(full ? ANCHOR_WIDTH_FULL : field, ANCHOR_WIDTH_BITS);
+    const uint32_t field = anchor_field(bit_length(any[e]), bits, base);
+    width[e] = anchor_width(field, bits, base);
+    w.put(field, ANCHOR_WIDTH_BITS);
   }
   for (uint32_t i = elements; i < list.count; i++) w.put(list.u[i], width[i % elements]);
 }
@@ -329,7 +314,7 @@ inline void BlobEmitter::emit_unary(BitWriter& w, const List& list, const Code& 
   for (; i < list.count; i++) w.put_unary(code.quotient(list.u[i]));
 }
 
-inline bool BlobEmitter::begin(const Page& page, size_t size) {
+inline bool BlobEmitter::begin(Page& page, size_t size) {
   page_ = &page;
   size_ = size;
   bits_.clear();
@@ -418,7 +403,7 @@ inline bool BlobEmitter::emit(uint8_t* out) {
   const auto put_word = [&](size_t place, uint32_t word) { std::memcpy(out + place, &word, 4); };
   for (uint32_t g = 0; g < groups; g++) {
     const uint32_t first = g * BLOB_GROUP_MESHLETS,
-                   count = least(meshlets - first, BLOB_GROUP_MESHLETS);
+                   count = std::min<uint32_t>(meshlets - first, BLOB_GROUP_MESHLETS);
     const Group group = measure(first, first + count);
     uint32_t starts[BLOB_GROUP_MESHLETS];
     uint8_t* end = data_.data();
@@ -428,28 +413,17 @@ inline bool BlobEmitter::emit(uint8_t* out) {
       end = emit_meshlet(end, first + i, group);
     }
     const uint32_t length = uint32_t(end - data_.data());
-    int32_t stride = int32_t(least(length / count, 0xFFFF)), lowest_entry, highest_entry;
-    for (;; stride /= 2) {
-      lowest_entry = highest_entry = 0;
-      for (uint32_t i = 0; i < count; i++) {
-        const int32_t entry = int32_t(starts[i]) - stride * int32_t(i);
-        if (entry < lowest_entry) lowest_entry = entry;
-        if (entry > highest_entry) highest_entry = entry;
-      }
-      if (lowest_entry >= -0xFFFF) break;
-    }
-    const uint32_t width = bit_length(uint32_t(highest_entry - lowest_entry));
+    const GroupEntries in_group = entries_of(starts, count, length);
     const size_t row = group_table + BLOB_GROUP_BYTES * g;
     put_word(row, uint32_t(at));
-    put_word(row + 4, uint32_t(stride) | uint32_t(-lowest_entry) << 16);
-    put_word(row + 8, width << GROUP_ENTRY_SHIFT | group.delta_width << GROUP_DELTA_SHIFT |
+    put_word(row + 4, in_group.stride | in_group.bias << 16);
+    put_word(row + 8, in_group.width << GROUP_ENTRY_SHIFT | group.delta_width << GROUP_DELTA_SHIFT |
                           group.slot_width << GROUP_SLOT_SHIFT |
                           group.reference_width << GROUP_REFERENCE_SHIFT |
                           group.flags << GROUP_FLAGS_SHIFT | group.table << GROUP_TABLE_SHIFT);
     uint8_t entries[4 * BLOB_GROUP_MESHLETS + kSpare];
     BitWriter w(entries);
-    for (uint32_t i = 0; i < count; i++)
-      w.put(uint32_t(int32_t(starts[i]) - stride * int32_t(i) - lowest_entry), width);
+    for (uint32_t i = 0; i < count; i++) w.put(in_group.entry(i, starts[i]), in_group.width);
     const uint32_t entry_bytes = uint32_t(w.align() - entries);
     if (entry_bytes + length + BLOB_PADDING_BYTES > size - at) return false;
     std::memcpy(out + at, entries, entry_bytes);
@@ -466,3 +440,5 @@ inline bool BlobEmitter::emit(uint8_t* out) {
 }  // namespace transport
 }  // namespace MESHLET_BUILD
 }  // namespace gltf_meshlet_codec
+
+#endif

@@ -1,11 +1,12 @@
 // The models of a page. All begin anew with it.
-#pragma once
+#ifndef TRANSPORT_CONTEXTS_H
+#define TRANSPORT_CONTEXTS_H
 #include <new>
 
 #include "transport/page.h"
 
 namespace gltf_meshlet_codec {
-inline namespace MESHLET_BUILD {
+namespace MESHLET_BUILD {
 namespace transport {
 
 // Sizes of numbers: 0 .. 3 | two per octave | 14: 128 .. 255 | 15: more.
@@ -65,3 +66,5 @@ struct Contexts {
 }  // namespace transport
 }  // namespace MESHLET_BUILD
 }  // namespace gltf_meshlet_codec
+
+#endif

@@ -6,7 +6,7 @@
 #include "transport/page_coder.h"
 
 namespace gltf_meshlet_codec {
-inline namespace MESHLET_BUILD {
+namespace MESHLET_BUILD {
 namespace transport {
 
 // Records the ranges that the models give; rANS runs over the record backwards at the end.

@@ -1,12 +1,14 @@
 // A page, which is one blob of EXT_meshlet_edgebreaker, as arrays: triangles, references, the
 // numbers of vertices and their integers. Both the packer and the unpacker fill one.
-#pragma once
+#ifndef TRANSPORT_PAGE_H
+#define TRANSPORT_PAGE_H
 #include "decode/memory.h"
 #include "decode/serial_decoder.h"
-#include "transport/vertex.h"
+#include "decode/vertex.h"
+#include "transport/adaptive_coder.h"
 
 namespace gltf_meshlet_codec {
-inline namespace MESHLET_BUILD {
+namespace MESHLET_BUILD {
 namespace transport {
 
 constexpr uint32_t kNone = ~0u;
@@ -14,7 +16,6 @@ enum Kind : uint8_t { kOwned, kForeign, kPrivate };
 enum Symbol : uint8_t { kC, kL, kE, kR, kS };
 
 inline uint32_t lowest(uint64_t mask) { return uint32_t(__builtin_ctzll(mask)); }
-inline uint32_t count_of(uint64_t mask) { return uint32_t(__builtin_popcountll(mask)); }
 inline uint64_t below(uint32_t n) { return n < 64 ? (1ull << n) - 1 : ~0ull; }
 // The n-th bit that is set, from 0 on; kNone if there are fewer.
 inline uint32_t nth(uint64_t mask, uint32_t n) {
@@ -22,8 +23,8 @@ inline uint32_t nth(uint64_t mask, uint32_t n) {
   return mask ? lowest(mask) : kNone;
 }
 
-// A growing array whose new elements are not initialised. Not List nor std::vector: the linker
-// would merge the code of the builds (decode/build.h).
+// A growing array whose new elements are not initialised, which may be more than an address
+// counts.
 template <class T>
 class Buffer {
  public:
@@ -393,3 +394,5 @@ inline void Page::list_corners(const MeshletRow& m, uint32_t s, Corners& corners
 }  // namespace transport
 }  // namespace MESHLET_BUILD
 }  // namespace gltf_meshlet_codec
+
+#endif

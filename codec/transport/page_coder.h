@@ -1,10 +1,11 @@
 // Codes a page both ways (spec/EXT_meshlet_transport.md, "Pages"): `from` is the page when packing
 // and is not looked at when unpacking; `to` is what is known so far, in both directions.
-#pragma once
+#ifndef TRANSPORT_PAGE_CODER_H
+#define TRANSPORT_PAGE_CODER_H
 #include "transport/contexts.h"
 
 namespace gltf_meshlet_codec {
-inline namespace MESHLET_BUILD {
+namespace MESHLET_BUILD {
 namespace transport {
 
 // The packer's choices for a page.
@@ -106,9 +107,10 @@ class PageCoder {
 template <class Coder>
 uint32_t PageCoder<Coder>::large_number(Model& large, uint32_t x, uint32_t sign) {
   const uint32_t length = bit_length(x);
-  uint32_t l = coder.symbol(large, kEncodes ? least(length - kLargeLength, 15) : 0) + kLargeLength;
+  uint32_t l = coder.symbol(large, kEncodes ? std::min<uint32_t>(length - kLargeLength, 15) : 0) +
+               kLargeLength;
   if (l == kManyBits) l += coder.bits(length - kManyBits, 4);
-  l = least(l, 32);
+  l = std::min<uint32_t>(l, 32);
   const uint32_t high = 1u << (l - 1);
   const uint32_t u = high | coder.bits(x & (high - 1), l - 1);
   return sign && coder.bits(sign & 1, 1) ? 0u - u : u;
@@ -180,7 +182,7 @@ bool PageCoder<Coder>::code_connectivity(MeshletRow& m) {
   const MeshletRow* source_row = kEncodes ? &from->meshlets[to.meshlets.size() - 1] : nullptr;
   const auto count = [&](Model& high, Model* low, uint32_t n) {
     const uint32_t h = coder.symbol(high, n >> 4);
-    return h << 4 | coder.symbol(low[least(h, 3)], n & 15);
+    return h << 4 | coder.symbol(low[std::min<uint32_t>(h, 3)], n & 15);
   };
   const uint32_t triangles =
       count(x.triangles, x.triangles_low, kEncodes ? source_row->triangles - 1u : 0) + 1;
@@ -268,9 +270,10 @@ bool PageCoder<Coder>::code_references(MeshletRow& m) {
       }
       code_shares(m, j);
     } else if (kind == kOwned || !(r.loop_end && fresh)) {
-      const uint32_t more = unsigned_number(
-          x.length[least(m.references, 15)], x.length_before[kind * 4 + last + 2 * fresh],
-          x.length_large, kEncodes ? source(here).length - 1u : 0);
+      const uint32_t more =
+          unsigned_number(x.length[std::min<uint32_t>(m.references, 15)],
+                          x.length_before[kind * 4 + last + 2 * fresh], x.length_large,
+                          kEncodes ? source(here).length - 1u : 0);
       if (more >= MESHLET_VERTICES) return false;
       r.length = uint8_t(more + 1);
     }
@@ -486,8 +489,8 @@ bool PageCoder<Coder>::code_symbols(MeshletRow& m) {
       if (!on && !(ends && k == 0)) continue;
       const uint32_t local = to.run_vertex(owner, o, on ? o.length - k : 0),
                      triangles = valence_[to.streams[0].id[owner.vertex + local]];
-      ring.node[v].state =
-          uint8_t(k ? Ring::kOnRun + least(triangles - 1, 6) : Ring::kRunEnd + least(triangles, 4));
+      ring.node[v].state = uint8_t(k ? Ring::kOnRun + std::min<uint32_t>(triangles - 1, 6)
+                                     : Ring::kRunEnd + std::min<uint32_t>(triangles, 4));
     }
     if (r.loop_end) {
       ring.join(uint8_t(ring.nodes - 1), ring.loop_begin[ring.loops]);
@@ -527,7 +530,7 @@ inline uint32_t cheapest(Vertex value, const Vertex (&predictions)[3], Cumulativ
   for (uint32_t i = 0; i < 3; i++) {
     const Vertex size = absolute(value - predictions[i]);
     uint32_t cost = 16 * kProbabilityBits - cost_of(c[i + 1] - c[i]);
-    for (uint32_t e = 0; e < 4; e++) cost += 2 * cost_of(least(size[e], 1u << 30) + 1);
+    for (uint32_t e = 0; e < 4; e++) cost += 2 * cost_of(std::min<uint32_t>(size[e], 1u << 30) + 1);
     if (cost >= fewest) continue;
     fewest = cost;
     best = i;
@@ -572,7 +575,7 @@ void PageCoder<Coder>::plan_values(const MeshletRow& m, uint32_t s, uint32_t fir
   uint32_t numbers = first;
   for (uint32_t v = 0; v < m.vertices; v++) {
     unknown |= uint64_t(id[v] >= first) << v;
-    numbers = most(numbers, id[v] + 1);
+    numbers = std::max<uint32_t>(numbers, id[v] + 1);
   }
   const bool doubles = count_of(unknown) != numbers - first;  // local vertices of one number
   const auto lacks = [&](uint32_t packed, uint32_t k) {
@@ -702,7 +705,7 @@ uint32_t PageCoder<Coder>::code_values(MeshletRow& m, uint32_t s, uint32_t first
         const Vertex one = prediction, two = load(values, corner[other + kNext[d & 3]]) +
                                              load(values, corner[other + kNext[(d & 3) + 1]]) -
                                              load(values, corner[opposite[d]]);
-        prediction = shifted(one + two + 1, 1);
+        prediction = shifted_right(one + two + 1, 1);
         prediction_class = 2;
         apart = distance(one, two);
         if (settings.choices && apart > elements) {
@@ -713,12 +716,12 @@ uint32_t PageCoder<Coder>::code_values(MeshletRow& m, uint32_t s, uint32_t first
             choice =
                 cheapest(source_value(s, m.vertex + step.vertex), predictions, model.cumulative());
           choice = coder.symbol(model, choice);
-          prediction = predictions[least(choice, 2)];
+          prediction = predictions[std::min<uint32_t>(choice, 2)];
           if (choice) prediction_class = 3;
         }
       }
       spread = token_of(apart);
-      Weights weights;
+      VertexWeights weights;
       if (kind == kPairs && affine_weights(load(positions, position[base + kNext[c & 3]]),
                                            load(positions, position[base + kNext[(c & 3) + 1]]),
                                            load(positions, position[opposite[c]]),
@@ -727,7 +730,7 @@ uint32_t PageCoder<Coder>::code_values(MeshletRow& m, uint32_t s, uint32_t first
     } else {
       const uint32_t n = step.neighbours, p = corner[step.corner[0]], q = corner[step.corner[1]];
       const Vertex a = load(values, n ? p : 0), b = load(values, n > 1 ? q : 0);
-      prediction = n == 2 ? shifted(a + b, 1) : n == 1 ? a : last_;
+      prediction = n == 2 ? shifted_right(a + b, 1) : n == 1 ? a : last_;
       spread = n == 2 ? token_of(distance(a, b)) : n;
       level = n ? level_of(3u * sizes[p]) : kMostLevel;
       if (repeats) match = code_match(s, m.vertex + step.vertex, n);
@@ -755,7 +758,7 @@ uint32_t PageCoder<Coder>::code_values(MeshletRow& m, uint32_t s, uint32_t first
       last_ = (prediction + difference) & top;
     }
     store(values, number, last_);
-    sizes[number] = uint8_t(least(size, 255));
+    sizes[number] = uint8_t(std::min<uint32_t>(size, 255));
     if (!repeats) continue;
     if constexpr (kEncodes) coder.remember(last_, order_.size());
     order_.push(number);
@@ -769,9 +772,10 @@ constexpr uint32_t kHalfTurn = 1608;  // in 1/512 of a radian
 
 // The angle of the vector (x, y), y >= 0, nearly.
 inline uint32_t angle_of(int32_t x, uint32_t y) {
-  const uint32_t size = magnitude(uint32_t(x)), large = most(size, y), small = least(size, y);
+  const uint32_t size = magnitude(uint32_t(x)), large = std::max<uint32_t>(size, y),
+                 small = std::min<uint32_t>(size, y);
   const uint32_t length = bit_length(large), k = length > 19 ? length - 19 : 0;
-  const uint32_t q = ((small >> k) << 12) / most(large >> k, 1);  // 0 .. 4096
+  const uint32_t q = ((small >> k) << 12) / std::max<uint32_t>(large >> k, 1);  // 0 .. 4096
   uint32_t angle = q * (402 + (140 * (4096 - q) >> 12)) >> 12;
   if (y > size) angle = kHalfTurn / 2 - angle;
   return x < 0 ? kHalfTurn - angle : angle;
@@ -875,7 +879,7 @@ void PageCoder<Coder>::code_normals(uint32_t s) {
       bad_ = bad_ || q[0] > centre || q[1] > centre;
       if (inside_out) invert(q[0], q[1], centre);
     }
-    const uint32_t area = least(bit_length(any(absolute(normal))) / 2, 15);
+    const uint32_t area = std::min<uint32_t>(bit_length(any(absolute(normal))) / 2, 15);
     uint32_t size = 0, near = token_of(2 * last + before);
     for (uint32_t e = 0; e < 2; e++) {
       const uint32_t d = signed_number(kEncodes ? uint32_t(wrapped(q[e] - p[e], centre)) : 0, near,
@@ -885,7 +889,7 @@ void PageCoder<Coder>::code_normals(uint32_t s) {
       q[e] = bad_ ? 0 : wrapped(p[e] + int32_t(d), centre);
     }
     before = last;
-    last = least(size, 255);
+    last = std::min<uint32_t>(size, 255);
     if (inside_out) {
       invert(q[0], q[1], centre);
       // At the edge of the square two points are one direction, at its corners four.
@@ -954,7 +958,7 @@ void PageCoder<Coder>::count_triangles(const MeshletRow& m) {
   for (uint32_t i = m.border; i < m.border + m.border_size; i++) {
     const uint32_t v = to.border[i];
     uint8_t& valence = valence_[to.streams[0].id[m.vertex + v]];
-    valence = uint8_t(least(valence + count[v], 255));
+    valence = uint8_t(std::min<uint32_t>(valence + count[v], 255));
   }
 }
 
@@ -1028,3 +1032,5 @@ bool PageCoder<Coder>::code_stream(uint32_t s) {
 }  // namespace transport
 }  // namespace MESHLET_BUILD
 }  // namespace gltf_meshlet_codec
+
+#endif

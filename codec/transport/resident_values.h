@@ -1,10 +1,11 @@
 // The residuals of a meshlet's stream as its blob stores them (EXT_meshlet_edgebreaker, A.7), from
 // values.
-#pragma once
+#ifndef TRANSPORT_RESIDENT_VALUES_H
+#define TRANSPORT_RESIDENT_VALUES_H
 #include "transport/page.h"
 
 namespace gltf_meshlet_codec {
-inline namespace MESHLET_BUILD {
+namespace MESHLET_BUILD {
 namespace transport {
 
 using Eight = uint32_t __attribute__((vector_size(32)));
@@ -54,115 +55,98 @@ class ResidentValues {
   List anchors, chains, interior;
 
   // The page has the values of streams 0 and s.
-  void compute(const Page& page, const MeshletRow& m, uint32_t s);
+  void compute(Page& page, const MeshletRow& m, uint32_t s);
 
  private:
-  Vertex chain(const StreamRow& row, const uint8_t* run, uint32_t i, uint32_t n) const;
-  Vertex apex(const StreamRow& row, uint32_t triangle) const;
-  void sum_normals(const Page& page, const MeshletRow& m);
+  void load_values(Page& page, const MeshletRow& m, uint32_t s, uint32_t slot);
+  // Finds the residuals that lead from predictions to the values.
+  struct PushResiduals {
+    List& list;
 
-  // Of local vertices.
-  alignas(16) uint32_t positions_[4 * MESHLET_VERTICES];
-  alignas(16) uint32_t others_[4 * MESHLET_VERTICES];  // of the stream that is worked on
-  alignas(16) uint32_t normals_[4 * MESHLET_VERTICES];
+    struct Visitor {
+      List& list;
+      const uint32_t* values;
+      uint32_t elements, unused;
+      void operator()(uint32_t v, Vertex prediction) const {
+        const Vertex x = shifted_right((load(values, v) - prediction) << unused, unused);
+        list.push((x << 1) ^ shifted_right(x, 31), elements);
+      }
+    };
+    Visitor visitor(const SerialDecoder& d, uint32_t s) const {
+      return {list, d.vertex(s, 0), d.stream_elements[s], 32u - d.stream_bits[s]};
+    }
+  };
+
+  static void list_chain(const Page& page, const MeshletRow& m, const Reference& r,
+                         SerialDecoder& d);
 };
 
-// Of a traversed triangle, which may be a root gate: then a, b and o are the same.
-inline Vertex ResidentValues::apex(const StreamRow& row, uint32_t triangle) const {
-  const uint32_t o_id = triangle >> 24, a_id = Page::local(triangle, 0),
-                 b_id = Page::local(triangle, 1);
-  const Vertex a = load(others_, a_id), b = load(others_, b_id);
-  if (row.predictor() == PREDICT_COPY) return a;
-  if (row.predictor() == PREDICT_MEAN || o_id == NO_VERTEX) return shifted(a + b, 1);
-  const Vertex o = load(others_, o_id);
-  if (row.predictor() == PREDICT_DAMPED) return shifted((a + b) * 3 - o * 2 + 2, 2);
-  Weights weights;
-  if (row.predictor() == PREDICT_AFFINE &&
-      affine_weights(load(positions_, a_id), load(positions_, b_id), load(positions_, o_id),
-                     load(positions_, Page::local(triangle, 2)), weights))
-    return affine(a, b, o, weights);
-  return a + b - o;
+// The serial decoder's streams 0 and 1 become streams 0 and s of the page, or its stream 0 does.
+inline void ResidentValues::load_values(Page& page, const MeshletRow& m, uint32_t s,
+                                        uint32_t slot) {
+  SerialDecoder& d = page.serial;
+  const StreamRow& row = page.rows[s];
+  d.stream_elements[slot] = uint16_t(row.elements());
+  d.stream_bits[slot] = uint16_t(row.bits());
+  d.stream_predictor[slot] = uint16_t(row.predictor());
+  d.stream_element[slot] = uint16_t(STREAM_MAX_ELEMENTS * slot);
+  const uint32_t* id = &page.ids(s)[m.vertex];
+  for (uint32_t v = 0; v < m.vertices; v++)
+    store(d.vertex(slot, 0), v, load(page.streams[s].values.data(), id[v]));
 }
 
-// Of vertex i of a run of n edges.
-inline Vertex ResidentValues::chain(const StreamRow& row, const uint8_t* run, uint32_t i,
-                                    uint32_t n) const {
-  const Vertex x = load(others_, run[i - 1]), end = load(others_, run[n]);
-  if (row.predictor() == PREDICT_COPY) return x;
-  if (row.predictor() == PREDICT_AFFINE) {
-    const Vertex p = load(positions_, run[i - 1]), q = load(positions_, run[n]),
-                 v = load(positions_, run[i]);
-    Weights weights;
-    if (i >= 2 && affine_weights(p, q, load(positions_, run[i - 2]), v, weights))
-      return affine(x, end, load(others_, run[i - 2]), weights);
-    Vertex e = q - p, r = v - p;
-    const uint32_t length = bit_length(any(absolute(e) | absolute(r)));
-    if (length > 10) {
-      e = shifted(e, length - 10);
-      r = shifted(r, length - 10);
-    }
-    const int32_t ee = int32_t(dot(e, e)), re = int32_t(dot(r, e));
-    if (ee > 0 && re >= 0 && re <= ee)
-      return x + shifted(uint32_t((256 * re + ee / 2) / ee) * (end - x) + 128u, 8);
-  }
-  return toward(x, end, n - i + 1);
-}
-
-inline void ResidentValues::sum_normals(const Page& page, const MeshletRow& m) {
-  const uint32_t bits = page.rows[0].bits(),
-                 shift = bits > GEO_POSITION_BITS ? bits - GEO_POSITION_BITS : 0;
-  std::memset(normals_, 0, 16 * m.vertices);
-  for (uint32_t t = 0; t < m.triangles; t++) {
-    const uint32_t triangle = page.triangles[m.triangle + t];
-    const Vertex a = load(positions_, Page::local(triangle, 0)) >> shift;
-    const Vertex n = cross((load(positions_, Page::local(triangle, 1)) >> shift) - a,
-                           (load(positions_, Page::local(triangle, 2)) >> shift) - a);
-    for (uint32_t k = 0; k < 3; k++) {
-      const uint32_t v = Page::local(triangle, k);
-      store(normals_, v, load(normals_, v) + n);
-    }
+// As the decoder lists them, from the run's first vertex.
+inline void ResidentValues::list_chain(const Page& page, const MeshletRow& m, const Reference& r,
+                                       SerialDecoder& d) {
+  const uint32_t end = page.run_vertex(m, r, r.length);
+  uint32_t earlier = NO_VERTEX, before = page.run_vertex(m, r, 0);
+  for (uint32_t i = 1; i < r.length; i++) {
+    const uint32_t v = page.run_vertex(m, r, i);
+    d.chain_step[d.chain_count] = v | before << 8 | end << 16 | earlier << 24;
+    d.chain_left[d.chain_count++] = uint16_t(r.length - i + 1);
+    earlier = before;
+    before = v;
   }
 }
 
-inline void ResidentValues::compute(const Page& page, const MeshletRow& m, uint32_t s) {
+inline void ResidentValues::compute(Page& page, const MeshletRow& m, uint32_t s) {
+  SerialDecoder& d = page.serial;
   const Reference* references = &page.references[m.reference];
   const StreamRow& row = page.rows[s];
   const bool geo = row.predictor() == PREDICT_GEO;
-  const uint32_t elements = row.elements(), unused = 32 - row.bits();
-  const auto gather = [&](uint32_t stream, uint32_t* values) {
-    const uint32_t* id = &page.ids(stream)[m.vertex];
-    for (uint32_t v = 0; v < m.vertices; v++)
-      store(values, v, load(page.streams[stream].values.data(), id[v]));
-  };
-  gather(s, others_);
-  if (geo || row.predictor() == PREDICT_AFFINE) gather(0, positions_);
-  if (geo) sum_normals(page, m);
+  const uint32_t elements = row.elements(), slot = s > 0;
+  load_values(page, m, s, slot);
+  if (slot && (geo || row.predictor() == PREDICT_AFFINE)) load_values(page, m, 0, 0);
+  d.needs_normals = geo;
+  d.vertex_count = m.vertices;
+  d.traversed_count = m.traversed_size;
+  std::memcpy(d.traversed, page.traversed.data() + m.traversed, 4u * m.traversed_size);
+  if (geo) {
+    d.triangle_count = m.triangles;
+    std::memcpy(d.triangles, &page.triangles[m.triangle], 4u * m.triangles);
+    d.finish_positions();
+  }
+  const uint32_t* values = d.vertex(slot, 0);
   for (List* list : {&anchors, &chains, &interior}) list->clear();
-  const auto put = [&](List& list, uint32_t v, Vertex prediction) {
-    const Vertex x = shifted((load(others_, v) - prediction) << unused, unused);
-    list.push((x << 1) ^ shifted(x, 31), elements);
-  };
-  const auto put_chain = [&](List& list, const Reference& r) {
-    if (r.length < 2) return;
-    uint8_t run[MESHLET_VERTICES + 1];
-    for (uint32_t k = 0; k <= r.length; k++) run[k] = uint8_t(page.run_vertex(m, r, k));
-    for (uint32_t i = 1; i < r.length; i++) put(list, run[i], chain(row, run, i, r.length));
-  };
+  d.chain_count = 0;
   for (uint32_t j = 0; j < m.references; j++) {
     const Reference& r = references[j];
     if (!r.foreign(s) && !references[r.previous].foreign(s))
-      anchors.push(load(others_, page.border[m.border + r.first]), elements);
-    if (r.kind == kOwned) put_chain(chains, r);
-    if (r.kind == kForeign && !r.foreign(s)) put_chain(interior, r);
+      anchors.push(load(values, page.border[m.border + r.first]), elements);
+    if (r.kind == kOwned) list_chain(page, m, r, d);
   }
-  const uint32_t* triangle = page.traversed.data() + m.traversed;
-  for (uint32_t i = 0; i < m.traversed_size; i++) {
-    const uint32_t v = Page::local(triangle[i], 2);
-    put(interior, v, geo ? octahedral(load(normals_, v), row.bits()) : apex(row, triangle[i]));
-  }
+  d.visit_chains(slot, PushResiduals{chains});
+  d.chain_count = 0;
+  for (uint32_t j = 0; j < m.references; j++)
+    if (references[j].kind == kForeign && !references[j].foreign(s))
+      list_chain(page, m, references[j], d);
+  d.visit_chains(slot, PushResiduals{interior});
+  d.visit_traversed(slot, PushResiduals{interior});
   for (List* list : {&anchors, &chains, &interior}) list->finish(elements);
 }
 
 }  // namespace transport
 }  // namespace MESHLET_BUILD
 }  // namespace gltf_meshlet_codec
+
+#endif

@@ -42,7 +42,7 @@ class PageUnpacker : public Allocated {
   virtual Problem unpack(const uint8_t* packed_view, const PackedPage& page, uint8_t* out) = 0;
 };
 
-// An unpacker by the fastest build that the processor runs; null if there is no memory.
+// An unpacker with the fastest instructions that the processor has; null if there is no memory.
 std::unique_ptr<PageUnpacker> make_page_unpacker();
 
 }  // namespace gltf_meshlet_codec

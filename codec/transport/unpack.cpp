@@ -3,26 +3,7 @@
 #include <cstdint>
 #include <cstring>
 
-#include "decode/build.h"
-
 namespace gltf_meshlet_codec {
-
-inline namespace MESHLET_BUILD {
-PageUnpacker* new_page_unpacker();
-}
-#ifdef MESHLET_AVX2
-namespace avx2 {
-PageUnpacker* new_page_unpacker();
-bool supported();  // decode/decoder.cpp
-}  // namespace avx2
-#endif
-
-std::unique_ptr<PageUnpacker> make_page_unpacker() {
-#ifdef MESHLET_AVX2
-  if (avx2::supported()) return std::unique_ptr<PageUnpacker>(avx2::new_page_unpacker());
-#endif
-  return std::unique_ptr<PageUnpacker>(MESHLET_BUILD::new_page_unpacker());
-}
 
 Problem read_page_table(const uint8_t* data, size_t size, List<PackedPage>& pages) {
   return read_page_table(data, size, size, pages);

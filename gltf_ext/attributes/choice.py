@@ -22,8 +22,11 @@ from gltf_ext.sources.attribute_names import is_of_target, local_name, semantic
 from gltf_ext.sources.source import Box, Source
 
 # Positions. With 13 bits a vertex moves by at most 1/16,000 of the longest side. Without normals,
-# the faces' own show more of it.
-LEAST_POSITION, LEAST_WITHOUT_NORMALS = 13, 14
+# the faces' own show more of it. So do surfaces that bend much, whose normals turn by more than
+# BENT radians along the longest side, on average: of the files of `bench defaults`, those that turn
+# by 20 and more look worse than with 14 and 10 bits, and those that turn by 14 and less do not.
+LEAST_POSITION, LEAST_WITHOUT_NORMALS, LEAST_FOR_BENT = 13, 14, 14
+BENT = 17.0
 # 90 % of the edges have so many steps, and half of those of flat-shaded primitives.
 STEPS_OF_SHORT, SHORT, STEPS_OF_FLAT = 2, 0.1, 32
 MOST_FOR_FLAT, MOST_FOR_APART = 16, 16  # bits for flat shading, for vertices to stay apart
@@ -100,14 +103,12 @@ def _number(bits: int | str | None, automatic: int) -> int:
 def _bits_of_values(kind: str, name: str, bounds: np.ndarray, look: Look) -> int:
     """Return the bits for a step that the eye does not see; 0 for those of the kind."""
     if kind == "TEXCOORD":
-        bits = bits_for(bounds, texcoord_step(local_name(name), look))
-    elif kind in ("COLOR", "WEIGHTS"):
-        bits = bits_for(bounds, 1.0 / (2 ** (COLOR if kind == "COLOR" else WEIGHT) - 1))
-        if bounds[0].min() >= 0.0 and bounds[1].max() <= 1.0 and not is_of_target(name):
-            return 0  # the grid of the unit range is the same for all primitives
-    else:
+        return bits_for(bounds, texcoord_step(local_name(name), look))
+    if kind not in ("COLOR", "WEIGHTS"):
         return 0
-    return min(bits, GRID_MAX_BITS) if is_of_target(name) else bits
+    if bounds[0].min() >= 0.0 and bounds[1].max() <= 1.0 and not is_of_target(name):
+        return 0  # the grid of the unit range is the same for all primitives
+    return bits_for(bounds, 1.0 / (2 ** (COLOR if kind == "COLOR" else WEIGHT) - 1))
 
 
 def texels_of(name: str, look: Look) -> float:
@@ -202,7 +203,7 @@ def _first_bits(first: int, last: int, is_enough: Callable[[int], bool]) -> int:
 
 def _edge_bits(samples: list[Sample], extent: float) -> int:
     """Return the bits that give edges enough steps."""
-    candidates = [LEAST_POSITION]
+    candidates = [LEAST_FOR_BENT if _are_bent(samples, extent) else LEAST_POSITION]
     edges = [sample.edges() for sample in samples]
     weights = [np.full(len(e), sample.factor) for e, sample in zip(edges, samples)]
     if samples:
@@ -216,6 +217,13 @@ def _edge_bits(samples: list[Sample], extent: float) -> int:
             flat = _bits_of_edge(lengths, weight, 0.5, extent, STEPS_OF_FLAT)
             candidates.append(min(max(flat, LEAST_WITHOUT_NORMALS), MOST_FOR_FLAT))
     return max(candidates)
+
+
+def _are_bent(samples: list[Sample], extent: float) -> bool:
+    """Return whether surfaces with normals bend much on their way along an extent."""
+    with_normals = [sample for sample in samples if sample.normals is not None]
+    area = sum(sample.factor * float(sample.areas.sum()) for sample in with_normals)
+    return extent * sum(sample.turn() for sample in with_normals) > BENT * area
 
 
 def _bits_of_edge(

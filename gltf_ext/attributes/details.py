@@ -92,16 +92,28 @@ class Sample:
 
         Of the area; a triangle's normals turn by the largest angle between two. 0 if all is flat.
         """
-        assert self.normals is not None
-        with np.errstate(all="ignore"):
-            lengths = np.sqrt(_dots(self.normals, self.normals))
-            scales = np.maximum(lengths * lengths[:, NEXT], np.finfo(np.float64).tiny)
-            a, b, c = (_dots(self.normals, self.normals[:, NEXT]) / scales).T
-            cosines = np.minimum(np.minimum(a, b), c)
+        cosines = self._cosines().min(axis=1)
         is_curved = cosines < math.cos(math.radians(FLAT))
         is_gentle = is_curved & (cosines > math.cos(math.radians(degrees)))
         curved_area = self.areas[is_curved].sum()
         return float(self.areas[is_gentle].sum() / curved_area) if curved_area > 0.0 else 0.0
+
+    def turn(self) -> float:
+        """Return the radians that normals turn on a unit of length, times the area: of all."""
+        lengths = self.edges().reshape(-1, 3).sum(axis=1)
+        with np.errstate(all="ignore"):
+            angles = np.arccos(np.clip(self._cosines(), -1.0, 1.0)).sum(axis=1)
+            turns = np.nan_to_num(angles / lengths * self.areas, nan=0.0, posinf=0.0)
+        return self.factor * float(turns.sum())
+
+    def _cosines(self) -> np.ndarray:
+        """Return float64[T, 3]: of the angles between the normals at the ends of each edge."""
+        assert self.normals is not None
+        with np.errstate(all="ignore"):
+            lengths = np.sqrt(_dots(self.normals, self.normals))
+            scales = np.maximum(lengths * lengths[:, NEXT], np.finfo(np.float64).tiny)
+            cosines: np.ndarray = _dots(self.normals, self.normals[:, NEXT]) / scales
+        return cosines
 
 
 NEXT = [1, 2, 0]  # corner after each corner

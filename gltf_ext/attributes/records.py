@@ -1,7 +1,8 @@
 """Vertices as records: their integers in all streams, packed, and a hash of the float position.
 
 Equal vertices have equal records, in whatever chunk they are. The hash keeps vertices apart that
-only the grid joins, so that level 0 has the connectivity of the original.
+only the grid joins, so that level 0 has the connectivity of the original. Not those that differ by
+the rounding of floats: transforms leave such cracks.
 """
 
 from __future__ import annotations
@@ -28,6 +29,7 @@ from gltf_ext.sources.primitives import DropCounts, place
 from gltf_ext.sources.source import Source, blocks
 
 HASH = "hash"
+FLOAT_BITS = 24  # of a float's fraction
 # Triangles, position ids, positions, streams and their values, as _codec.encode takes them.
 EncoderInput = tuple[np.ndarray, np.ndarray, np.ndarray, list[_codec.Stream], list[np.ndarray]]
 
@@ -229,7 +231,11 @@ class RecordFormat:
         values = self.values_of(vertices.records)
         positions = self.attributes_of(vertices, values, ("POSITION",))["POSITION"]
         positions = np.ascontiguousarray(positions, np.float32)
-        return vertices.triangles, vertices.position_ids, positions, self.plan.streams, values
+        ids = vertices.position_ids
+        id_count = int(ids.max(initial=0)) + 1
+        if id_count < len(ids):  # of equal ones, one position: they may differ by noise
+            positions = positions[first_of_each(ids, id_count)[ids]]
+        return vertices.triangles, ids, positions, self.plan.streams, values
 
     def attributes_of(
         self, vertices: Vertices, values: list[np.ndarray], names: tuple[str, ...]
@@ -279,8 +285,14 @@ def weld_rows(rows: np.ndarray) -> tuple[np.ndarray, int]:
 
 
 def _hashes(positions: np.ndarray) -> np.ndarray:
-    """Return uint32[n]: of positions; equal for negative and positive zero."""
-    words = np.ascontiguousarray(positions.astype(np.float32) + np.float32(0)).view(np.uint32)
+    """Return uint32[n]: of positions; equal for negative and positive zero.
+
+    All coordinates of a position are rounded as the largest of them is.
+    """
+    floats = positions.astype(np.float32)
+    shift = np.frexp(np.abs(floats).max(axis=1, initial=0.0))[1] - FLOAT_BITS
+    rounded = np.ldexp(np.rint(np.ldexp(floats, -shift[:, None])), shift[:, None])
+    words = np.ascontiguousarray(rounded + np.float32(0)).view(np.uint32)
     result = np.zeros(len(words), np.uint32)
     for column in words.T:
         result = (result + column) * np.uint32(0x9E3779B1)

@@ -16,7 +16,8 @@ for three components. Streams of each attribute:
 | morph target, others   | GRID, one step, bits of the attribute it moves | exact                 |
 
 Directions lose their length. "Exact" is INTEGER for unsigned components, and GRID with step 1 for
-signed ones and for positions; the options for bits do not apply to it.
+signed ones and for positions; the options for bits do not apply to it. Floats whose bits are EXACT
+are FLOAT32.
 """
 
 from __future__ import annotations
@@ -75,20 +76,25 @@ class Grid:
 # --- grids ---
 
 
-def position_grid(low: np.ndarray, high: np.ndarray, bits: int, step: float | None) -> Grid:
+def position_grid(
+    low: np.ndarray, high: np.ndarray, bits: int, step: float | None, scale: float = 1.0
+) -> Grid:
     """Return the grid of a box low..high (float[3] each).
 
-    Its step is `step`, or the longest side / (2^bits - 1). Raises MeshletError for a step that
-    needs more than 24 bits.
+    Its step is `step` in units of the scene, which shows the box so many times larger (`scale`), or
+    the longest side / (2^bits - 1). Raises MeshletError for a step that needs more than 24 bits.
     """
     extent = extent_of(low, high)
-    step_used = _step(extent, bits) if step is None else max(float(np.float32(step)), SMALLEST_STEP)
+    if step is None:
+        step_used = _step(extent, bits)
+    else:
+        step_used = max(float(np.float32(step / scale)), SMALLEST_STEP)
     cells = extent / step_used
     if np.rint(cells) >= 2**GRID_MAX_BITS:
         raise MeshletError(
-            f"step {step_used if step is None else step:g} needs more than {GRID_MAX_BITS} bits "
-            f"for a box of {extent:g}",
-            f"use a step of at least {extent / (2**GRID_MAX_BITS - 1):.3g}",
+            f"step {step_used * scale if step is None else step:g} needs more than "
+            f"{GRID_MAX_BITS} bits for a box of {extent * scale:g}",
+            f"use a step of at least {extent * scale / (2**GRID_MAX_BITS - 1):.3g}",
         )
     x, y, z = (float(v) for v in low)
     return Grid((x, y, z), step_used)
@@ -379,7 +385,7 @@ def _streams(name: str, bounds: np.ndarray, grid: Grid | None, bits: Bits) -> li
     if not is_of_target(name):
         return _attribute_streams(name, bounds, grid, bits)
     if bounds.dtype.kind == "f":
-        return _target_streams(local_name(name), bounds, grid, bits)
+        return _target_streams(local_name(name), bounds, grid, bits.of(name))
     return [_exact(local_name(name), columns) for columns in _split_columns(bounds)]
 
 
@@ -410,11 +416,10 @@ def _split_columns(bounds: np.ndarray) -> list[np.ndarray]:
     return np.split(bounds, ends, axis=1)
 
 
-def _target_streams(name: str, bounds: np.ndarray, grid: Grid | None, bits: Bits) -> list[Stream]:
-    if name == "POSITION" and grid is not None:
-        step = grid.step
-    else:
-        step = _step(extent_of(*bounds), bits.of(name))
+def _target_streams(name: str, bounds: np.ndarray, grid: Grid | None, bits: int) -> list[Stream]:
+    if bits == EXACT:
+        return [Stream(FLOAT32, columns.shape[1], 32) for columns in _split_columns(bounds)]
+    step = grid.step if grid is not None and name == "POSITION" else _step(extent_of(*bounds), bits)
     return [_delta_grid(name, columns, step) for columns in _split_columns(bounds)]
 
 

@@ -7,6 +7,7 @@ import inspect
 import os
 import tempfile
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, ParamSpec, Protocol
 
@@ -38,9 +39,9 @@ from gltf_ext.document.document import Document
 from gltf_ext.document.draco import DRACO
 from gltf_ext.document.gltf2 import File, Model, name_of
 from gltf_ext.document.images import embed_images
-from gltf_ext.document.references import ambiguous_references
+from gltf_ext.document.references import KINDS, ambiguous_references
 from gltf_ext.encode.primitive import Compression, encode
-from gltf_ext.errors import MeshletError, blaming
+from gltf_ext.errors import MeshletError, NothingToCompress, blaming
 from gltf_ext.lod.document import add_levels, arrange, forget_levels
 from gltf_ext.lod.tables import EXTENSION as LEVELS
 from gltf_ext.options import Options
@@ -61,6 +62,7 @@ from gltf_ext.sources.source import Box
 
 PIXELS = 1000  # of a primitive's longest side, to judge whether its levels pay
 DEGENERATE, NOT_FINITE = "every triangle is degenerate", "no triangle has finite positions"
+NOTHING = "there is nothing to compress"
 LOSSY_BEFORE = (EXTENSION, DRACO, "KHR_mesh_quantization")
 
 Report = dict[str, Any]
@@ -121,7 +123,8 @@ def compress(input: Model, output: File | None, settings: Options) -> Report:
         color_bits: bits of each colour component that is not stored in 8 bits (4 to 16 or auto,
             default auto).
         weight_bits: bits of each float skin weight (4 to 16 or auto, default auto).
-        step: position step in model units, instead of bits: 0.001 is 1 mm if units are metres.
+        step: position step in units of the scene, instead of bits: 0.001 is 1 mm if units are
+            metres.
         grid: "mesh" or "scene": one position grid per mesh, or one for the whole scene (default
             mesh).
         max_triangles: most triangles in a meshlet (16 to 64, default 64).
@@ -139,10 +142,12 @@ def compress(input: Model, output: File | None, settings: Options) -> Report:
         lod_reduction: triangles of level 0 over those of level 1; coarser levels shrink by less
             (1.5 to 16, default 5.0).
         lod_group: meshlets that are simplified together (4 to 128, default 96).
-        lod_limit: largest error of a level, in model units; no limit by default.
+        lod_limit: largest error of a level, in units of the scene; no limit by default.
         fallback: also write plain buffers into OUT.fallback.bin, for readers without the extension.
-        transport: pack the result for download, about a third smaller (EXT_meshlet_transport, a
-            draft); readers unpack it when they open it.
+        images: "embed" or "keep": embed images into the result, or keep them in their files, whose
+            relative paths have to hold from where the output lies (default embed).
+        transport: pack the result for download, a tenth to a third smaller (EXT_meshlet_transport,
+            a draft); readers unpack it when they open it.
         obj_groups: groups (g) of an .obj become nodes, too, below those of its objects (o).
         non_finite: "repair" or "refuse": of values that are NaN or infinite: repair leaves out
             triangles at such positions, computes normals again and sets texture coordinates to 0,
@@ -154,7 +159,8 @@ def compress(input: Model, output: File | None, settings: Options) -> Report:
         work_dir: folder for the work files of --max-memory; by default that of the output.
         scheduler: address of a running Dask scheduler, whose workers take the chunks of --max-
             memory and stay below it too, each.
-        progress: draw a progress bar on a terminal.
+        progress: draw a progress bar on a terminal; or a function, which is called in any thread
+            with the share of the work that is done, 0 to 1, and cancels by raising an error.
 
     Returns a report:
         input, output, input_bytes, output_bytes, fallback_bytes.
@@ -167,10 +173,12 @@ def compress(input: Model, output: File | None, settings: Options) -> Report:
         collapsed: "triangles" without area on the position grid, and their "area_percent".
         steps: attribute -> "step" and "bits", smallest and largest: positions in units of the
             scene, normals as degrees of the largest error, the others in their own units.
-        warnings: one line each.
+        lod: with levels, for each compressed primitive its mesh and primitive, the triangles of
+            each level, and the bytes that its levels add.
+        warnings: one line each; `compress_warnings` has those of the other entries, too.
 
-    Raises MeshletError when the input cannot be compressed, OSError when a file cannot be read or
-    written.
+    Raises MeshletError when the input cannot be compressed: NothingToCompress, which is one, when
+    it has no triangles that can be. Raises OSError when a file cannot be read or written.
     """
     path, name = output_path(output, input), name_of(input)
     if settings.memory and path is None:
@@ -231,15 +239,15 @@ def _encode_all(jobs: list[Job], options: Options, chunks: Runner, title: str) -
     chunks: runs the chunks of primitives that are larger than memory.
     """
     if not jobs:
-        raise MeshletError("holds no triangles with a POSITION", "there is nothing to compress")
+        raise NothingToCompress("holds no triangles with a POSITION", NOTHING)
     with progress_bar(title, options.progress) as advance:
         _encode_at_once(jobs, options, chunks, advance)
         _mend_torn(jobs, options, chunks)
     encoded = [job for job in jobs if not job.reason_kept]
     if not encoded:
-        raise MeshletError(
-            f"none of its triangle primitives can be compressed ({jobs[0].reason_kept})",
-            "there is nothing to compress",
+        reason = jobs[0].reason_kept
+        raise NothingToCompress(
+            f"none of its triangle primitives can be compressed ({reason})", NOTHING
         )
     return encoded
 
@@ -304,7 +312,7 @@ def _mend_torn(jobs: list[Job], options: Options, chunks: Runner) -> None:
 
 def _encode_on(grid: Grid, jobs: list[Job], options: Options, chunks: Runner) -> list[Job]:
     """Return jobs encoded on another grid, those that were torn first, up to where one is again."""
-    again = [Job(job.choice, job.users, DropCounts(), grid) for job in jobs]
+    again = [Job(job.choice, job.users, DropCounts(), grid, scale=job.scale) for job in jobs]
     count = sum(job.is_torn for job in jobs)
     for some in (again[:count], again[count:]):
         if some and not any(job.is_torn for job in again):
@@ -334,7 +342,7 @@ def _finish_document(
     document.forget_extension(EXTENSION)
     forget_levels(document)
     document.use_extension(EXTENSION, required=not options.fallback)
-    warnings += embed_images(document)
+    warnings += embed_images(document, also_files=options.images == "embed")
     warnings += _settle_extensions(document, encoded)
     total, losses = _losses(encoded, document.import_rounding, options.chooses_positions)
     warnings += losses
@@ -423,6 +431,8 @@ def _encode_job(
         job.reason_kept = f"it takes {streams} streams, at most {max_streams} are possible"
         return
     own_runner = LocalThreads(threads) if source.is_in_memory else chunks
+    if options.lod_limit is not None:
+        options = replace(options, lod_limit=options.lod_limit / job.scale)
     job.result = encode(source, record_format, options, own_runner, progress)
     if not job.result.statistics:
         _keep(job, DEGENERATE)
@@ -480,10 +490,10 @@ def _add_all_levels(document: Document, encoded: list[Job]) -> list[dict[str, An
     report = []
     for job in encoded:
         triangles = [job.result.statistics["triangles"]]
-        levels = {"triangles": triangles, "stuck_triangles": list(triangles)}
+        levels = {"triangles": triangles, "stuck_triangles": list(triangles), "bytes": 0}
         if job.result.levels:
             add_levels(document, job.users, job.result.levels)
-            levels = job.result.levels.report
+            levels = {**job.result.levels.report, "bytes": job.result.levels.byte_count}
         report.append({**job.location, **levels})
     if any(job.result.levels for job in encoded):
         document.use_extension(LEVELS, required=False)
@@ -526,11 +536,11 @@ def _settle_extensions(document: Document, encoded: list[Job]) -> list[str]:
     warnings = drop_numbered(document, compressed)
     if not any(gltf.has_extension(p, DRACO) for _, _, p in all_primitives(document)):
         document.forget_extension(DRACO)
-    unknown = sorted(ambiguous_references(document))
+    unknown = sorted({name for kind in KINDS for name in ambiguous_references(document, kind)})
     if unknown:
         warnings.append(
-            f"{', '.join(unknown)} may refer to original accessors, so the data of these is kept; "
-            "remove the extension for a smaller file"
+            f"{', '.join(unknown)} may refer to original accessors or buffer views, so their data "
+            "is kept; remove the extension for a smaller file"
         )
     return warnings
 

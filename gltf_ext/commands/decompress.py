@@ -39,9 +39,9 @@ def decompress(
         input: path of the compressed file, or a pygltflib.GLTF2, which stays as it is.
         output: path of the .glb, or a .gltf, to write; without it, the report has a new GLTF2.
         level: of detail, 0 for all triangles; a primitive with fewer levels takes its coarsest one.
-        error: the coarsest mesh with at most this error, in units of POSITION, or "0.1%" of the
-            longest side of the primitive's bounding box. Not together with level. Primitives
-            without levels of detail keep all their triangles.
+        error: the coarsest mesh with at most this error, in units of the scene (POSITION, scaled
+            by nodes), or "0.1%" of the longest side of the primitive's bounding box. Not together
+            with level. Primitives without levels of detail keep all their triangles.
         progress: draw a progress bar on a terminal.
 
     Returns:
@@ -57,6 +57,7 @@ def decompress(
     folder = str(path.parent) if path else tempfile.gettempdir()
     with blaming(name_of(input)):
         document = open_model(input)
+        detail = detail.in_scene(document)
         input_files = document.files()
         compressed = require_compressed(document)
         warnings = missing_levels(document) if level or error is not None else []

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -17,6 +18,7 @@ from gltf_ext.document import gltf
 from gltf_ext.document.document import Document
 from gltf_ext.document.draco import DRACO
 from gltf_ext.document.looks import Looks
+from gltf_ext.document.nodes import mesh_scales
 from gltf_ext.encode.primitive import Compression
 from gltf_ext.errors import MeshletError
 from gltf_ext.options import MIN_POSITION_BITS, Options
@@ -41,6 +43,7 @@ class Job:
         collapse: its triangles that the grid collapses; is_torn: whether a grid that was chosen
             changes its topology.
         result: what it became.
+        scale: the largest that nodes show it with.
         counts: of its vertices, triangles and corners, as in the document.
     """
 
@@ -52,6 +55,7 @@ class Job:
     collapse: Collapse = field(default_factory=Collapse)
     is_torn: bool = False
     result: Compression = field(default_factory=Compression)
+    scale: float = 0.0
 
     def __post_init__(self) -> None:
         """Count before the source gives its rows back."""
@@ -84,14 +88,22 @@ def jobs_of(document: Document, large: Larges, options: Options) -> list[Job]:
             sources[identity] = _source(document, mesh, index, options.non_finite)
         uses.append((mesh if options.grid == "mesh" else None, primitive, identity))
     choices = _choices(document, sources, uses, options)
-    grids = _grids([(key, choices[identity]) for key, _, identity in uses], options)
+    scales = mesh_scales(document)
+    grids = _grids([(key, choices[identity]) for key, _, identity in uses], scales, options)
     jobs: dict[tuple[Identity, Grid | None], Job] = {}
     for key, primitive, identity in uses:
         drop_counts = sources[identity][1]
         grid = grids.get(key)
         job = jobs.setdefault((identity, grid), Job(choices[identity], [], drop_counts, grid))
         job.users.append(primitive)
+        job.scale = max(job.scale, _scale_of(key, scales))
     return list(jobs.values())
+
+
+def _scale_of(key: int | None, scales: Mapping[int, float]) -> float:
+    """Return the scale of a mesh in the scene, or without a key the largest one."""
+    scale = max(scales.values(), default=1.0) if key is None else scales.get(key, 1.0)
+    return scale or 1.0  # with 0 it shows nothing
 
 
 def _choices(
@@ -111,13 +123,18 @@ def _choices(
     return result
 
 
-def _grids(choices: list[tuple[int | None, Choice]], options: Options) -> dict[int | None, Grid]:
+def _grids(
+    choices: list[tuple[int | None, Choice]], scales: Mapping[int, float], options: Options
+) -> dict[int | None, Grid]:
     """Key -> the grid of all its primitives."""
     boxes = boxes_of([(key, each.source) for key, each in choices])
     by_key: dict[int | None, dict[int, Choice]] = {}
     for key, each in choices:
         by_key.setdefault(key, {})[id(each)] = each
-    return {key: _grid(box, list(by_key[key].values()), options) for key, box in boxes.items()}
+    return {
+        key: _grid(box, list(by_key[key].values()), _scale_of(key, scales), options)
+        for key, box in boxes.items()
+    }
 
 
 def _identity(primitive: gltf.Primitive) -> Identity:
@@ -146,13 +163,13 @@ def boxes_of(sources: list[tuple[int | None, Source]]) -> dict[int | None, Box]:
     return boxes
 
 
-def _grid(box: Box, choices: list[Choice], options: Options) -> Grid:
+def _grid(box: Box, choices: list[Choice], scale: float, options: Options) -> Grid:
     if options.chooses_positions:
         return choose_grid(choices, box)
     bits = options.position_bits if isinstance(options.position_bits, int) else GRID_MAX_BITS
-    grid = position_grid(*box, bits, options.step)
+    grid = position_grid(*box, bits, options.step, scale)
     if options.step is not None and _is_coarse(box, grid):
-        extent = extent_of(*box)
+        extent = scale * extent_of(*box)
         raise MeshletError(
             f"step {options.step:g} leaves fewer than {MIN_POSITION_BITS} bits for positions "
             f"in a box of {extent:g}",

@@ -13,14 +13,18 @@ from gltf_ext.attributes.extension import (
 )
 from gltf_ext.attributes.join import decode
 from gltf_ext.attributes.streams import dequantise, to_accessor
+from gltf_ext.document.document import Document
 from gltf_ext.document.gltf2 import Model, name_of
 from gltf_ext.errors import blaming
+from gltf_ext.lod.detail import Detail
 from gltf_ext.sources.importers import open_model
 from gltf_ext.sources.primitives import Primitive, is_compressed, triangle_primitives
 from gltf_ext.sources.source import read_primitive
 
 
-def load(path: Model) -> list[Primitive]:
+def load(
+    path: Model, *, level: int | None = None, error: float | str | None = None
+) -> list[Primitive]:
     """Read every triangle primitive of a file in order of (mesh, primitive), decoded.
 
     Each vertex of a compressed primitive's source is there once, also where the file has copies.
@@ -28,6 +32,9 @@ def load(path: Model) -> list[Primitive]:
     Args:
         path: of a .glb or .gltf, compressed or not, or of an .obj, .ply or .stl; or a
             pygltflib.GLTF2.
+        level: of detail, as `decompress` takes it; by default, and of primitives without levels,
+            all triangles.
+        error: likewise.
 
     Returns:
         The primitives, with arrays in the component types of their accessors.
@@ -36,14 +43,21 @@ def load(path: Model) -> list[Primitive]:
         MeshletError: the file is malformed.
         OSError: the file cannot be read.
     """
+    detail = Detail.of(level, error)
     with blaming(name_of(path)):
         document = open_model(path)
+        detail = detail.in_scene(document)
         return [
-            decode(read_compressed(document, m, p))
+            _decode_at(detail, document, m, p)
             if is_compressed(primitive)
             else read_primitive(document, m, p)[0]
             for m, p, primitive in triangle_primitives(document)
         ]
+
+
+def _decode_at(detail: Detail, document: Document, mesh: int, index: int) -> Primitive:
+    compressed = read_compressed(document, mesh, index)
+    return detail.cut(document, compressed) or decode(compressed)
 
 
 class MeshletDecoder:

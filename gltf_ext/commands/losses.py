@@ -13,8 +13,7 @@ from gltf_ext.attributes.details import BY_GRID, COLLAPSED_PERCENT, Collapse
 from gltf_ext.attributes.ranges import full_scale, visible_error
 from gltf_ext.attributes.streams import GRID, OCT, Plan, octahedral_bound
 from gltf_ext.document.document import Document
-from gltf_ext.document.nodes import placed_nodes
-from gltf_ext.errors import MeshletError
+from gltf_ext.document.nodes import mesh_scales
 from gltf_ext.sources.attribute_names import is_of_target, semantic
 
 MAX_NAMED = 3  # places that a warning names
@@ -53,7 +52,7 @@ def steps_of(
         document: the model.
         encoded: meshes that show it, values and streams of each primitive.
     """
-    scales = _scales(document)
+    scales = mesh_scales(document)
     result: dict[str, Steps] = {}
     for meshes, choice, plan in encoded:
         of_mesh = {scales.get(mesh, 1.0) for mesh in meshes}
@@ -77,19 +76,6 @@ def steps_of(
     return {name: {"step": each.steps, "bits": each.bits} for name, each in result.items()}
 
 
-def _scales(document: Document) -> dict[int, float]:
-    """Mesh -> the largest scale that nodes show it with."""
-    result: dict[int, float] = {}
-    try:
-        for node, matrix in placed_nodes(document):
-            if "mesh" in node:
-                scale = float(np.linalg.norm(matrix[:3, :3], axis=0).max())
-                result[node["mesh"]] = max(scale, result.get(node["mesh"], 0.0))
-    except MeshletError:  # of nodes that are not valid: not our concern here
-        return {}
-    return result
-
-
 def steps_text(steps: dict[str, dict[str, Any]]) -> str:
     """Return the steps in one line; empty without any."""
     parts = []
@@ -102,6 +88,38 @@ def steps_text(steps: dict[str, dict[str, Any]]) -> str:
 
 
 # --- warnings ---
+
+
+def compress_warnings(report: dict[str, Any]) -> list[str]:
+    """Return the warnings of a report of `compress`, one line each.
+
+    Also what is not in the result, what is not compressed, and what has no levels.
+    """
+    kinds = (
+        ("degenerate_triangles", "degenerate triangles are dropped"),
+        ("incomplete_triangles", "primitives end in an incomplete triangle, which is dropped"),
+    )
+    counts = report["dropped"]
+    return [
+        *report["warnings"],
+        *_level_warnings(report.get("lod", [])),
+        *(f"{counts[name]:,} {text}" for name, text in kinds if counts[name]),
+        *(
+            f"mesh {p['mesh']} primitive {p['primitive']} is left as it is: {p['reason']}"
+            for p in report["kept"]
+        ),
+    ]
+
+
+def _level_warnings(primitives: list[dict[str, Any]]) -> list[str]:
+    single = [p for p in primitives if len(p["triangles"]) == 1]
+    if not single:
+        return []
+    triangles = sum(p["triangles"][0] for p in single)
+    return [
+        f"{len(single):,} primitive{'' if len(single) == 1 else 's'} with {triangles:,} "
+        f"triangle{'' if triangles == 1 else 's'} cannot be simplified and have one level"
+    ]
 
 
 def rounding_warnings(rounding: float, steps: list[float]) -> list[str]:
@@ -146,7 +164,7 @@ def range_warnings(choice: Choice, plan: Plan) -> list[str]:
     """Warn of attributes whose range is so large that the step of their bits shows."""
     warnings = []
     for name in plan.attributes:
-        if is_of_target(name) or name not in choice.source.bounds:
+        if name not in choice.source.bounds:
             continue
         stream, bounds = plan.streams_of(name)[0], choice.source.bounds[name]
         low, high = bounds[0].min(), bounds[1].max()

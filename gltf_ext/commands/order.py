@@ -8,9 +8,9 @@ from typing import Any
 from gltf_ext.document import gltf
 from gltf_ext.document.document import Document
 from gltf_ext.document.references import (
-    KNOWN_PREFIXES,
-    SCHEMAS,
     extensions_of,
+    integers_of,
+    is_known,
     named_accessors,
 )
 from gltf_ext.sources.primitives import all_primitives
@@ -48,7 +48,7 @@ def drop_numbered(document: Document, compressed: dict[int, Counts]) -> list[str
             if what:
                 gltf.pop_extension(holder, name)
                 meanings[name] = what
-            elif not _is_known(name) and _has_integer(value):
+            elif not is_known(name) and next(integers_of(value), None) is not None:
                 doubtful.add(name)
     remaining = {name for name, _ in extensions_of(document.json)}
     for name in set(NUMBERED).union(meanings) - remaining:  # primitives that are kept have theirs
@@ -78,21 +78,9 @@ def _holders(
 
 def _numbered(document: Document, name: str, value: Any, counts: Counts) -> str:
     """Return what an extension numbers; empty for those that do not, as far as can be seen."""
-    if name in NUMBERED or _is_known(name):
+    if name in NUMBERED or is_known(name):
         return NUMBERED.get(name, "")
     accessors = named_accessors(name, value, len(document.accessors))
     if any(document.accessors[index].get("count") in counts for index in accessors):
         return "vertices or triangles"
     return ""
-
-
-def _is_known(name: str) -> bool:
-    return name in SCHEMAS or name.startswith(KNOWN_PREFIXES)
-
-
-def _has_integer(value: Any) -> bool:
-    if isinstance(value, dict):
-        return any(map(_has_integer, value.values()))
-    if isinstance(value, list):
-        return any(map(_has_integer, value))
-    return type(value) is int

@@ -65,11 +65,12 @@ def _used(
 
 
 def _drop_unused(document: Document) -> None:
-    accessors, pinned = list(document.accessors), pinned_numbers(document)
+    accessors, pinned = list(document.accessors), pinned_numbers(document, "accessor")
     indices, used = _used(document, map_accessors, accessors, "accessor", pinned)
     document.accessors[:] = [accessors[i] if i in used else {**NO_ACCESSOR} for i in indices]
     if len(used) < len(accessors):
         _trim_views(document)
+    pinned = pinned_numbers(document, "bufferview")
     indices, used = _used(document, map_views, document.bufferViews, "bufferView", pinned)
     for index in set(indices) - used:
         document.bufferViews[index] = {"buffer": 0, "byteLength": len(NO_BYTES)}

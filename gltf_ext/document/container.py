@@ -14,6 +14,7 @@ from gltf_ext.document.buffer_layout import Pieces, pack
 from gltf_ext.document.document import CONVERT, DAMAGED, Document, read_file
 from gltf_ext.document.lfs import refuse_pointer
 from gltf_ext.document.meshopt import unpack_meshopt
+from gltf_ext.document.references import note_orphans
 from gltf_ext.document.transport import unpack_views
 from gltf_ext.errors import EXPORT_AGAIN, MeshletError
 
@@ -94,6 +95,7 @@ def parse_json(text: bytes, binary: memoryview | None, base: Path) -> Document:
     document = Document(properties, binary, base)
     unpack_meshopt(document)
     document.was_packed = unpack_views(document)
+    note_orphans(document)
     return document
 
 

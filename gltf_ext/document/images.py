@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import struct
 import warnings
 
 from gltf_ext.document import gltf
@@ -55,6 +56,57 @@ def size_of_image(data: bytes | memoryview) -> tuple[int, int]:
         raise MeshletError("it cannot be read") from None
 
 
+def size_in_header(data: bytes | memoryview) -> tuple[int, int]:
+    """Return (width, height) of a PNG, JPEG, WebP, KTX2 or DDS, without Pillow.
+
+    Blender's Python, which compresses too, has none. Raises MeshletError.
+    """
+    start = bytes(data[:32])
+    kind = mime_type(start)
+    try:
+        if kind == "image/png":
+            return struct.unpack_from(">II", start, 16)
+        if kind == "image/jpeg":
+            return _size_of_jpeg(memoryview(data))
+        if kind == "image/webp":
+            return _size_of_webp(start)
+        if kind == "image/ktx2":
+            return struct.unpack_from("<II", start, 20)
+        if kind == "image/vnd-ms.dds":
+            height, width = struct.unpack_from("<II", start, 12)
+            return width, height
+    except (struct.error, IndexError):
+        raise MeshletError("it is damaged or cut off") from None
+    raise MeshletError("it cannot be read")
+
+
+def _size_of_jpeg(data: memoryview) -> tuple[int, int]:
+    """Look for the header of the frame. Raises struct.error, IndexError."""
+    position = 2
+    while True:
+        while data[position] == 0xFF:  # may be repeated
+            position += 1
+        marker = data[position]
+        if 0xC0 <= marker <= 0xCF and marker not in (0xC4, 0xC8, 0xCC):
+            height, width = struct.unpack_from(">HH", data, position + 4)
+            return width, height
+        (length,) = struct.unpack_from(">H", data, position + 1)
+        position += 1 + max(length, 2)
+
+
+def _size_of_webp(start: bytes) -> tuple[int, int]:
+    """Read the first chunk of its three kinds. Raises struct.error, IndexError."""
+    kind = start[12:16]
+    if kind == b"VP8X":
+        sides = int.from_bytes(start[24:27], "little"), int.from_bytes(start[27:30], "little")
+        return sides[0] + 1, sides[1] + 1
+    if kind == b"VP8L":
+        (bits,) = struct.unpack_from("<I", start, 21)
+        return (bits & 0x3FFF) + 1, (bits >> 14 & 0x3FFF) + 1
+    width, height = struct.unpack_from("<HH", start, 26)
+    return width & 0x3FFF, height & 0x3FFF
+
+
 def mime_type(data: bytes) -> str | None:
     """Of an encoded image; None if glTF has none for it."""
     return next((mime for start, mime in MIME_TYPES if data.startswith(start)), None)
@@ -90,16 +142,16 @@ def _require_end(data: bytes) -> None:
         raise MeshletError("it is cut off")
 
 
-def embed_images(document: Document) -> list[str]:
-    """Move images behind data: uris and relative paths into buffer views.
+def embed_images(document: Document, also_files: bool = True) -> list[str]:
+    """Move images behind data: uris and, with also_files, relative paths into buffer views.
 
-    Returns a warning for each image that stays where it is.
+    Returns a warning for each image that should move and stays where it is.
     """
     problems = []
     replacements: dict[str, gltf.Image] = {}  # uri -> what replaces it
     for number, image in enumerate(document.images):
         uri = image.get("uri")
-        if uri is None:
+        if uri is None or not (also_files or uri.startswith("data:")):
             continue
         if uri in replacements:
             image.update(replacements[uri])

@@ -5,19 +5,17 @@ Reads leniently: what is not as glTF has it counts as not there.
 
 from __future__ import annotations
 
-import struct
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
 from gltf_ext.document import gltf
 from gltf_ext.document.document import Document
-from gltf_ext.document.images import size_of_image
+from gltf_ext.document.images import size_in_header
 from gltf_ext.document.json_values import member, number, numbers
 from gltf_ext.errors import MeshletError
 
 LARGEST_IMAGE = 16384  # pixels along a side that a GPU takes; a header may claim more
-KTX2, KTX2_SIZE = b"\xabKTX 20", slice(20, 28)  # how such a file begins, and where its size is
 VARIANTS, TRANSFORM = "KHR_materials_variants", "KHR_texture_transform"
 MAX_DEPTH = 8  # of a material's JSON, whose objects hold references to textures
 
@@ -87,10 +85,8 @@ class Looks:
                 data = self._document.read_uri(image["uri"])
             else:
                 data = bytes(self._document.bytes_of_view(image.get("bufferView")))
-            if data.startswith(KTX2):
-                return float(max(struct.unpack("<II", data[KTX2_SIZE])))
-            return max(size_of_image(data))
-        except (MeshletError, OSError, ValueError, struct.error):
+            return max(size_in_header(data))
+        except (MeshletError, OSError, ValueError):
             return 0.0
 
 

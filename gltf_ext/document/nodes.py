@@ -55,15 +55,34 @@ def placed_nodes(document: Document) -> Iterator[tuple[gltf.Node, np.ndarray]]:
             stack += [(child, matrix) for child in reversed(gltf.children(node))]
 
 
+def mesh_scales(document: Document) -> dict[int, float]:
+    """Return mesh -> the largest scale that nodes show it with; only of meshes that they show.
+
+    A skinned mesh has the scale of its joints, which is taken as 1. Empty if nodes are not valid.
+    """
+    result: dict[int, float] = {}
+    try:
+        for node, matrix in placed_nodes(document):
+            if "mesh" in node:
+                scale = (
+                    1.0 if "skin" in node else float(np.linalg.norm(matrix[:3, :3], axis=0).max())
+                )
+                result[node["mesh"]] = max(scale, result.get(node["mesh"], 0.0))
+    except MeshletError:  # of nodes that are not valid: not our concern here
+        return {}
+    return result
+
+
 def local_matrix(node: gltf.Node) -> np.ndarray:
     """Return float64[4, 4] from a node's matrix, or its translation, rotation and scale."""
     if "matrix" in node:
         return np.reshape(np.array(node["matrix"], np.float64), (4, 4), order="F")
-    values = (
-        node.get("translation", (0, 0, 0)),
-        node.get("rotation", (0, 0, 0, 1)),
-        node.get("scale", (1, 1, 1)),
-    )
+    translation, scale = node.get("translation", (0, 0, 0)), node.get("scale", (1, 1, 1))
+    if "rotation" not in node:  # a tenth of the time
+        matrix = np.diag(np.array([*scale, 1.0]))
+        matrix[:3, 3] = translation
+        return matrix
+    values = translation, node["rotation"], scale
     result: np.ndarray = trs_matrices(*(np.array([v], np.float64) for v in values))[0]
     return result
 

@@ -11,6 +11,7 @@ from gltf_ext.document import gltf
 from gltf_ext.document.document import Document
 
 Renumber = Callable[[int], int]
+KINDS = ("accessor", "bufferview")  # what extensions refer to
 # A key of any extension that says that its value refers to one: bufferView, arrayOffsetBufferView,
 # accessors, dataAccessorIndex. A value out of range is no reference, but for a bufferView.
 NAMED = re.compile(r"(?i)(?:.*[a-z_])?(accessor|buffer_?view)(?:s|_?ind(?:ex|ices)|_?ids?)?")
@@ -207,20 +208,70 @@ def _map_members(
 # --- unknown extensions ---
 
 
-def ambiguous_references(document: Document) -> dict[str, set[int]]:
-    """Unknown extension -> integers that may refer to accessors or buffer views, or to anything."""
-    count = max(len(document.accessors), len(document.bufferViews))
+def note_orphans(document: Document) -> None:
+    """Note the accessors and buffer views of a file that nothing refers to, as far as is known.
+
+    An unknown extension that has their numbers may be what they are for.
+    """
+    if next(_unknown_extensions(document), None) is None:
+        return
+    used: set[int] = set()
+
+    def note(index: int) -> int:
+        used.add(index)
+        return index
+
+    map_accessors(document, note)
+    document.orphans["accessor"] = set(range(len(document.accessors))) - used
+    used.clear()
+    map_views(document, note)
+    document.orphans["bufferview"] = set(range(len(document.bufferViews))) - used
+
+
+def ambiguous_references(document: Document, kind: str) -> dict[str, set[int]]:
+    """Unknown extension -> integers that may refer to some of a kind, or to anything.
+
+    kind: "accessor" or "bufferview". Those under a key that glTF has for references, and all that
+    are numbers of orphans.
+    """
+    count = len(document.accessors if kind == "accessor" else document.bufferViews)
     result: dict[str, set[int]] = {}
-    for name, value in extensions_of(document.json):
+    for name, value in _unknown_extensions(document):
         numbers = {n for n in integers_under(value, AMBIGUOUS) if 0 <= n < count}
-        if numbers and name not in SCHEMAS and not name.startswith(KNOWN_PREFIXES):
+        if document.orphans[kind]:
+            numbers |= document.orphans[kind].intersection(integers_of(value))
+        if numbers:
             result.setdefault(name, set()).update(numbers)
     return result
 
 
-def pinned_numbers(document: Document) -> set[int]:
-    """Return the numbers of accessors and buffer views that stay as they are."""
-    return set().union(*ambiguous_references(document).values())
+def pinned_numbers(document: Document, kind: str) -> set[int]:
+    """Return the numbers of accessors or buffer views that stay as they are. kind: as above."""
+    return set().union(*ambiguous_references(document, kind).values())
+
+
+def is_known(name: str) -> bool:
+    """Return whether an extension's references are known."""
+    return name in SCHEMAS or name.startswith(KNOWN_PREFIXES)
+
+
+def _unknown_extensions(document: Document) -> Iterator[tuple[str, Any]]:
+    for name, value in extensions_of(document.json):
+        if not is_known(name):
+            yield name, value
+
+
+def integers_of(value: Any) -> Iterator[int]:
+    """Yield all integers of an extension, without those of nested ones."""
+    if type(value) is int:
+        yield value
+    elif isinstance(value, list):
+        for v in value:
+            yield from integers_of(v)
+    elif isinstance(value, dict):
+        for key, v in value.items():
+            if key not in ("extensions", "extras"):
+                yield from integers_of(v)
 
 
 def integers_under(value: Any, keys: tuple[str, ...]) -> list[int]:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 import numbers
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from gltf_ext.attributes.extension import Compressed
 from gltf_ext.document.accessors import stated_bounds
 from gltf_ext.document.document import Document
+from gltf_ext.document.nodes import mesh_scales
 from gltf_ext.errors import MeshletError
 from gltf_ext.lod.cuts import cut_at_error, cut_at_level
 from gltf_ext.lod.reading import read_lod
@@ -23,12 +25,14 @@ class Detail:
 
     Attributes:
         level: 0 is the finest.
-        error: in units of POSITION; is_share: times the longest side of the bounding box.
+        error: in units of the scene; is_share: times the longest side of the bounding box.
+        scales: mesh -> its scale in the scene.
     """
 
     level: int | None = None
     error: float | None = None
     is_share: bool = False
+    scales: Mapping[int, float] = field(default_factory=dict)
 
     @classmethod
     def of(cls, level: int | None, error: float | str | None) -> Detail:
@@ -53,6 +57,12 @@ class Detail:
         is_share = text.endswith("%")
         return cls(None, value / 100.0 if is_share else value, is_share)
 
+    def in_scene(self, document: Document) -> Detail:
+        """Return the same for the scales of a document's nodes."""
+        if self.error is None or self.is_share:
+            return self
+        return replace(self, scales=mesh_scales(document))
+
     def cut(self, document: Document, compressed: Compressed) -> Primitive | None:
         """Return the primitive at this detail; None for all of it. Raises MeshletError."""
         if not self.level and self.error is None:
@@ -63,8 +73,9 @@ class Detail:
         if self.level is not None:
             return primitive.mesh(cut_at_level(primitive.tables, self.level))
         assert self.error is not None
-        error = self.error * (_longest_side(document, compressed) if self.is_share else 1.0)
-        return primitive.mesh(cut_at_error(primitive.tables, error))
+        unit = _longest_side(document, compressed) if self.is_share else 1.0
+        scale = self.scales.get(compressed.mesh, 1.0) or 1.0  # 0 shows nothing
+        return primitive.mesh(cut_at_error(primitive.tables, self.error * unit / scale))
 
 
 def _is_count(value: Any) -> bool:

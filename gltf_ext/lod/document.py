@@ -31,6 +31,11 @@ class Levels:
     pages: bytes | memoryview
     report: dict[str, Any]
 
+    @property
+    def byte_count(self) -> int:
+        """What they add to a file, without JSON."""
+        return len(self.tables.to_bytes()) + len(self.pages)
+
 
 def add_levels(document: Document, users: list[gltf.Primitive], levels: Levels) -> None:
     """Give the primitives their levels."""
@@ -63,7 +68,7 @@ def arrange(document: Document) -> None:
             rank[extension["pages"]["bufferView"]] = 1
             rank[gltf.extension(primitive, EDGEBREAKER)["bufferView"]] = 2
     numbers = np.arange(len(rank))
-    is_free = ~np.isin(numbers, list(pinned_numbers(document)))
+    is_free = ~np.isin(numbers, list(pinned_numbers(document, "bufferview")))
     free, order = numbers[is_free], numbers.copy()
     order[free] = free[np.argsort(rank[free], kind="stable")]
     new_index = np.empty(len(order), np.int64)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from functools import partial
 from pathlib import Path
 
 from gltf_ext.document.document import Document
@@ -30,9 +29,9 @@ from gltf_ext.sources.memory import (
 from gltf_ext.sources.mesh_files import MeshFile, MeshPrimitive
 from gltf_ext.sources.ply_header import most_triangles
 from gltf_ext.sources.repair import read_finite_bounds
-from gltf_ext.sources.row_arrays import FileRows
+from gltf_ext.sources.row_arrays import rows_in_files
 from gltf_ext.sources.source import Source
-from gltf_ext.work_files import WorkFile, check_space
+from gltf_ext.work_files import check_space
 
 # A triangle takes at least 18 bytes in an .obj, .ply or .stl, and 300 while it is encoded. Polygons
 # of a binary .ply, and indices of less than four bytes, take less: they are counted.
@@ -101,8 +100,7 @@ def _copy(path: Path, options: Options) -> MeshFile:
     stamp = stamp_of(path)
     try:
         with progress_bar(f"copying {path.name}", options.progress) as advance:
-            new_rows = partial(FileRows, WorkFile(folder))
-            return read_meshes(path, new_rows, options.obj_groups, advance)
+            return read_meshes(path, rows_in_files(folder), options.obj_groups, advance)
     finally:
         check_unchanged(path, stamp)
 

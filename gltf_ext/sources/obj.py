@@ -25,7 +25,7 @@ from gltf_ext.sources.mesh_files import (
     to_floats,
     to_texcoords,
 )
-from gltf_ext.sources.offset import Offset
+from gltf_ext.sources.offset import Offset, with_offset
 from gltf_ext.sources.polygons import CornerNumbers, Points, at_corners, triangles_of
 from gltf_ext.sources.row_arrays import NewRows, Numbering, RowArray, RowRange, Rows
 from gltf_ext.sources.text import open_watched, text_blocks, words_after
@@ -196,10 +196,14 @@ def read(
 
     split_groups: read a mesh for each group of an object. advance: moves the progress bar.
     """
-    reader = _Reader(new_rows, split_groups)
-    for block in blocks(path, advance):
-        reader.add(block)
-    return reader.result(path)
+
+    def collect(offset: Offset) -> _Reader:
+        reader = _Reader(new_rows, split_groups, offset)
+        for block in blocks(path, advance):
+            reader.add(block)
+        return reader
+
+    return with_offset(collect).result(path)
 
 
 class _Sets(NamedTuple):
@@ -226,20 +230,21 @@ class _Reader:
     """Collects blocks.
 
     Attributes:
+        offset: of positions.
         rows: of each kind; colors: of vertices.
         faces: by object or group, material and set of attributes; in the order of the file.
         incomplete: faces of which only some corners have an attribute; short: those with fewer than
-            three corners; offset: of positions.
+            three corners.
     """
 
     new_rows: NewRows
     split_groups: bool
+    offset: Offset
     faces: dict[tuple[State, int], _Faces] = field(default_factory=dict)
     libraries: list[bytes] = field(default_factory=list)
     others: dict[str, int] = field(default_factory=lambda: defaultdict(int))
     incomplete: int = 0
     short: int = 0
-    offset: Offset = field(default_factory=Offset)
 
     def __post_init__(self) -> None:
         self.rows = [self.new_rows() for _ in KINDS]

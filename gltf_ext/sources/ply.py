@@ -28,7 +28,7 @@ from gltf_ext.sources.mesh_files import (
     to_floats,
     to_texcoords,
 )
-from gltf_ext.sources.offset import Offset
+from gltf_ext.sources.offset import Offset, with_offset
 from gltf_ext.sources.ply_header import (
     CORNER_TEXCOORDS,
     INDICES,
@@ -86,20 +86,24 @@ def read(path: Path, new_rows: NewRows, advance: Advance | None = None) -> MeshF
     A vertex's own values go before those that faces have at their corners. advance: moves the
     progress bar.
     """
-    with open_watched(path, advance) as file:
-        header = read_header(file)
-        check_vertex_count(header.rows_of("vertex"))
-        reader = _Reader(header, new_rows)
-        for element, columns in blocks(file, reader.header):
-            reader.add(element, columns)
-    return reader.result(path)
+
+    def collect(offset: Offset) -> _Reader:
+        with open_watched(path, advance) as file:
+            header = read_header(file)
+            check_vertex_count(header.rows_of("vertex"))
+            reader = _Reader(header, new_rows, offset)
+            for element, columns in blocks(file, header):
+                reader.add(element, columns)
+        return reader
+
+    return with_offset(collect).result(path)
 
 
 class _Reader:
     """Collects the rows of a file."""
 
-    def __init__(self, header: Header, new_rows: NewRows) -> None:
-        """Start without rows."""
+    def __init__(self, header: Header, new_rows: NewRows, offset: Offset) -> None:
+        """Start without rows. offset: of positions."""
         self.header = header
         self._vertices: dict[str, RowArray] = defaultdict(new_rows)
         self._faces: dict[str, RowArray] = defaultdict(new_rows)
@@ -107,7 +111,7 @@ class _Reader:
         self._triangles = CornerNumbers(new_rows())
         self._points = Points(self._vertices["POSITION"])
         self._scalars = Scalars(header)
-        self._offset = Offset()
+        self._offset = offset
 
     def add(self, element: Element, columns: Columns) -> None:
         """Add a block of rows. Raises MeshletError, OSError."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import weakref
 from abc import ABC, abstractmethod
 from bisect import bisect_right
 from collections.abc import Callable, Mapping
@@ -157,6 +158,24 @@ class FileRows(RowArray):
             if len(run)
         ]
         return np.concatenate([*values, np.empty((0, self.format[1]), self.format[0])])[inverse]
+
+
+def rows_in_files(folder: str) -> NewRows:
+    """Return what makes rows in one work file; in another one once all of these are gone.
+
+    The file of a first reading then gives its space back before a second one.
+    """
+    last: weakref.ref[WorkFile] | None = None
+
+    def new_rows() -> FileRows:
+        nonlocal last
+        file = last() if last else None
+        if file is None:
+            file = WorkFile(folder)
+            last = weakref.ref(file)
+        return FileRows(file)
+
+    return new_rows
 
 
 # --- parts of rows ---

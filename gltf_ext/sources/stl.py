@@ -14,7 +14,8 @@ from gltf_ext import _codec
 from gltf_ext.errors import EXPORT_AGAIN, MeshletError
 from gltf_ext.progress import Advance
 from gltf_ext.sources.colors import Colors
-from gltf_ext.sources.mesh_files import Mesh, MeshFile, MeshPrimitive, to_floats
+from gltf_ext.sources.mesh_files import Mesh, MeshFile, MeshPrimitive
+from gltf_ext.sources.offset import Offset, with_offset
 from gltf_ext.sources.row_arrays import NewRows, Rows
 from gltf_ext.sources.text import (
     CUT_OFF,
@@ -50,7 +51,8 @@ class Block(NamedTuple):
     """Facets in the order of the file.
 
     Attributes:
-        number, name: of their solid; corners: float32[T, 3, 3]; colors: uint8[T, 4], if any.
+        number, name: of their solid.
+        corners: [T, 3, 3], float32 or, of a text, float64; colors: uint8[T, 4], if any.
     """
 
     number: int
@@ -69,24 +71,30 @@ def triangles_in_header(path: Path) -> int:
 
 def read(path: Path, new_rows: NewRows, advance: Advance | None = None) -> MeshFile:
     """Read a mesh for each solid. Raises MeshletError, OSError. advance: moves the progress bar."""
-    contents = MeshFile([])
-    meshes: dict[int, tuple[str, _Facets]] = {}
-    for block in blocks(path, contents, advance):
-        if block.number not in meshes:
-            meshes[block.number] = block.name or path.name, _Facets(new_rows)
-        meshes[block.number][1].add(block)
-    contents.meshes = [Mesh(name, [facets.primitive()]) for name, facets in meshes.values()]
-    return contents
+
+    def collect(offset: Offset) -> MeshFile:
+        contents = MeshFile([])
+        meshes: dict[int, tuple[str, _Facets]] = {}
+        for block in blocks(path, contents, advance):
+            if block.number not in meshes:
+                meshes[block.number] = block.name or path.name, _Facets(new_rows, offset)
+            meshes[block.number][1].add(block)
+        contents.meshes = [Mesh(name, [facets.primitive()]) for name, facets in meshes.values()]
+        contents.offset, contents.rounding = offset.values, offset.rounding
+        return contents
+
+    return with_offset(collect)
 
 
 class _Facets:
     """The facets of a solid."""
 
-    def __init__(self, new_rows: NewRows) -> None:
+    def __init__(self, new_rows: NewRows, offset: Offset) -> None:
         self._positions, self._colors = new_rows(), Colors(new_rows)
+        self._offset = offset
 
     def add(self, block: Block) -> None:
-        self._positions.add(block.corners.reshape(-1, 3))
+        self._positions.add(self._offset.to_local(block.corners.reshape(-1, 3)))
         if block.colors is None:
             self._colors.skip(3 * len(block.corners))
         else:
@@ -202,12 +210,12 @@ def _statements(file: BinaryIO) -> Iterator[bytes]:
 
 def _text(texts: Iterator[bytes]) -> Iterator[Block]:
     number, name, inside = -1, "", False
-    rest = np.empty((0, 3), np.float32)  # vertices of a facet that goes on in the next block
+    rest = np.empty((0, 3))  # vertices of a facet that goes on in the next block
     for text in texts:
         (numbers, counts, at), (_, _, begins), (_, _, ends) = _codec.scan_lines(text, KEYWORDS)
         if (counts != 3).any():
             raise MeshletError("has a vertex that is not 3 numbers", EXPORT_AGAIN)
-        vertices, first = to_floats(numbers).reshape(-1, 3), 0
+        vertices, first = numbers.reshape(-1, 3), 0
         names = dict(zip(begins.tolist(), words_after(text, begins)))
         for offset in [*sorted([*names, *ends.tolist()]), len(text)]:
             last = int(np.searchsorted(at, offset))

@@ -12,8 +12,6 @@
 #include "decoders/bounds.glsl"
 layout(local_size_x = CUT_THREADS) in;
 
-#define LEAST_DISTANCE 1e-6  // to a sphere, as a share of the distance to its centre
-
 Instance instance;
 uint instance_number;
 Hierarchy hierarchy;
@@ -23,14 +21,15 @@ Page page_of(Group group) { return Pages(push.pages).at[hierarchy.first_page + g
 
 bool is_top(Group group) { return floatBitsToUint(group.error) == INFINITE_BITS; }
 
-// The error of a group's replacement at the nearest point of its sphere.
+// The error of a group's replacement at the nearest point of its sphere that is seen. The least
+// distance is one for all groups, so that errors grow towards coarser ones.
 float pixels_of(Group group) {
   if (is_top(group)) return uintBitsToFloat(INFINITE_BITS);
   float error = group.error * instance.scale * push.pixels_per_unit;
   vec4 eye = Frame(push.frame).eye;
   if (eye.w == 0.0 || error == 0.0) return error;
   float center = distance((instance.object_to_world * vec4(group.sphere.xyz, 1.0)).xyz, eye.xyz);
-  return error / max(center - group.sphere.w * instance.scale, LEAST_DISTANCE * center);
+  return error / max(center - group.sphere.w * instance.scale, push.near);
 }
 
 bool is_needed(Group group, float pixels) {

@@ -59,6 +59,7 @@ layout(push_constant) uniform CutPush {
   float least_pixels;     // the error from which on pages are asked for
   uint block_total;
   uint last_round;
+  float near;  // the near plane: no surface is nearer to a perspective camera
 }
 push;
 

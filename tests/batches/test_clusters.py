@@ -107,8 +107,11 @@ def test_machines_by_ssh(source, tmp_path, ssh_port):
 
 # --- SLURM ---
 
+# As SLURM, it copies the script: dask-jobqueue deletes its own once this has returned, which may be
+# before the job opens it.
 SBATCH = """#!/bin/sh
-setsid sh "$1" > "$0.log" 2>&1 &
+cp "$1" "$0.job" || exit 1
+setsid sh "$0.job" > "$0.log" 2>&1 &
 echo "Submitted batch job $!"
 """
 SCANCEL = """#!/bin/sh
@@ -118,7 +121,10 @@ for job in "$@"; do kill -- "-$job"; done
 
 @pytest.fixture
 def slurm(tmp_path, monkeypatch):
-    """Commands in the PATH that submit and cancel jobs as SLURM's do, on this machine."""
+    """Commands in the PATH that submit and cancel a job as SLURM's do, on this machine.
+
+    Prints what the job has logged, which pytest shows if the test fails.
+    """
     pytest.importorskip("dask_jobqueue")
     (tmp_path / "bin").mkdir()
     for name, text in (("sbatch", SBATCH), ("scancel", SCANCEL)):
@@ -127,6 +133,17 @@ def slurm(tmp_path, monkeypatch):
         path.chmod(path.stat().st_mode | stat.S_IXUSR)
     monkeypatch.setenv("PATH", f"{tmp_path}/bin{os.pathsep}{os.environ['PATH']}")
     monkeypatch.setenv("PYTHONPATH", str(ROOT))
+    yield
+    log = tmp_path / "bin" / "sbatch.log"
+    print(log.read_text() if log.is_file() else "sbatch has started no job")
+
+
+def loopback():
+    """The name of this machine's network interface that is not on the network."""
+    import psutil
+
+    addresses = psutil.net_if_addrs().items()
+    return next(name for name, each in addresses if "127.0.0.1" in {a.address for a in each})
 
 
 def test_jobs_of_slurm(source, tmp_path, slurm):
@@ -139,7 +156,7 @@ def test_jobs_of_slurm(source, tmp_path, slurm):
             worker_extra_args=["--resources", "memory=4e9"],
             local_directory=str(tmp_path),
             log_directory=str(tmp_path),
-            interface="lo",
+            interface=loopback(),
             scheduler_options={"dashboard_address": None},
         ) as cluster,
         distributed.Client(cluster) as client,

@@ -4,10 +4,20 @@ import argparse
 
 import pytest
 
+import gltf_ext
 from bench import blender
-from tools import blender_python
+from tools import blender_python, build_blender, build_wheels
 
 OPTIONS = argparse.Namespace(models=["suzanne"])
+
+
+def test_the_extension_is_the_zip_of_this_machine(tmp_path, monkeypatch):
+    """As build_blender names it."""
+    (tag,) = build_wheels.GROUPS["here"]
+    (tmp_path / f"gltf_meshlet-{gltf_ext.__version__}-py3-none-{tag}.whl").touch()
+    monkeypatch.setattr(build_blender, "download", lambda folder: [])
+    (path,) = build_blender.build(tmp_path)
+    assert blender.ROOT / "dist" / path.name == blender.EXTENSION
 
 
 def test_missing_extension_and_missing_blender_are_named(monkeypatch, tmp_path):

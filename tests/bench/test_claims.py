@@ -14,6 +14,7 @@ from typing import Any
 import pytest
 
 from bench.common import read_result
+from bench.defaults import raw_ratio
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 PAGES = (
@@ -233,6 +234,10 @@ def levels() -> Iterator[float | str]:
 # Page -> claims: (text with a place for each figure, what gives the figures).
 CLAIMS: dict[str, list[tuple[str, Callable[[], Any]]]] = {
     "README.md": [
+        (
+            "stores them in 1/{:.1f} of the raw size at the bits that it chooses",
+            lambda: [raw_ratio(read_result("defaults")["rows"])],
+        ),
         (
             "GPU times were measured on NVIDIA's GPUs: drawing on an {}, decoding on an {}, "
             "levels of detail on an {}, ray tracing on an {}.",

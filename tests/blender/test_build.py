@@ -66,6 +66,39 @@ def test_every_platform_of_blender_has_a_zip(wheels, no_network, tmp_path):
     assert sorted(platforms) == [[name] for name in sorted(build_blender.PLATFORMS.values())]
 
 
+def test_one_platform_only(wheels, no_network, tmp_path, capsys):
+    """As `make blender PLATFORM=here`, although the folder has other wheels."""
+    for only, count in (["manylinux_2_17_aarch64"], 1), (["here"], 1), (["blender"], 6):
+        assert len(build_blender.build(tmp_path, only)) == count
+    assert build_blender.main([str(tmp_path), "--only", "win_amd64"]) == 0
+    (line,) = capsys.readouterr().out.splitlines()
+    assert line.endswith("-windows-x64.zip")
+
+
+def test_groups_of_platforms():
+    assert build_wheels.tags_of(["here", "here"]) == build_wheels.GROUPS["here"]
+    assert len(build_wheels.GROUPS["here"]) == 1
+    blenders = [tag for tag in build_wheels.PLATFORMS if build_blender.blender_platform(tag)]
+    assert build_wheels.tags_of(["blender"]) == blenders
+
+
+@pytest.mark.parametrize(
+    ("system", "machine", "tag"),
+    [
+        ("Linux", "x86_64", "manylinux_2_17_x86_64"),
+        ("Linux", "aarch64", "manylinux_2_17_aarch64"),
+        ("Darwin", "arm64", "macosx_11_0_arm64"),
+        ("Darwin", "x86_64", "macosx_11_0_x86_64"),
+        ("Windows", "AMD64", "win_amd64"),
+        ("Windows", "ARM64", "win_arm64"),
+    ],
+)
+def test_the_platform_of_a_machine(monkeypatch, system, machine, tag):
+    monkeypatch.setattr("platform.system", lambda: system)
+    monkeypatch.setattr("platform.machine", lambda: machine)
+    assert build_wheels._here() == [tag]
+
+
 def test_index_describes_every_zip(wheels, no_network, tmp_path):
     """In the terms of the manifests, without what is inside the zips."""
     paths = build_blender.build(tmp_path)

@@ -2,6 +2,7 @@
 
 import importlib.util
 import platform
+import re
 import shutil
 import subprocess
 import sys
@@ -95,6 +96,45 @@ def test_defines_no_symbol_but_the_interface(folder):
     assert [name for name in names if not name.startswith("gltf_meshlet_")] == []
 
 
+@pytest.mark.skipif(platform.machine() != "x86_64", reason="AVX2 is of x86-64")
+def test_code_for_avx2_stays_apart(folder):
+    """No function that any processor runs, the libraries' templates included, has AVX2's."""
+    if not shutil.which("g++") or not shutil.which("objdump"):
+        missing("g++ and objdump are not installed")
+    run(["g++", *PLAIN, "-c", "gltf_meshlet.cpp", "-o", "apart.o"], folder)
+    listed = subprocess.run(["objdump", "-dC", folder / "apart.o"], stdout=-1, text=True).stdout
+    functions = re.split(r"^[0-9a-f]+ (?=<)", listed, flags=re.MULTILINE)
+    names = {text.partition(">:")[0] for text in functions if re.search("%ymm|bzhi|pdep", text)}
+    assert len(names) > 10
+    assert [name for name in names if "::avx2::" not in name] == []
+
+
+@pytest.mark.skipif(platform.machine() != "x86_64", reason="AVX2 is of x86")
+@pytest.mark.parametrize(("bits", "has"), [("-m64", "1"), ("-m32", "0")])
+def test_avx2_is_for_64_bits(bits, has, tmp_path):
+    """Those of 32 lack instructions that the code for AVX2 has."""
+    if not shutil.which("g++"):
+        missing("g++ is not installed")
+    source = f'#include "decode/build.h"\nstatic_assert(MESHLET_AVX2 == {has}, "");\n'
+    (tmp_path / "a.cpp").write_text(source)
+    options = (bits, *HASWELL, "-std=c++17", "-I", ROOT / "codec", "-fsyntax-only")
+    assert run(["g++", *options, "a.cpp"], tmp_path) == ""
+
+
+def test_avx2_begin_lists_the_headers_that_are_compiled_again():
+    """Without #undef of its guard, a header's code would be that of any processor."""
+    codec = ROOT / "codec"
+    again = {
+        guard
+        for room in ("decode", "transport")
+        for path in (codec / room).glob("*.h")
+        for guard in re.findall(r"^#ifndef ([A-Z_0-9]+_H)$", path.read_text(), re.MULTILINE)
+    }
+    begin = (codec / "decode" / "avx2_begin.h").read_text()
+    listed = set(re.findall(r"^#undef ([A-Z_0-9]+_H)$", begin, re.MULTILINE))
+    assert listed == again
+
+
 def test_is_made_without_packages(tmp_path):
     """By Python alone, as the shader package is; with the licence."""
     for module in ("amalgamate", "build_shader_package"):
@@ -106,7 +146,9 @@ def test_is_made_without_packages(tmp_path):
 @pytest.mark.parametrize(
     ("cxx", "cc", "options"),
     [
+        ("g++", "gcc", ()),
         ("g++", "gcc", HASWELL),
+        ("g++", "gcc", ("-DGLTF_MESHLET_NO_AVX2",)),
         pytest.param("g++", "gcc", ("-O3",), marks=pytest.mark.full),
         pytest.param("clang++", "clang", HASWELL, marks=pytest.mark.full),
     ],

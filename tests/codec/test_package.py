@@ -41,7 +41,7 @@ def assert_works(folder, tmp_path):
     interface_program.check_vectors(records)
 
 
-@pytest.mark.parametrize("library", ["gltf_meshlet", "static"])
+@pytest.mark.parametrize("library", ["gltf_meshlet", "static", "decoder"])
 def test_cmake_package(library, prefix, tmp_path):
     options = (f"-DCMAKE_PREFIX_PATH={prefix}", f"-DLIBRARY=gltf_meshlet::{library}")
     assert_works(build_folder(CONSUMER, tmp_path / "build", *options), tmp_path)
@@ -139,10 +139,11 @@ def test_shared_library_shows_the_interface_and_nothing_else(prefix):
     assert "libgltf_meshlet.so.1" in run("objdump", "-p", library)
 
 
-def test_static_library_has_one_prefix(prefix):
+@pytest.mark.parametrize("name", ["gltf_meshlet", "gltf_meshlet_decoder"])
+def test_static_library_has_one_prefix(name, prefix):
     """Functions of the interface, and the codec's namespace; templates of the standard library are
     every program's."""
-    (library,) = prefix.glob("lib*/libgltf_meshlet.a")
+    (library,) = prefix.glob(f"lib*/lib{name}.a")
     listed = run("nm", "-gC", "--defined-only", library).splitlines()
     # Weak ones, V and W, may be merged: those of templates with arguments of the library only.
     strong = {line.split(" ", 2)[2] for line in listed if re.match(r"\w+ [ABCDGRST] ", line)}

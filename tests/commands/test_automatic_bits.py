@@ -147,6 +147,16 @@ def test_positions_and_normals(tmp_path):
     assert compressed(tmp_path, built(attributes, triangles)[0])[1]["POSITION"] == 14
 
 
+@pytest.mark.parametrize("waves, bits", [(2, 13), (10, 14)])
+def test_surfaces_that_bend_much_have_a_bit_more(tmp_path, waves, bits):
+    positions, triangles = grid_mesh(120, 120)
+    angle = 2 * np.pi * waves * np.linspace(0, 1, len(np.unique(positions[:, 0])))
+    angle = angle[np.searchsorted(np.unique(positions[:, 0]), positions[:, 0])]
+    normals = np.stack([np.sin(angle), 0 * angle, np.cos(angle)], axis=1).astype(np.float32)
+    attributes = {"POSITION": positions * np.float32([1, 1, 0]), "NORMAL": normals}
+    assert compressed(tmp_path, built(attributes, triangles)[0])[1]["POSITION"] == bits
+
+
 def test_smooth_glossy_and_unlit_normals(tmp_path):
     attributes, triangles = sheet()
     for material, expected in (
@@ -242,6 +252,31 @@ def test_displacements_far_larger_than_the_mesh_fit(tmp_path):
     _, bits, original, output = compressed(tmp_path, builder)
     assert 9 <= bits["POSITION"] <= 10
     assert gltf_ext.verify(original, output)["ok"]
+
+
+def displaced_texcoords(reach):
+    """A sheet with a target that moves texture coordinates by up to `reach`."""
+    attributes, triangles = sheet()
+    deltas = attributes["TEXCOORD_0"] * np.float32(reach)
+    return built(attributes, triangles, targets=[{"TEXCOORD_0": deltas}])[0]
+
+
+@pytest.mark.parametrize("reach, bits", [(1, 12), (200, 20), (1e5, 32)])
+def test_displaced_texture_coordinates_have_a_quarter_of_a_texel(tmp_path, reach, bits):
+    """Exact floats where a grid has too few bits for their range."""
+    report, chosen, original, output = compressed(tmp_path, displaced_texcoords(reach))
+    assert chosen["targets[0].TEXCOORD_0"] == bits
+    assert not report["warnings"] and gltf_ext.verify(original, output)["ok"]
+
+
+def test_displacements_in_few_bits_are_warned_of(tmp_path):
+    builder = displaced_texcoords(1e4)
+    report, _, original, output = compressed(tmp_path, builder, texcoord_bits=12)
+    (warning,) = report["warnings"]
+    assert warning.startswith("targets[0].TEXCOORD_0 of mesh 0 primitive 0 reaches from")
+    assert "so 12 bits leave steps of" in warning
+    (loss,) = gltf_ext.verify(original, output)["losses"]
+    assert "targets[0].TEXCOORD_0 is off by" in loss
 
 
 def layers(gap, displacement):

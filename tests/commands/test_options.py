@@ -1,19 +1,23 @@
 """The options of compress: one declaration for Python, the command line and the documentation."""
 
 import argparse
+import base64
 import dataclasses
 import inspect
+import io
 import re
 
 import numpy as np
 import pytest
+from PIL import Image
 
 import gltf_ext
 from gltf_ext import _codec
+from gltf_ext.document.container import read_document
 from gltf_ext.options import OPTIONS, Options, _declare
 from gltf_meshlet import cli
 from tests.helpers.environment import ROOT
-from tests.helpers.gltf_builder import Builder, grid_mesh
+from tests.helpers.gltf_builder import Builder, grid_mesh, write_grid
 from tools.option_docs import BLOCKS
 
 
@@ -205,3 +209,78 @@ def test_efforts_trade_time_for_size(tmp_path):
 def test_numpy_numbers_are_numbers():
     options = Options(position_bits=np.int64(9), step=None, lambda_=np.float32(2))
     assert options.position_bits == 9 and options.generation["lambda_"] == 2
+
+
+# --- progress ---
+
+
+def test_progress_may_be_a_function(tmp_path):
+    source, shares = write_grid(tmp_path / "in.glb", 30), []
+    gltf_ext.compress(source, tmp_path / "out.glb", progress=shares.append)
+    assert shares == sorted(shares) and shares[-1] == pytest.approx(1.0)
+    gltf_ext.compress(source, tmp_path / "plain.glb")
+    assert (tmp_path / "out.glb").read_bytes() == (tmp_path / "plain.glb").read_bytes()
+
+
+@pytest.mark.parametrize("options", [{}, {"lod": True}, {"threads": 1}])
+def test_progress_cancels_by_an_error(tmp_path, options):
+    class Cancelled(Exception):
+        pass
+
+    def cancel(share):
+        if share > 0.3:
+            raise Cancelled
+
+    builder = Builder()
+    for _ in range(3):
+        builder.mesh({"POSITION": grid_mesh(40, 40)[0]}, grid_mesh(40, 40)[1])
+    source = builder.write(tmp_path / "in.glb")
+    with pytest.raises(Cancelled):
+        gltf_ext.compress(source, tmp_path / "out.glb", progress=cancel, **options)
+    assert [path.name for path in tmp_path.iterdir()] == ["in.glb"]
+
+
+# --- images ---
+
+
+@pytest.mark.parametrize("suffix", [".gltf", ".glb"])
+@pytest.mark.parametrize("images", ["embed", "keep"])
+def test_images_stay_in_their_files(tmp_path, images, suffix):
+    """Those in data: uris have none."""
+    png = io.BytesIO()
+    Image.new("RGB", (2, 2)).save(png, "PNG")
+    (tmp_path / "a b.png").write_bytes(png.getvalue())
+    data = "data:image/png;base64," + base64.b64encode(png.getvalue()).decode()
+    builder = Builder()
+    builder.mesh({"POSITION": grid_mesh(9, 9)[0]}, grid_mesh(9, 9)[1])
+    builder.properties["images"] = [{"uri": "a%20b.png"}, {"uri": data}]
+    source = builder.write(tmp_path / "in.glb")
+    output = tmp_path / f"out{suffix}"
+    report = gltf_ext.compress(source, output, images=images)
+    assert report["warnings"] == []
+    document = read_document(output)
+    first, second = (image.get("uri") for image in document.images)
+    assert first == ("a%20b.png" if images == "keep" else None) and second is None
+    assert gltf_ext.verify(source, output)["ok"]
+
+
+def test_warnings_of_all_that_a_report_has(tmp_path):
+    positions, triangles = grid_mesh(9, 9)
+    builder = Builder()
+    builder.mesh({"POSITION": positions}, np.vstack([triangles, np.array([[0, 0, 1]], np.uint32)]))
+    builder.mesh({"POSITION": positions, "_X": positions[:, :1]}, mode=0)
+    report = gltf_ext.compress(builder.write(tmp_path / "in.glb"), tmp_path / "out.glb", lod=True)
+    assert gltf_ext.compress_warnings(report) == [
+        *report["warnings"],
+        "1 primitive with 128 triangles cannot be simplified and have one level",
+        "1 degenerate triangles are dropped",
+    ]
+
+
+@pytest.mark.parametrize("triangles", [[], [[0, 0, 1]]])
+def test_a_model_without_triangles_has_an_error_of_its_own(tmp_path, triangles):
+    builder = Builder()
+    indices = {"indices": np.array(triangles, np.uint32)} if len(triangles) else {"mode": 0}
+    builder.mesh({"POSITION": grid_mesh(9, 9)[0]}, **indices)
+    with pytest.raises(gltf_ext.NothingToCompress, match="there is nothing to compress"):
+        gltf_ext.compress(builder.write(tmp_path / "in.glb"), tmp_path / "out.glb")

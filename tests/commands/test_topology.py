@@ -14,7 +14,7 @@ from gltf_ext.lod.reading import open_lod
 from gltf_ext.sources.importers import open_model
 from gltf_meshlet.cli import main
 from tests.helpers.environment import need_package
-from tests.helpers.gltf_builder import Builder
+from tests.helpers.gltf_builder import Builder, grid_mesh
 from tests.helpers.topology import topology, torus
 
 
@@ -240,3 +240,26 @@ def test_random_closed_surfaces(
     )
     assert_same(gltf_ext.load(folder / "out.glb"), mesh)
     assert gltf_ext.verify(original, folder / "out.glb")["ok"]
+
+
+@pytest.mark.parametrize("seam", [False, True])
+def test_cracks_that_are_noise_close(tmp_path, seam):
+    """Two halves of a sheet whose borders differ by what floats round, as transforms leave them."""
+    positions, triangles = grid_mesh(12, 12)
+    positions = positions - positions.mean(axis=0)
+    is_border = np.abs(positions[:, 1]) == np.abs(positions[:, 1]).min()
+    positions[is_border, 1] = 3.97e-7
+    other = positions.copy()
+    other[is_border, 1] = np.nextafter(np.float32(3.97e-7), np.float32(1))
+    is_low = positions[triangles][:, :, 1].min(axis=1) < 0
+    both = np.concatenate([triangles[is_low], triangles[~is_low] + len(positions)])
+    uv = np.concatenate([positions[:, :2], positions[:, :2] + np.float32(seam)])
+    attributes = {"POSITION": np.concatenate([positions, other]), "TEXCOORD_0": uv}
+    path = write(tmp_path / "in.glb", (attributes, both.astype(np.uint32), []))
+    report = gltf_ext.compress(path, tmp_path / "out.glb")
+    assert report["primitives"][0]["attributes"]["POSITION"]["bits_per_component"][0] <= 14
+    verified = gltf_ext.verify(path, tmp_path / "out.glb")
+    assert verified["ok"] and verified["topology"]["original"] == verified["topology"]["compressed"]
+    (decoded,) = gltf_ext.load(tmp_path / "out.glb")
+    sides = 2 * seam * int(is_border.sum() - 1)
+    assert topology(decoded.indices)[1] == topology(triangles)[1] + sides

@@ -345,3 +345,32 @@ def test_numbers_of_what_accessors_hold_may_be_references(tmp_path):
     assert report["warnings"][0].startswith("FOO_points may refer to original accessors")
     document = read_document(tmp_path / "out.glb")
     assert np.array_equal(read_accessor(document, data, "it").ravel(), numbers)
+
+
+def test_what_only_an_unknown_extension_can_need_stays(tmp_path):
+    """Whatever its keys are: nothing else refers to an accessor and a view of these numbers."""
+    builder, _ = model()
+    numbers = np.arange(17, dtype=np.uint8)
+    builder.accessor(np.zeros(9000, np.float32))  # that nobody has a number of
+    data, view = builder.accessor(numbers), builder.view(SOUND)
+    value = {"curve": data, "more": [{"sound": view, "count": 0}]}
+    builder.properties["nodes"][0]["extensions"] = {"ACME_thing": value}
+    report, _ = compressed(builder, tmp_path)
+    (warning,) = [line for line in report["warnings"] if "ACME" in line]
+    assert warning.startswith("ACME_thing may refer to original accessors or buffer views")
+    gltf_ext.decompress(tmp_path / "out.glb", tmp_path / "plain.glb")
+    gltf_ext.transcode(tmp_path / "out.glb", tmp_path / "packed.glb")
+    for name in ("out.glb", "plain.glb", "packed.glb"):
+        document = read_document(tmp_path / name)
+        assert document.json["nodes"][0]["extensions"] == {"ACME_thing": value}
+        assert np.array_equal(read_accessor(document, data, "it").ravel(), numbers)
+        assert bytes(document.bytes_of_view(view)) == SOUND
+        assert max(v["byteLength"] for v in document.bufferViews) < 30_000
+
+
+def test_data_that_nothing_can_need_goes(tmp_path):
+    builder, _ = model()
+    builder.accessor(np.zeros(9000, np.float32))
+    builder.properties["nodes"][0]["extensions"] = {"ACME_thing": {"index": 0, "size": 1.5}}
+    report, properties = compressed(builder, tmp_path)
+    assert not report["warnings"] and len(properties["accessors"]) == 3

@@ -2,8 +2,9 @@
 
 import errno
 import os
+import stat
 from collections import Counter
-from pathlib import PureWindowsPath
+from pathlib import Path, PureWindowsPath
 
 import pytest
 
@@ -35,6 +36,40 @@ def test_files_are_replaced(tmp_path):
     write_files({path: [b"n", memoryview(b"ew")] for path in paths}, input_files=())
     assert contents_of(tmp_path) == dict.fromkeys(("0.bin", "1.bin", "2.bin"), b"new")
     assert len(os.listdir(tmp_path)) == 3
+
+
+@pytest.mark.parametrize("exists", [True, False])
+def test_a_link_stays_a_link(tmp_path, exists):
+    """To a file in another folder, whose permissions stay as well; also to one that is not yet."""
+    (tmp_path / "folder").mkdir()
+    real, link = tmp_path / "folder" / "real.glb", tmp_path / "link.glb"
+    if exists:
+        real.write_bytes(b"former")
+    link.symlink_to(Path("folder", "real.glb"))
+    write_files({tmp_path / "side.bin": [b"side"], link: [b"new"]}, input_files=())
+    assert link.is_symlink() and real.read_bytes() == b"new" and not real.is_symlink()
+    assert sorted(os.listdir(tmp_path)) == ["folder", "link.glb", "side.bin"]
+    assert os.listdir(tmp_path / "folder") == ["real.glb"]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no modes of files")
+@pytest.mark.parametrize("mode", [0o664, 0o600, 0o444])
+def test_a_file_keeps_its_mode(tmp_path, mode):
+    paths = [tmp_path / "side.bin", tmp_path / "model.glb"]
+    for path in paths:
+        path.write_bytes(b"former")
+        path.chmod(mode)
+    write_files({path: [b"new"] for path in paths}, input_files=())
+    assert [stat.S_IMODE(path.stat().st_mode) for path in paths] == [mode, mode]
+    assert contents_of(tmp_path) == {path.name: b"new" for path in paths}
+
+
+def test_links_to_the_same_file_are_refused(tmp_path):
+    for name in ("one.bin", "two.bin"):
+        (tmp_path / name).symlink_to("real.bin")
+    with pytest.raises(MeshletError, match=r"two\.bin: is the same file as another output"):
+        write_files({tmp_path / f"{name}.bin": [b"new"] for name in ("one", "two")}, ())
+    assert sorted(os.listdir(tmp_path)) == ["one.bin", "two.bin"]
 
 
 @pytest.mark.parametrize("link", [None, os.symlink, os.link])

@@ -6,10 +6,13 @@ import re
 import shlex
 from pathlib import Path
 
+import numpy as np
 import pytest
+import trimesh
 
 from gltf_meshlet import cli
 from gltf_meshlet.demo import model
+from tests.helpers.environment import need_package
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 PAGES = [
@@ -86,6 +89,11 @@ def test_every_page_is_in_the_navigation():
         assert f": {page.name}\n" in navigation, page.name
 
 
+def test_index_lists_every_page():
+    linked = set(LINK.findall((ROOT / "docs" / "index.md").read_text()))
+    assert {page.name for page in ROOT.glob("docs/*.md")} - linked == {"index.md"}
+
+
 def test_every_picture_is_shown():
     shown = {Path(link).name for page in PAGES for link in LINK.findall(page.read_text())}
     assert {path.name for path in ROOT.glob("docs/*.png")} <= shown
@@ -118,6 +126,27 @@ def test_commands_in_code_blocks_are_known(page, capsys):
         for word in words[2:]:
             for flag in FLAG.findall(word if word.startswith(("-", "[-")) else ""):
                 assert re.search(rf"(?<![\w-]){flag}(?![\w-])", usage), line
+
+
+def test_commands_of_the_tutorial_run(tmp_path, monkeypatch, capsys):
+    """In their order, on a generated scan; all but the one that opens a browser."""
+    need_package("meshoptimizer")
+    monkeypatch.chdir(tmp_path)
+    scan = trimesh.creation.icosphere(subdivisions=5)
+    scan.visual.vertex_colors = np.uint8(np.abs(scan.vertices) * 255)
+    scan.export("scan.ply")
+    lines = code_lines((ROOT / "docs" / "tutorial.md").read_text())
+    commands = [shlex.split(line) for line in lines if "--original" not in line]
+    assert len(commands) == 8
+    for name, *arguments in commands:
+        assert name == "gltf-meshlet"
+        assert cli.main(arguments) == 0, capsys.readouterr().err
+    sizes = [Path(name).stat().st_size for name in ("scan.ply", "exact.glb", "scan.glb")]
+    assert sizes == sorted(sizes, reverse=True)
+    assert Path("packed.glb").stat().st_size < sizes[-1]
+    assert len(trimesh.load("plain.glb", force="mesh").faces) == len(scan.faces)
+    assert 0 < len(trimesh.load("small.glb", force="mesh").faces) < len(scan.faces) / 4
+    assert Path("site", "index.html").exists()
 
 
 @pytest.mark.parametrize("page", PAGES, ids=page_name)

@@ -6,10 +6,12 @@ import shutil
 import subprocess
 import sys
 import zipfile
+from email import message_from_bytes
 
 import pytest
 import trimesh
 
+import gltf_ext
 from gltf_meshlet.view_server import PAGE
 from tests.helpers.environment import ROOT
 from tools import blender_python, build_wheels
@@ -72,6 +74,15 @@ def works_alone(wheel, folder, *options):
     ):
         result = run(command, *arguments, cwd=folder, env=environment)
         assert result.returncode == 0, result.stderr
+
+
+@pytest.mark.full
+def test_wheel_has_the_description(wheel):
+    """tests/project/test_packaging.py: what is in it."""
+    with zipfile.ZipFile(wheel) as archive:
+        (name,) = (name for name in archive.namelist() if name.endswith(".dist-info/METADATA"))
+        description = message_from_bytes(archive.read(name)).get_payload()
+    assert f"/v{gltf_ext.__version__}/docs/" in description
 
 
 @pytest.mark.full

@@ -4,6 +4,10 @@ import numpy as np
 import pytest
 
 import gltf_ext
+from gltf_ext.sources.importers import read_meshes
+from gltf_ext.sources.offset import SAMPLE, Offset
+from gltf_ext.sources.row_arrays import rows_in_files
+from gltf_ext.work_files import WorkFile
 from tests.helpers.gltf_builder import glb_bytes, glb_json, glb_parts, grid_mesh
 
 PLACE = np.array([456789.125, 5432109.25, 321.5])
@@ -36,15 +40,24 @@ def write_ply(path, positions, triangles, binary=False):
     path.write_text(header + "\n".join(rows) + "\n")
 
 
+def write_stl(path, positions, triangles):
+    facet = "facet normal 0 0 1\nouter loop\n{}\nendloop\nendfacet"
+    vertices = [f"vertex {x!r} {y!r} {z!r}" for x, y, z in positions.tolist()]
+    facets = [facet.format("\n".join(vertices[i] for i in triangle)) for triangle in triangles]
+    path.write_text("\n".join(["solid a", *facets, "endsolid a"]) + "\n")
+
+
 def write(path, positions, triangles):
     if path.suffix == ".obj":
         write_obj(path, positions, triangles)
+    elif path.suffix == ".stl":
+        write_stl(path, positions, triangles)
     else:
         write_ply(path, positions, triangles, binary="binary" in path.name)
     return path
 
 
-@pytest.mark.parametrize("name", ["far.obj", "far.ply", "far_binary.ply"])
+@pytest.mark.parametrize("name", ["far.obj", "far.ply", "far_binary.ply", "far.stl"])
 def test_doubles_far_from_the_origin_keep_their_places(tmp_path, name):
     positions, triangles = far_sheet()
     path, output = write(tmp_path / name, positions, triangles), tmp_path / "out.glb"
@@ -70,6 +83,80 @@ def test_large_files_have_the_same_offset(tmp_path):
     gltf_ext.compress(path, tmp_path / "parts.glb", max_memory="110M")
     whole, parts = (glb_json(tmp_path / f"{n}.glb")["nodes"] for n in ("whole", "parts"))
     assert whole == parts and "translation" in whole[0]
+
+
+def beside_exact(positions, triangles, count=9000):
+    """The same behind so many triangles whose positions floats hold, more than a first block."""
+    places = np.rint(PLACE) + np.arange(3 * count).reshape(-1, 1) % 7 * [1.0, 2.0, 4.0]
+    exact = np.arange(3 * count).reshape(-1, 3)
+    assert np.array_equal(np.float32(places), places)
+    return np.concatenate([places, positions]), np.concatenate([exact, triangles + 3 * count])
+
+
+@pytest.mark.parametrize("name", ["late.obj", "late.ply", "late_binary.ply", "late.stl"])
+def test_all_vertices_decide_the_offset(tmp_path, name):
+    """Those of the first block are whole numbers, which floats hold."""
+    positions, triangles = beside_exact(*far_sheet())
+    path = write(tmp_path / name, positions, triangles)
+    report = gltf_ext.compress(path, tmp_path / "out.glb")
+    assert not [line for line in report["warnings"] if "are doubles" in line]
+    (node,) = glb_json(tmp_path / "out.glb")["nodes"]
+    assert np.abs(np.array(node["translation"]) - PLACE).max() < 20
+    verified = gltf_ext.verify(path, tmp_path / "out.glb")
+    assert verified["ok"] and verified["max_error"]["POSITION"] < SPACING / 4
+
+
+def test_large_files_are_read_again_for_an_offset(tmp_path):
+    positions, triangles = beside_exact(*far_sheet(), count=60000)
+    path = write(tmp_path / "late.ply", positions, triangles)
+    gltf_ext.compress(path, tmp_path / "whole.glb")
+    gltf_ext.compress(path, tmp_path / "parts.glb", max_memory="110M")
+    whole, parts = (glb_json(tmp_path / f"{n}.glb")["nodes"] for n in ("whole", "parts"))
+    assert whole == parts and "translation" in whole[0]
+
+
+@pytest.mark.parametrize("name", ["late.obj", "late_binary.ply", "late.stl"])
+def test_a_second_reading_takes_no_more_space(tmp_path, monkeypatch, name):
+    """The work file of the first one is gone, whose rows nothing has any more."""
+    sizes, write_file = [], WorkFile.write
+
+    def write_and_note(self, data, offset):
+        write_file(self, data, offset)
+        sizes.append(self.size)
+
+    monkeypatch.setattr(WorkFile, "write", write_and_note)
+    positions, triangles = beside_exact(*far_sheet())
+    path = write(tmp_path / name, positions, triangles)
+    contents = read_meshes(path, rows_in_files(str(tmp_path)))
+    assert any(contents.offset)
+    least = sum(
+        12 * rows.count for m in contents.meshes for rows in m.primitives[0].attributes.values()
+    )
+    assert least <= sizes[-1] == max(sizes) and sizes[0] in sizes[1:]
+
+
+def test_small_blocks_count_by_their_vertices(tmp_path):
+    """As the solids of an .stl may be: 1 % of the vertices, but most of the blocks."""
+    offset, random = Offset(), np.random.default_rng(1)
+    large = 16 * SAMPLE
+    for _ in range(16):
+        offset.to_local(random.random((large // 16, 3)))
+    for _ in range(large // 300):
+        offset.to_local(np.full((3, 3), 9.0))
+    values = offset._sample.values()
+    assert SAMPLE / 2 < len(values) <= 2 * SAMPLE
+    assert abs((values == 9.0).mean() - 0.01) < 0.001
+
+
+def test_a_detail_that_comes_first_moves_no_model_near_the_origin(tmp_path):
+    """The first block is a small part that is far from the origin, for its size."""
+    place, count = np.array([1000.3, 0.1, 0.2]), 9000
+    detail = place + np.random.default_rng(1).random((3 * count, 3)) / 100
+    room = np.random.default_rng(2).random((9 * count, 3)) * 2000 - 1000
+    triangles = np.arange(12 * count).reshape(-1, 3)
+    path = write(tmp_path / "a_binary.ply", np.concatenate([detail, room]), triangles)
+    gltf_ext.compress(path, tmp_path / "out.glb")
+    assert "translation" not in glb_json(tmp_path / "out.glb")["nodes"][0]
 
 
 @pytest.mark.parametrize("name", ["near.obj", "near.ply"])

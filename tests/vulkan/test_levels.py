@@ -15,7 +15,6 @@ from scipy.ndimage import binary_dilation, binary_erosion
 import gltf_ext
 from gltf_ext.checks.samples import distances_to
 from gltf_ext.errors import MeshletError
-from gltf_ext.lod import View
 from gltf_ext.lod.cuts import Cut, cut_of
 from tests.helpers.culling import Bounds, in_view
 from tests.helpers.environment import need_package
@@ -123,12 +122,20 @@ def outside(tables, camera, matrix, factor):
     return (distances < -sizes).any(axis=1)
 
 
+def errors_on_screen(tables, camera, matrix):
+    """float64[groups], in pixels, by the formula of the specification."""
+    scale = np.linalg.norm(matrix[:3, :3], 2)
+    centre = tables.groups["centre"].astype(np.float64) @ matrix[:3, :3].T + matrix[:3, 3]
+    distance = np.linalg.norm(centre - camera.to_world[:3, 3], axis=1)
+    nearest = np.maximum(distance - tables.groups["radius"] * scale, camera.near)
+    return tables.groups["error"] * scale * camera.pixels_per_unit(WIDTH, HEIGHT) / nearest
+
+
 def expected_cut(hierarchies, scene, number, camera, pixels):
     """(clusters of an instance's cut, those of groups that are surely out of view, surely not)"""
     tables = hierarchies.primitives[scene.instances[number].primitive].tables
     matrix = scene.instances[number].matrix
-    view = View(tuple(camera.to_world[:3, 3]), camera.pixels_per_unit(WIDTH, HEIGHT))
-    errors = view.pixels(tables, matrix)
+    errors = errors_on_screen(tables, camera, matrix)
     assert np.abs(errors / pixels - 1).min() > 1e-5, "float32 may decide otherwise"
     drawn = cut_of(tables, errors > pixels).drawn
     group = tables.cluster_group
@@ -137,10 +144,8 @@ def expected_cut(hierarchies, scene, number, camera, pixels):
     return set(np.flatnonzero(drawn & ~maybe)), set(np.flatnonzero(drawn & ~out))
 
 
-@pytest.mark.parametrize("number", range(len(EYES)))
-@pytest.mark.parametrize("pixels", [0.4, 1.5, 20.0])
-def test_cut_is_that_of_the_specification(renderer, scene, number, pixels):
-    camera = camera_at(number)
+def check_cut(renderer, scene, camera, pixels):
+    """Draws with levels; asserts that clusters of all instances are those of the rule."""
     renderer.render(scene, camera, None, WIDTH, HEIGHT, lod_error=pixels)
     chosen = chosen_clusters(renderer)
     assert len(np.unique(chosen, axis=0)) == len(chosen)
@@ -150,6 +155,22 @@ def test_cut_is_that_of_the_specification(renderer, scene, number, pixels):
             renderer.drawing.levels.hierarchies, scene, instance, camera, pixels
         )
         assert surely <= found <= possibly
+
+
+@pytest.mark.parametrize("number", range(len(EYES)))
+@pytest.mark.parametrize("pixels", [0.4, 1.5, 20.0])
+def test_cut_is_that_of_the_specification(renderer, scene, number, pixels):
+    check_cut(renderer, scene, camera_at(number), pixels)
+
+
+@pytest.mark.parametrize("pixels", [0.4, 2.0, 10.0])
+def test_eye_in_spheres(renderer, scene, pixels):
+    """The least distance is one for all groups: the near plane."""
+    from vk_backend.scene.camera import Camera
+
+    eye, target = np.array([0.9, 0.1, 0.2]), np.array([0.0, 0.0, 0.0])
+    camera = Camera.look_at(eye, target, near=0.3, far=100.0, yfov=0.8)
+    check_cut(renderer, scene, camera, pixels)
 
 
 def assert_within_a_pixel(picture, whole):

@@ -1,5 +1,5 @@
 // A server of this repository's pages and a test's files on 127.0.0.1, for pages in browsers.
-import { createReadStream, existsSync, statSync } from 'node:fs';
+import { closeSync, createReadStream, existsSync, openSync, readSync, statSync } from 'node:fs';
 import { createServer } from 'node:http';
 import path from 'node:path';
 
@@ -15,7 +15,16 @@ const TYPES = {
 // and Babylon.js unbundled is thousands of requests.
 export const TIMEOUT = 600_000; // milliseconds
 
-// Answers ranges. Serves web/, examples/, tests/web/ (as tests/), the npm modules and a folder (as
+// Whether a file is stored compressed.
+function isGzip(file) {
+  const first = Buffer.alloc(2);
+  const opened = openSync(file);
+  readSync(opened, first);
+  closeSync(opened);
+  return first.readUInt16BE() === 0x1f8b;
+}
+
+// Answers ranges, also to pages of other origins. Serves web/, examples/, tests/web/ (as tests/), the npm modules and a folder (as
 // files/) of ROOT.
 export async function serve(root, modules, folder) {
   const roots = {
@@ -29,6 +38,9 @@ export async function serve(root, modules, folder) {
     const [first, ...rest] = new URL(request.url, 'http://host').pathname.slice(1).split('/');
     const file = path.join(roots[first] ?? '/missing', ...rest);
     if (!existsSync(file)) return response.writeHead(404).end();
+    response.setHeader('access-control-allow-origin', '*');
+    response.setHeader('access-control-expose-headers', 'content-range, etag');
+    if (isGzip(file)) response.setHeader('content-encoding', 'gzip');
     response.setHeader('content-type', TYPES[path.extname(file)] ?? 'application/octet-stream');
     // Babylon.js unbundled is thousands of files, which only the first page loads.
     if (first === 'node_modules') response.setHeader('cache-control', 'max-age=3600');

@@ -2,91 +2,44 @@
 // Usage: node stream.mjs WEB TASK FILE...; prints JSON.
 import { readFileSync } from 'node:fs';
 import path from 'node:path';
-import { pathToFileURL } from 'node:url';
-import { Worker } from 'node:worker_threads';
 
 import { faults, serveFile } from './fault_server.mjs';
 import { serve } from './static_server.mjs';
+import {
+  Cut,
+  digest,
+  drawn,
+  hasProblem,
+  hurry,
+  hurryTimers,
+  IDENTITY,
+  LOD,
+  largestScale,
+  lateWorker,
+  MalformedError,
+  NONE,
+  open,
+  openDocument,
+  openSource,
+  openStreamer,
+  PATIENT,
+  Page,
+  pause,
+  placing,
+  RESIDENT,
+  Residency,
+  rest,
+  Session,
+  SourceError,
+  startWorker,
+  tablesOf,
+  tablesPlace,
+  View,
+  viewOf,
+} from './streaming.mjs';
 
-const [web, task, ...given] = process.argv.slice(2);
-const load = (name) => import(pathToFileURL(path.join(web, name)));
-const { createDecoder, MalformedError } = await load('decoder.js');
-const { SourceError, openSource } = await load('stream/source.js');
-const { openDocument } = await load('stream/document.js');
-const { readCounts, Tables, LOD } = await load('stream/tables.js');
-const { Cut, View, largestScale } = await load('stream/cut.js');
-const { openStreamer } = await load('stream/streamer.js');
-const { Session } = await load('stream/session.js');
-const { Residency } = await load('stream/residency.js');
-const { NONE, RESIDENT } = await load('stream/primitives.js');
-await createDecoder(); // fails early without decoder.wasm
-
-const IDENTITY = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1];
+const [task, ...given] = process.argv.slice(3);
 const PLANNED = 11 * 65_536; // bytes of a Worker
-const pause = (milliseconds) => new Promise((resolve) => setTimeout(resolve, milliseconds));
-
-// Makes pauses shorter, such as those before another try.
-function hurryTimers() {
-  const { setTimeout: later } = globalThis;
-  globalThis.setTimeout = (action, milliseconds, ...more) =>
-    later(action, milliseconds / 100, ...more);
-}
-
-// Makes clocks faster, too, but for Date.
-function hurry() {
-  hurryTimers();
-  const { now } = performance;
-  performance.now = () => 100 * now.call(performance);
-}
-const PATIENT = { stallMs: 1e7 }; // options of streams in a hurry, on a busy machine
-
-// Looks at the first primitive from `distance` radii, at an angle.
-function viewOf(streamer, distance = 2.5, angle = 0) {
-  const [x, y, z, radius] = streamer.primitives[0]?.tables.spheres ?? [0, 0, 0, 1];
-  const far = distance * radius;
-  const eye = [x + far * Math.sin(angle), y, z + far * Math.cos(angle)];
-  return new View({ eye, pixelsPerUnit: 1000, near: radius / 1000 });
-}
-
-// Opens a file; gives each primitive one instance. told: warnings, and what has broken the stream.
-async function open(place, options = {}) {
-  const told = { warnings: [], broken: [] };
-  const streamer = await openStreamer(place, {
-    stallMs: 20_000,
-    onWarning: (text) => told.warnings.push(text),
-    onBroken: (error) => told.broken.push(error.message),
-    ...options,
-  });
-  for (const one of streamer.primitives) streamer.addInstance(one).place(IDENTITY);
-  return Object.assign(streamer, { told });
-}
-
-// A Worker that begins late, as on a busy machine.
-function lateWorker() {
-  const worker = new Worker(pathToFileURL(path.join(web, 'stream', 'worker.js')));
-  const post = worker.postMessage.bind(worker);
-  worker.postMessage = (...given) => setTimeout(post, 20, ...given);
-  return worker;
-}
-
-// Whether a stream has told of anything: some problems it only warns of, and tries again.
-const hasProblem = ({ told, refused }) =>
-  told.warnings.length + told.broken.length + refused.length > 0;
-
-// Updates until nothing is missing, until the condition holds, or for so many milliseconds. Returns
-// the largest total of bytes.
-async function rest(streamer, view, { pixels = 1, limit = 300_000, until = () => false } = {}) {
-  const end = Date.now() + limit;
-  let most = 0;
-  while (Date.now() < end && streamer.told.broken.length === 0 && !until(streamer)) {
-    streamer.update(view, pixels);
-    const { complete, waiting, bytes } = streamer.statistics;
-    most = Math.max(most, bytes.total);
-    if (complete && waiting === 0) break;
-    await pause(3);
-  }
-  return most;
-}
 
 // Residency of 40 equal pages of a primitive, without a file. read(page) and decode(page) may reject;
 // decode gives the bytes of a Worker's memory. run() ends if so many pages are resident, or with the
@@ -115,10 +68,11 @@ function fortyPages({
   };
   owner.pages = Array.from({ length: count }, (_, number) => {
     const place = { source, begin: number * length, length, packed: 0 };
-    const counts = { vertices: 2500, triangles: 5000 };
-    const retryAt = givenUp.includes(number) ? Number.POSITIVE_INFINITY : 0;
-    const wanted = { used: 1, wanted: count - number, tries: 0, retryAt };
-    return { owner, number, ...place, ...counts, state: NONE, bytes: null, ...wanted };
+    const page = new Page(owner, number, { ...place, vertices: 2500, triangles: 5000 });
+    page.use(1);
+    page.want(count - number);
+    if (givenUp.includes(number)) page.attempts.block();
+    return page;
   });
   const budget = { workers, wasm: PLANNED, tables: 0, waiting: 512_000, decoding: 150_000 };
   budget.maxBytes = 40e6 + workers * PLANNED + budget.waiting + budget.decoding;
@@ -148,81 +102,6 @@ function fortyPages({
     }
     return { ...result, resident: resident() };
   };
-}
-
-// What a session calls of an engine; told: the messages of each type.
-function placing(told) {
-  return {
-    load() {},
-    show(streamer) {
-      for (const one of streamer.primitives) streamer.addInstance(one).place(IDENTITY);
-    },
-    clear() {},
-    tell: (type, message) => told[type]?.push(message),
-  };
-}
-
-// What is drawn: [page, meshlets] of each primitive.
-function drawn(streamer) {
-  return streamer.primitives.map(({ cut, instances: [instance] }) => {
-    const ranges = [];
-    cut.forDrawn((p, first, count) => ranges.push([p, first, count]));
-    return [ranges.sort((a, b) => a[0] - b[0] || a[1] - b[1]), instance.triangles];
-  });
-}
-
-// A number for the triangles that are drawn, in any order, by the positions in the arrays.
-function digest(streamer) {
-  let sum = 0;
-  for (const { pool, formats, instances } of streamer.primitives) {
-    const a = formats.findIndex(({ name }) => name === 'POSITION');
-    const { size } = formats[a];
-    for (const { starts, counts } of instances)
-      starts.forEach((start, r) => {
-        for (let i = start; i < start + counts[r]; i += 3) {
-          let hash = 7;
-          for (let n = 0; n < 3 * size; n++) {
-            const vertex = pool.index[i + Math.floor(n / size)];
-            hash = Math.imul(hash, 31) + pool.arrays[a][size * vertex + (n % size)];
-          }
-          sum = (sum + hash) | 0;
-        }
-      });
-  }
-  return sum;
-}
-
-// The tables of the primitives of a file, all of them read; null without levels.
-async function tablesOf(document) {
-  const found = [];
-  for (const mesh of document.json.meshes)
-    for (const { extensions } of mesh.primitives) {
-      const counts = readCounts(extensions?.[LOD]);
-      if (!counts) {
-        found.push(null);
-        continue;
-      }
-      const bytes = await document.readView(extensions[LOD].bufferView);
-      const size = async (view) => (await document.readView(view)).length;
-      const tables = new Tables(counts);
-      const [fine, coarse] = [
-        extensions.EXT_meshlet_edgebreaker.bufferView,
-        extensions[LOD].pages.bufferView,
-      ];
-      tables.addPages(bytes.subarray(...tables.pageRange), await size(coarse), await size(fine));
-      const groups = bytes.subarray(...tables.groupRange(counts.groupCount));
-      tables.addGroups(groups, bytes.subarray(...tables.runRange(groups)));
-      found.push(tables);
-    }
-  return found;
-}
-
-// The place of the tables of a file's first primitive in it: {begin, end, tables}.
-async function tablesPlace(bytes) {
-  const document = await openDocument(new Blob([bytes]));
-  const [tables] = await tablesOf(document);
-  const { bufferView } = document.json.meshes[0].primitives[0].extensions[LOD];
-  return { ...(await document.place(bufferView)), tables };
 }
 
 // The JSON of a .glb as that of a .gltf with each mesh twice: of a.bin, and of b.bin.
@@ -313,7 +192,8 @@ const tasks = {
     return results;
   },
 
-  // The first picture: its error in pixels, the bytes that it has taken, and what it has warned of.
+  // The first picture: its error in pixels, the bytes that it has taken, the share of its buffers in
+  // those of all detail, and what it has warned of.
   async first([file]) {
     const server = await serveFile(readFileSync(file));
     const streamer = await open(server.url);
@@ -324,10 +204,12 @@ const tasks = {
       await pause(1);
     }
     streamer.update(viewOf(streamer), 1);
-    const { error } = streamer.statistics;
+    const { error, bytes } = streamer.statistics;
+    await rest(streamer, viewOf(streamer), { pixels: 0 });
+    const share = bytes.gpu / streamer.statistics.bytes.gpu;
     streamer.close();
     server.close();
-    return { error, fetched, warnings: streamer.told.warnings };
+    return { error, fetched, share, warnings: streamer.told.warnings };
   },
 
   // A file on servers with each fault: what is told, and whether the picture is that of a good one.
@@ -430,7 +312,7 @@ const tasks = {
 
   // A flight around a file within a budget: the largest total, whether the end is the same by
   // another path and on a slow machine, and whether a stream with memory for all draws the same at that error. resized:
-  // how often memory has moved between pools.
+  // pools to or from which memory has moved.
   async budget([file, maxBytes]) {
     const server = await serveFile(readFileSync(file));
     const ends = [];
@@ -440,7 +322,7 @@ const tasks = {
     const turns = [0.5, 1, 2, 3, 4, 5, 6];
     for (const [angles, createWorker] of [[[]], [turns], [turns, lateWorker]]) {
       const streamer = await open(server.url, { maxBytes: Number(maxBytes), createWorker });
-      for (const pool of streamer.pools) pool.resized = () => resized++;
+      const capacities = streamer.pools.map(({ capacity }) => capacity);
       for (const angle of angles)
         for (let frame = 0; frame < 15; frame++) {
           streamer.update(viewOf(streamer, 1.1 + angle / 6, angle), 1);
@@ -450,6 +332,7 @@ const tasks = {
       most = Math.max(most, await rest(streamer, viewOf(streamer, 1.2)));
       ends.push(JSON.stringify([drawn(streamer), streamer.complete, digest(streamer)]));
       last = streamer.statistics;
+      resized += streamer.pools.filter(({ capacity }, p) => capacity !== capacities[p]).length;
       streamer.close();
     }
     const { threshold, triangles } = last;
@@ -771,7 +654,7 @@ const tasks = {
     let killer = null;
     let kills = 0;
     const createWorker = () => {
-      const worker = new Worker(pathToFileURL(path.join(web, 'stream', 'worker.js')));
+      const worker = startWorker();
       const post = worker.postMessage.bind(worker);
       worker.postMessage = (message, transfer) => {
         if (!killer?.equals(message.bytes ?? Buffer.alloc(0))) return post(message, transfer);

@@ -77,10 +77,9 @@ def user_folder(engine: str, model: Path, folder: Path) -> Path:
     return user
 
 
-@pytest.mark.parametrize("engine", ENGINES)
-def test_page_from_a_local_copy_shows_the_model(engine, model, tmp_path):
-    name = "beast.glb" if engine in DRAWN else "nasty/CesiumMan_skinned.glb"
-    folder = user_folder(engine, model(name), tmp_path)
+def show_page(engine: str, model: Path, folder: Path) -> np.ndarray:
+    """The canvas of a manual's page in a folder of a user."""
+    folder = user_folder(engine, model, folder)
     shutil.copytree(folder / "node_modules" / "gltf-meshlet", folder / "gltf-meshlet")
     before, end, _ = example(engine, "html").rpartition("</script>")
     page = f"{before}{DRAWN.get(engine, 'window.done = {}')};{end}"
@@ -90,6 +89,19 @@ def test_page_from_a_local_copy_shows_the_model(engine, model, tmp_path):
     picture = np.asarray(Image.open(folder / "model.glb.png").convert("RGB"), np.int16)
     canvas = picture[100:300, 100:500]
     assert (canvas != picture[60, 60]).any(axis=2).mean() > 0.02
+    return canvas
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_page_from_a_local_copy_shows_the_model(engine, model, tmp_path):
+    name = "beast.glb" if engine in DRAWN else "nasty/CesiumMan_skinned.glb"
+    show_page(engine, model(name), tmp_path)
+
+
+def test_first_page_lights_models_without_a_material(model, tmp_path):
+    canvas = show_page("three.js", model("beast.glb"), tmp_path)
+    bright = canvas.max(axis=2) > 60
+    assert bright.mean() > 0.1
 
 
 @pytest.mark.parametrize("engine", ENGINES)

@@ -29,7 +29,7 @@ def test_package_holds_every_entry_point_and_what_it_imports():
     shipped = set(PACKAGE["files"])
     assert {target.removeprefix("./") for target in targets} <= shipped
     for name in shipped - {"decoder.wasm", "unpacker.wasm"}:  # compiled by make web
-        imported = re.findall(r"from '(\.\.?/[^']+)'", (WEB / name).read_text())
+        imported = re.findall(r"(?:from |import\()'(\.\.?/[^']+)'", (WEB / name).read_text())
         paths = {posixpath.normpath(f"{posixpath.dirname(name)}/{file}") for file in imported}
         assert {path.removeprefix("/") for path in paths} <= shipped, name
     assert "dependencies" not in PACKAGE
@@ -65,6 +65,32 @@ def test_unpacker_is_small():
         console.log(brotliCompressSync(readFileSync('unpacker.wasm')).length);
     """
     assert int(run_module(code)) <= 20_000
+
+
+def test_manuals_tell_the_size_of_the_unpacker():
+    if not (WEB / "unpacker.wasm").is_file():
+        environment.missing("no web/unpacker.wasm; run: make web")
+    kilobytes = round((WEB / "unpacker.wasm").stat().st_size / 1000)
+    for name in ("web.md", "stream.md"):
+        text = (ROOT / "docs" / name).read_text()
+        assert f"of {kilobytes} kB" in text, name
+
+
+def test_bundlers_keep_what_a_worker_imports(tmp_path):
+    """Of a file of one's own. And webpack finds no import whose name it does not know."""
+    program = environment.need_npm_package("esbuild") / "bin" / "esbuild"
+    folder = web_package.install(tmp_path / "user")
+    for name in ("worker", "stream/worker"):
+        (folder / "own.js").write_text(f"import 'gltf-meshlet/{name}';\n")
+        command = [program, "own.js", "--bundle", "--format=esm", "--log-level=warning"]
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=True)
+        assert done.stderr == "" and "validate" in done.stdout, name
+    # webpack replaces import.meta.url by the path on the developer's machine, but for these.
+    scripts = [path.read_text() for path in (folder / "node_modules/gltf-meshlet").rglob("*.js")]
+    imports = [found for text in scripts for found in re.findall(r"import\(([^')]*)\)", text)]
+    places = [re.sub(r"new URL\([^)]*, import\.meta\.url\)", "", text) for text in scripts]
+    assert not any("import.meta" in text for text in places)
+    assert imports == ["/* webpackIgnore: true */ /* @vite-ignore */ node"] * 4
 
 
 def test_package_contains_the_licence():
@@ -126,3 +152,32 @@ def test_babylon_plugin_passes_on_the_error_of_a_decoder_that_cannot_be_loaded()
         await view.catch((error) => console.log(error.message));
     """
     assert run_module(code) == "mesh 0 primitive 0: no decoder"
+
+
+def test_blobs_of_more_workgroups_than_a_dispatch_has_are_refused_on_the_gpu():
+    code = """
+        const { decodeToGPU } = await import('gltf-meshlet/webgpu');
+        globalThis.GPUBufferUsage = globalThis.GPUShaderStage = {};
+        const limits = { maxStorageBufferBindingSize: 1e12, maxBufferSize: 1e12 };
+        const nothing = () => ({ getCompilationInfo: async () => ({ messages: [] }) });
+        const known = { limits, pushErrorScope() {}, popErrorScope: async () => null };
+        const device = new Proxy(known, { get: (of, name) => of[name] ?? nothing });
+        for (const [method, meshletCount] of [['interior', 131071], ['traversal', 524281]]) {
+          const blob = { bytes: new Uint8Array(64), meshletCount, triangleCount: 1, streams: [] };
+          const decoder = { blobs: () => [blob] };
+          await decodeToGPU(device, blob.bytes, { decoder, method }).catch((error) =>
+            console.log(error.name, /a dispatch may have .*/.exec(error.message)[0]));
+        }
+    """
+    assert run_module(code).splitlines() == [
+        f"RangeError a dispatch may have ({most} meshlets); compress it with --page-bytes"
+        for most in (131070, 524280)
+    ]
+
+
+def test_rooms_of_streaming_import_from_those_before_them():
+    rooms = ("io", "core", "engine")
+    for number, room in enumerate(rooms):
+        for path in (WEB / "stream" / room).glob("*.js"):
+            for other in re.findall(r"from '\.\./(\w+)/", path.read_text()):
+                assert other in rooms[:number], path

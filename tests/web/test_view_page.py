@@ -262,6 +262,68 @@ def test_models_with_levels_stream(browse, serve, bunny, tmp_path):
     assert (pixels(by_level) != pixels(fine)).mean() > 0.05
 
 
+def test_sliders_have_their_keys_and_files_are_read_once(browse, serve, bunny):
+    """What tells whether a file has levels is not fetched again to stream it."""
+    entries = "performance.getEntriesByType('resource')"
+    asked = f"{entries}.filter(({{ name }}) => name.endsWith('.glb')).length"
+    told = "Number(/(\\d+) requests/.exec(details.innerText)?.[1])"
+    arrow = "new KeyboardEvent('keydown', { key: 'ArrowRight', bubbles: true, cancelable: true })"
+    (results,) = browse(
+        {
+            "address": serve(bunny),
+            "steps": [
+                SHOWN,
+                ["until", f"{told} > 0"],
+                ["evaluate", "freeze.click()"],
+                PAINTED,
+                ["evaluate", f"[{asked}, {told}]"],
+                ["evaluate", "pixels.focus()"],
+                ["key", "ArrowRight"],
+                ["key", "ArrowRight"],
+                ["evaluate", "Number(pixels.value)"],
+                # The model turns with those that it takes.
+                ["evaluate", f"[pixels, canvas].map((one) => one.dispatchEvent({arrow}))"],
+            ],
+        }
+    )
+    fetched, stated = results[4]
+    assert fetched == stated
+    assert results[8] == 0.5
+    assert results[9] == [True, False]
+
+
+def test_another_model_ends_a_stream_that_opens(browse, serve, bunny, torus):
+    change = "megabytes.value = 5; megabytes.dispatchEvent(new Event('change'))"
+    # The next request gets no answer.
+    stall = """
+        const original = window.fetch;
+        window.ended = 0;
+        window.fetch = (_, { signal }) => {
+          window.fetch = original;
+          return new Promise((_, reject) =>
+            signal.addEventListener('abort', () => {
+              window.ended++;
+              reject(signal.reason);
+            }));
+        };
+    """
+    (results,) = browse(
+        {
+            "address": serve(bunny),
+            "steps": [
+                SHOWN,
+                ["evaluate", stall],
+                ["evaluate", change],
+                ["drop", [["torus.glb", str(torus)]]],
+                SHOWN,
+                ["evaluate", "window.ended"],
+                ["visible", "#status"],
+            ],
+        }
+    )
+    assert results[4:] == ["ready", 1, False]
+
+
 def test_picture_comes_back_after_a_lost_context(browse, serve, bunny, tmp_path):
     before, after = str(tmp_path / "before.png"), str(tmp_path / "after.png")
     context = "document.getElementById('canvas').getContext('webgl2')"

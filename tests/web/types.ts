@@ -43,18 +43,24 @@ stream.addEventListener('warning', ({ message }) => console.log(message.length))
 await stream.ready;
 stream.colour = stream.update(new PerspectiveCamera(), new WebGLRenderer()) ? 'level' : 'none';
 console.log(stream.statistics.bytes.total + stream.statistics.textureBytes);
+const signed: typeof fetch = (url, init) => fetch(`${url}?signature=1`, init);
+new MeshletStream('model.glb', { fetch: signed, maxWholeBytes: 1e8 }).retry();
 stream.dispose();
 declare const scene: Scene;
 const babylon = new BabylonStream('model.glb', scene, { maxBytes: 8e6, pixels: 2, signal });
 babylon.onErrorObservable.add(({ message }) => console.log(message.length));
 console.log(scene.activeCamera && babylon.update(scene.activeCamera), babylon.statistics.error);
 babylon.position.x = 1;
+babylon.retry();
 const core: Streamer = await openStreamer(new Blob([]), { onWarning: console.log });
 const { starts } = core.addInstance(core.primitives[0]);
+core.retry();
 core.update({ eye: null, pixelsPerUnit: 1, near: starts[0], planes: null }, 1);
 
 // @ts-expect-error refused: no such colour
 stream.colour = 'red';
+// @ts-expect-error refused: not a number
+stream.pixels = '1';
 // @ts-expect-error refused: a stream of Babylon.js needs a scene
 new BabylonStream('model.glb');
 // @ts-expect-error refused: no such option

@@ -100,7 +100,7 @@ class Levels(Owner):
         self._device, self._scene = device, scene
         self._cut = Stage("dispatch", ComputePipeline.of(device, "cut.comp", {}))
         self._rounds = ComputePipeline.of(device, "rounds.comp", {})
-        self._least_pixels = self._pixels_per_unit = self._crowding = 1.0
+        self._least_pixels = self._pixels_per_unit = self._crowding = self._near = 1.0
         self._update = Update()  # for the next frame
         self._allowed_pixels = 0.0  # by the pool
         self._view = b""
@@ -127,6 +127,7 @@ class Levels(Owner):
         self._may_shrink = self._may_shrink or view != self._view
         self._view, self._least_pixels = view, min(least_pixels, MOST_PIXELS)
         self._pixels_per_unit = camera.pixels_per_unit(width, height)
+        self._near = camera.near
 
     # --- a frame ---
 
@@ -166,6 +167,7 @@ class Levels(Owner):
             least_pixels=AHEAD * self._least_pixels,
             block_total=self._block_total,
             last_round=ROUNDS - 1,
+            near=self._near,
         )
         for _ in range(ROUNDS):
             jobs.dispatch(commands, self._cut, pushed)

@@ -24,10 +24,14 @@ export interface MeshletStreamOptions extends StreamOptions {
 export declare class MeshletStream extends TransformNode {
   /** @param place a URL, or the bytes of a .glb. */
   constructor(place: string | URL | Blob, scene: Scene, options?: MeshletStreamOptions);
-  /** Resolves when the coarsest level is there. Rejects if the file cannot be streamed. */
+  /**
+   * Resolves when the coarsest level is there. Rejects if the file cannot be streamed. After a
+   * restart or `retry` it is another promise.
+   */
   readonly ready: Promise<void>;
-  /** As the option. */
-  pixels: number;
+  /** As the option. Throws a RangeError unless it is set to a number of at least 0. */
+  get pixels(): number;
+  set pixels(pixels: number);
   /** Keeps the cut while the camera moves. */
   frozen: boolean;
   animationGroups: AnimationGroup[];
@@ -39,7 +43,16 @@ export declare class MeshletStream extends TransformNode {
   readonly onWarningObservable: Observable<string>;
   /** The stream has ended. `ready` rejects with the same error, if it still waits. */
   readonly onErrorObservable: Observable<Error>;
+  /** Without a scene, before `ready`: only `complete` and `bytes.total`. */
   readonly statistics: Statistics;
   /** Chooses what is drawn. Call it before each frame. Returns whether the picture changes. */
   update(camera: Camera): boolean;
+  /**
+   * Requests again what was given up, such as pages that the server had refused: after a signature
+   * was renewed, or when the browser is online again. A stream that has ended with an error opens
+   * the file again.
+   */
+  retry(): void;
+  /** Throws: make another stream of the same file. */
+  clone(): never;
 }

@@ -1,6 +1,6 @@
 import type { DecoderSource } from '../decoder.js';
 
-/** What ranges have tags of. */
+/** What the tags of ranges name: `'page'`, for example, gives each range the number of its page. */
 export type Colour = 'none' | 'page' | 'level' | 'meshlet';
 
 export interface StreamOptions {
@@ -10,15 +10,29 @@ export interface StreamOptions {
    * a larger error.
    */
   maxBytes?: number;
-  /** For fetch: headers, credentials. */
+  /** For fetch: headers, credentials. Not for .bin files on another server than the file's. */
   requestInit?: RequestInit;
+  /**
+   * Fetches in place of the global function: each request of the file and of its .bin files goes
+   * through it, with a header `Range` but for whole files. To sign URLs, or to renew what has expired.
+   * `init.signal` ends a request: pass it on.
+   */
+  fetch?: (url: string, init: RequestInit) => Promise<Response>;
+  /**
+   * Bytes of a file that is loaded whole, where the server gives no ranges, at most; default
+   * 1,000,000,000.
+   */
+  maxWholeBytes?: number;
   /** Milliseconds without a byte until a request is given up; default 20,000. */
   stallMs?: number;
   /** The WebAssembly module, as for `createDecoder`. */
   source?: DecoderSource;
   /** As `source`, of the unpacker: for files with `EXT_meshlet_transport`. */
   unpacker?: DecoderSource;
-  /** Starts a Worker that runs `gltf-meshlet/stream/worker`, for bundlers that do not find it. */
+  /**
+   * Starts a Worker that runs `gltf-meshlet/stream/worker`, for bundlers that do not find it. Streams
+   * with the same function share Workers.
+   */
   createWorker?: () => Worker | Promise<Worker>;
 }
 
@@ -109,7 +123,10 @@ export interface Pool {
   index: Uint32Array;
   /** Set it: called with an array and the elements [begin, end) that were written. */
   written: (array: ArrayBufferView, begin: number, end: number) => void;
-  /** Set it: called when arrays and index are new ones, before they are written. */
+  /**
+   * Set it: called when arrays and index are new ones, as when they grow. They hold what the earlier
+   * ones held; `written` tells what comes next.
+   */
   resized: () => void;
 }
 
@@ -135,6 +152,8 @@ export interface Streamer {
   readView(number: number): Promise<Uint8Array>;
   /** null: the view before. Returns whether the ranges of an instance have changed. */
   update(view: View | null, pixels: number): boolean;
+  /** Requests again what was given up, such as pages that the server had refused. */
+  retry(): void;
   close(): void;
 }
 

@@ -45,15 +45,20 @@ export interface MeshletStreamStatistics extends Statistics {
 export declare class MeshletStream extends Group<MeshletStreamEventMap> {
   /** @param place a URL, or the bytes of a .glb. */
   constructor(place: string | URL | Blob, options?: MeshletStreamOptions);
-  /** Resolves when the coarsest level is there. Rejects if the file cannot be streamed. */
+  /**
+   * Resolves when the coarsest level is there. Rejects if the file cannot be streamed. After a
+   * restart or `retry` it is another promise.
+   */
   readonly ready: Promise<void>;
-  /** As the option. */
-  pixels: number;
+  /** As the option. Throws a RangeError unless it is set to a number of at least 0. */
+  get pixels(): number;
+  set pixels(pixels: number);
   /** Keeps the cut while the camera moves. */
   frozen: boolean;
   /** Shows colours instead of materials. */
   colour: Colour;
   animations: AnimationClip[];
+  /** Without a scene, before `ready`: only `complete` and `bytes.total`, and the estimates. */
   readonly statistics: MeshletStreamStatistics;
   /**
    * Chooses what is drawn. Call it before each frame, when all matrices but the stream's own are
@@ -66,6 +71,14 @@ export declare class MeshletStream extends Group<MeshletStreamEventMap> {
     camera: Camera,
     renderer: number | { getViewport: (target: never) => { w: number }; getPixelRatio(): number },
   ): boolean;
-  /** Frees everything, materials and textures included. */
+  /**
+   * Requests again what was given up, such as pages that the server had refused: after a signature
+   * was renewed, or when the browser is online again. A stream that has ended with an error opens
+   * the file again.
+   */
+  retry(): void;
+  /** Throws: make another stream of the same file. */
+  clone(): never;
+  /** Frees everything, materials and textures included. At any time, also before `ready`. */
   dispose(): void;
 }

@@ -1,5 +1,2 @@
-// A Worker of the decoder pool that also decodes pages.
-import { tasks } from '../worker.js';
-import { decodePage } from './page.js';
-
-tasks.decodePage = decodePage;
+// The Worker of streams, as web pages name it.
+import './core/worker.js';

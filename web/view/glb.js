@@ -1,5 +1,5 @@
 // .glb files, and .gltf files with the files that they refer to.
-import { parseJson } from '../stream/document.js';
+import { parseJson } from '../stream/io/document.js';
 
 const MAGIC = 0x46546c67;
 const JSON_CHUNK = 0x4e4f534a;

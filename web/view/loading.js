@@ -1,5 +1,6 @@
 // From the bytes of a file to what can be drawn. Knows no camera, canvas or web page.
-import { compileDecoder, createDecoder } from '../decoder.js';
+import { compileDecoder } from '../compile.js';
+import { createDecoder } from '../decoder.js';
 import { EXTENSION, vertexBytes } from '../gltf.js';
 import { createDecoderPool } from '../pool.js';
 import { meshletPlugin } from '../three_plugin.js';

@@ -114,25 +114,31 @@ async function compress(number, notices) {
 }
 
 async function read(source, name, streams = false) {
-  status(`Opening ${name} …`);
+  const mine = attempt;
+  const { signal } = abort;
+  const tell = (text) => mine === attempt && status(text);
+  tell(`Opening ${name} …`);
   const since = performance.now();
-  const { levels: has, blob } = streams && source.place ? await look(source.place) : {};
+  const looked = streams && source.place ? await look(source.place, signal) : {};
+  const { levels: has, blob, fetch } = looked;
   if (blob) Object.assign(source, { place: blob, read: () => blob.arrayBuffer() }); // not again
   if (has) {
     const loaded = await openStream(source.place, {
       pixels: 2 ** levels.pixels,
       maxBytes: 1e6 * 2 ** levels.megabytes,
       onChange: () => stage.invalidate(),
+      signal,
+      fetch,
     });
-    status(null);
+    tell(null);
     return { loaded, times: { ...loaded.times } };
   }
   const buffer = await source.read();
   const times = { read: performance.now() - since };
-  status(`Decoding ${name} …`);
+  tell(`Decoding ${name} …`);
   await painted();
   const loaded = await load(buffer, source.type);
-  status(null);
+  tell(null);
   return { loaded, times: { ...times, ...loaded.times } };
 }
 
@@ -328,6 +334,7 @@ function key(event) {
   const { key: name, target } = event;
   if (target.matches('select') || (name === ' ' && target.matches('button'))) return;
   if (name in moves) {
+    if (target.matches('[type=range]')) return; // a slider's own keys
     const [x, y] = moves[name];
     if (event.shiftKey) stage.pan(-STEP * x, -STEP * y);
     else stage.orbit(TURN * x, TURN * y);

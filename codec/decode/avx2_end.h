@@ -1,0 +1,6 @@
+// The end of what avx2_begin.h begins.
+#ifdef __clang__
+#pragma clang attribute pop
+#else
+#pragma GCC pop_options
+#endif

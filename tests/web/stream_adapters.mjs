@@ -1,0 +1,133 @@
+// Streams files in Node with three.js or with Babylon's engine without pictures, for
+// test_stream_adapters.py.
+// Usage: node stream_adapters.mjs FOLDER TASK FILE; FOLDER has the packages, installed. Prints JSON.
+import { readFileSync } from 'node:fs';
+import path from 'node:path';
+import { pathToFileURL } from 'node:url';
+
+import { serveFile } from './fault_server.mjs';
+
+const [folder, task, file] = process.argv.slice(2);
+const load = (name) => import(pathToFileURL(path.join(folder, 'node_modules', name)));
+const pause = (milliseconds) => new Promise((resolve) => setTimeout(resolve, milliseconds));
+
+// A scene of Babylon, and what Babylon has said.
+async function babylonScene() {
+  const core = (name) => load(`@babylonjs/core/${name}.js`);
+  const { Logger } = await core('Misc/logger');
+  const { NullEngine } = await core('Engines/nullEngine');
+  const { Scene } = await core('scene');
+  const said = [];
+  Logger.Log = () => {};
+  Logger.Warn = (text) => said.push(text);
+  Logger.Error = (text) => said.push(text);
+  return { scene: new Scene(new NullEngine()), said };
+}
+
+async function streamOf(engine, place, options) {
+  if (engine === 'three') {
+    const { MeshletStream } = await load('gltf-meshlet/stream/three.js');
+    return { stream: new MeshletStream(place, options), said: [] };
+  }
+  const { MeshletStream } = await load('gltf-meshlet/stream/babylon.js');
+  const { scene, said } = await babylonScene();
+  return { stream: new MeshletStream(place, scene, options), scene, said };
+}
+
+const blob = () => new Blob([readFileSync(file)]);
+const problemOf = (action) => {
+  try {
+    return action() ?? 'nothing';
+  } catch (error) {
+    return String(error);
+  }
+};
+const countsOf = ({ meshes, geometries, materials, transformNodes }) =>
+  [meshes, geometries, materials, transformNodes].map(({ length }) => length);
+
+const tasks = {
+  // For each engine: what wrong values of `pixels` and a copy tell, and `pixels` afterwards.
+  async properties() {
+    const result = {};
+    for (const engine of ['three', 'babylon']) {
+      const { stream } = await streamOf(engine, blob(), { pixels: 2 });
+      const set = problemOf(() => {
+        stream.pixels = Number.NaN;
+      });
+      const copied = problemOf(() => stream.clone());
+      const made = await streamOf(engine, blob(), { pixels: '1' }).then(() => 'nothing', String);
+      result[engine] = { set, copied, made, pixels: stream.pixels };
+      await stream.ready;
+      stream.dispose();
+    }
+    return result;
+  },
+
+  // What is in Babylon's scene after a stream with a wrong option.
+  async refused() {
+    const { scene } = await babylonScene();
+    const { MeshletStream } = await load('gltf-meshlet/stream/babylon.js');
+    const made = problemOf(() => new MeshletStream(blob(), scene, { pixels: -1 }));
+    return { made, left: countsOf(scene) };
+  },
+
+  // Of a stream in three.js that ends while it shows colours: its materials, and those freed.
+  async coloured() {
+    const { stream } = await streamOf('three', blob(), {});
+    await stream.ready;
+    const materials = new Set();
+    stream.traverse(({ material }) => {
+      for (const one of [material ?? []].flat()) materials.add(one);
+    });
+    let freed = 0;
+    for (const one of materials) one.addEventListener('dispose', () => freed++);
+    stream.colour = 'level';
+    stream.dispose();
+    return { made: materials.size, freed };
+  },
+
+  // What Babylon says of a stream from its beginning to its end, and what is left of it.
+  async quiet() {
+    const { stream, scene, said } = await streamOf('babylon', blob(), {});
+    await stream.ready;
+    const made = countsOf(scene);
+    stream.dispose();
+    return { said, made, left: countsOf(scene) };
+  },
+
+  // What is left in Babylon's scene of a stream that ends when its loader is done, and pages are on
+  // the way.
+  async early() {
+    const server = await serveFile(readFileSync(file));
+    const { scene } = await babylonScene();
+    const { MeshletStream } = await load('gltf-meshlet/stream/babylon.js');
+    const containers = [];
+    const { AssetContainer } = await load('@babylonjs/core/assetContainer.js');
+    const { dispose } = AssetContainer.prototype;
+    AssetContainer.prototype.dispose = function (...given) {
+      containers.push(this);
+      return dispose.apply(this, given);
+    };
+    const { Worker } = await import('node:worker_threads');
+    const url = pathToFileURL(path.join(folder, 'node_modules/gltf-meshlet/stream/worker.js'));
+    // Decodes never, so that there is no first picture.
+    const createWorker = () => {
+      const worker = new Worker(url);
+      const post = worker.postMessage.bind(worker);
+      worker.postMessage = (message, ...more) => !message.task && post(message, ...more);
+      return worker;
+    };
+    const stream = new MeshletStream(server.url, scene, { createWorker });
+    const errors = [];
+    stream.onErrorObservable.add(({ message }) => errors.push(message));
+    const ready = stream.ready.then(() => 'nothing', String);
+    await pause(1000);
+    stream.dispose();
+    const result = { ready: await ready, errors, freed: containers.length, left: countsOf(scene) };
+    server.close();
+    return result;
+  },
+};
+
+process.stdout.write(JSON.stringify(await tasks[task]()));
+process.exit(0); // Workers may still end

@@ -1,0 +1,8 @@
+// Checks of options.
+
+// Throws RangeError for what is not a number, or less than `least`.
+export function checkNumber(name, value, least) {
+  if (Number.isFinite(value) && value >= least) return;
+  const bound = least.toLocaleString('en');
+  throw new RangeError(`${name} must be a number of at least ${bound}, not ${String(value)}`);
+}

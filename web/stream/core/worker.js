@@ -1,0 +1,5 @@
+// A Worker of the decoder pool that also decodes pages.
+import { addTask } from '../../worker.js';
+import { decodePage } from './vertices.js';
+
+addTask('decodePage', decodePage);

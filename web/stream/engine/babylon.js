@@ -1,0 +1,387 @@
+// Streams a file into a scene of Babylon.js. Its glTF loader makes nodes, materials, textures and
+// animations; primitives with levels are drawn as ranges of shared buffers.
+import { Camera } from '@babylonjs/core/Cameras/camera.js';
+import { BoundingInfo } from '@babylonjs/core/Culling/boundingInfo.js';
+import { LoadAssetContainerAsync } from '@babylonjs/core/Loading/sceneLoader.js';
+import { Frustum } from '@babylonjs/core/Maths/math.frustum.js';
+import { Matrix, Quaternion, Vector3 } from '@babylonjs/core/Maths/math.vector.js';
+import { VertexBuffer } from '@babylonjs/core/Meshes/buffer.js';
+import { Geometry } from '@babylonjs/core/Meshes/geometry.js';
+import { Mesh } from '@babylonjs/core/Meshes/mesh.js';
+import { TransformNode } from '@babylonjs/core/Meshes/transformNode.js';
+import { Observable } from '@babylonjs/core/Misc/observable.js';
+import {
+  registerGLTFExtension,
+  unregisterGLTFExtension,
+} from '@babylonjs/loaders/glTF/2.0/glTFLoaderExtensionRegistry.js';
+import '@babylonjs/loaders/glTF/2.0/index.js';
+import { ARRAYS, EXTENSION } from '../../accessors.js';
+import { MeshletExtension } from '../../babylon.js';
+import { View } from '../core/cut.js';
+import { checkNumber } from '../core/options.js';
+import { forStreamed, Session } from './session.js';
+
+const KINDS = {
+  POSITION: VertexBuffer.PositionKind,
+  NORMAL: VertexBuffer.NormalKind,
+  TANGENT: VertexBuffer.TangentKind,
+  TEXCOORD_0: VertexBuffer.UVKind,
+  TEXCOORD_1: VertexBuffer.UV2Kind,
+  TEXCOORD_2: VertexBuffer.UV3Kind,
+  TEXCOORD_3: VertexBuffer.UV4Kind,
+  COLOR_0: VertexBuffer.ColorKind,
+};
+let loads = 0;
+
+export class MeshletStream extends TransformNode {
+  #session;
+  #pixels;
+  #container = null; // what the loader made
+  #meshes = []; // StreamedMesh
+  #geometries = new Map(); // pool -> Geometry
+  #isLost = false; // the WebGL context
+  #observers = []; // of the context
+
+  constructor(place, scene, { pixels = 1, ...options } = {}) {
+    checkNumber('pixels', pixels, 0); // before anything of it is in the scene
+    super('MeshletStream', scene);
+    this.pixels = pixels;
+    this.frozen = false;
+    this.animationGroups = [];
+    this.onLoadObservable = new Observable();
+    this.onProgressObservable = new Observable();
+    this.onWarningObservable = new Observable();
+    this.onErrorObservable = new Observable();
+    const observables = {
+      load: this.onLoadObservable,
+      progress: this.onProgressObservable,
+      warning: this.onWarningObservable,
+      error: this.onErrorObservable,
+    };
+    this.#session = new Session(place, options, {
+      load: (...given) => this.#load(...given),
+      show: (...given) => this.#show(...given),
+      clear: () => this.#clear(),
+      dispose: () => this.dispose(),
+      tell: (type, message, error) => observables[type].notifyObservers(error ?? message),
+    });
+    if (options.signal?.aborted) this.dispose();
+  }
+
+  get ready() {
+    return this.#session.ready;
+  }
+
+  get pixels() {
+    return this.#pixels;
+  }
+
+  set pixels(pixels) {
+    checkNumber('pixels', pixels, 0);
+    this.#pixels = pixels;
+  }
+
+  retry() {
+    this.#session.retry();
+  }
+
+  clone() {
+    throw new Error('a MeshletStream has no copies: make another one of the same file');
+  }
+
+  getClassName() {
+    return 'MeshletStream';
+  }
+
+  // Makes the scene. found: meshes without geometry -> streamed primitives.
+  async #load(streamer, json, base) {
+    const name = `MESHLET_STREAM_${loads++}`;
+    const found = new Map();
+    forStreamed(json, streamer.primitives, (primitive, streamed) => {
+      primitive.extensions[name] = streamer.primitives.indexOf(streamed);
+    });
+    const used = json.extensionsUsed?.filter((one) => one !== EXTENSION) ?? [];
+    json.extensionsUsed = [...used, name]; // with our extension only, of this file only
+    registerGLTFExtension(name, true, (loader) => {
+      return new StreamExtension(name, loader, streamer, found);
+    });
+    try {
+      const options = { pluginExtension: '.gltf', rootUrl: base };
+      const source = `data:${JSON.stringify(json)}`;
+      this.#container = await LoadAssetContainerAsync(source, this.getScene(), options);
+      return { container: this.#container, found };
+    } finally {
+      unregisterGLTFExtension(name);
+    }
+  }
+
+  async #show(streamer, { container, found }, each) {
+    for (const pool of streamer.pools) this.#adopt(pool);
+    this.#watchContext(streamer);
+    await each(container.meshes.slice(), (holder) => {
+      const primitive = found.get(holder.isAnInstance ? holder.sourceMesh : holder);
+      if (primitive) this.#fill(holder, streamer, primitive);
+    });
+    container.addAllToScene(); // while no node has a parent outside, of which Babylon would warn
+    for (const node of container.rootNodes) node.parent = this;
+    this.animationGroups = container.animationGroups;
+  }
+
+  // Gives a mesh without geometry a child for each of its instances.
+  #fill(holder, streamer, primitive) {
+    const box = boxOf(streamer.json, primitive);
+    holder.setBoundingInfo(new BoundingInfo(...box));
+    const locals = holder.hasThinInstances ? holder.thinInstanceGetWorldMatrices() : [null];
+    for (const local of locals) {
+      const mesh = new StreamedMesh(holder, local, streamer.addInstance(primitive), box);
+      mesh.setGeometry(this.#geometries.get(primitive.pool));
+      this.#meshes.push(mesh);
+    }
+  }
+
+  // Buffers of Babylon for a pool. Only what is written goes to the GPU.
+  #adopt(pool) {
+    const engine = this.getScene().getEngine();
+    const before = this.#geometries.get(pool);
+    const geometry = new Geometry(Geometry.RandomId(), this.getScene());
+    const writers = new Map(); // array -> function(part, byte)
+    pool.formats.forEach(({ name, size, components, normalized, bytes }, a) => {
+      const array = pool.arrays[a];
+      if (!KINDS[name]) return;
+      const buffer = engine.createDynamicVertexBuffer(array);
+      writers.set(array, (part, at) => engine.updateDynamicVertexBuffer(buffer, part, at));
+      const options = {
+        size: name === 'COLOR_0' ? size : components,
+        stride: bytes,
+        useBytes: true,
+        type: Number(Object.keys(ARRAYS).find((type) => array instanceof ARRAYS[type])),
+        normalized,
+      };
+      const vertices = array.length / size;
+      geometry.setVerticesBuffer(new VertexBuffer(engine, buffer, KINDS[name], options), vertices);
+    });
+    const buffer = engine.createIndexBuffer(pool.index, true);
+    writers.set(pool.index, (part, at) => writeIndices(engine, buffer, part, at));
+    geometry.setIndexBuffer(buffer, geometry.getTotalVertices(), pool.index.length, true);
+    this.#geometries.set(pool, geometry);
+    for (const mesh of this.#meshes) if (mesh.geometry === before) mesh.setGeometry(geometry);
+    before?.dispose();
+    pool.resized = () => this.#adopt(pool);
+    pool.written = (array, begin, end) =>
+      writers.get(array)?.(array.subarray(begin, end), begin * array.BYTES_PER_ELEMENT);
+  }
+
+  // Babylon knows no data of the pools' buffers, so that it cannot fill those of a new context.
+  #watchContext(streamer) {
+    const engine = this.getScene().getEngine();
+    const restore = () => {
+      this.#isLost = false;
+      for (const pool of streamer.pools) this.#adopt(pool);
+    };
+    this.#observers = [
+      engine.onContextLostObservable.add(() => (this.#isLost = true)),
+      engine.onContextRestoredObservable.add(restore),
+    ];
+  }
+
+  // Call before each frame. Returns whether the picture changes.
+  update(camera) {
+    const { streamer } = this.#session;
+    if (!streamer || this.#isLost) return false;
+    for (const mesh of this.#meshes) mesh.place();
+    streamer.update(this.frozen ? null : viewOf(camera), this.pixels);
+    let changed = false;
+    for (const mesh of this.#meshes) changed = mesh.setRanges() || changed;
+    return changed;
+  }
+
+  get statistics() {
+    return this.#session.streamer?.statistics ?? { complete: false, bytes: { total: 0 } };
+  }
+
+  #clear() {
+    for (const observer of this.#observers.splice(0)) observer.remove();
+    for (const mesh of this.#meshes) mesh.dispose();
+    this.#meshes = [];
+    for (const geometry of this.#geometries.values()) geometry.dispose();
+    this.#geometries.clear();
+    this.#container?.dispose();
+    this.#container = null;
+    this.animationGroups = [];
+    this.#isLost = false; // observers of the next scene tell
+  }
+
+  dispose(...given) {
+    this.#session.close();
+    super.dispose(...given);
+  }
+}
+
+// Of a file that streams: its primitives without levels are decoded whole, those with levels become
+// meshes without geometry.
+class StreamExtension {
+  #streamer;
+  #found;
+  #decoding;
+
+  constructor(name, loader, streamer, found) {
+    this.name = name;
+    this.enabled = true;
+    this.#streamer = streamer;
+    this.#found = found;
+    this.#decoding = new MeshletExtension(loader, streamer.decoders);
+  }
+
+  dispose() {}
+
+  onLoading() {
+    this.#decoding.onLoading();
+  }
+
+  loadBufferViewAsync(context, view) {
+    return this.#decoding.loadBufferViewAsync(context, view) ?? this.#streamer.readView(view.index);
+  }
+
+  // The loader's hook for compressed geometry.
+  _loadVertexDataAsync(_context, { extensions, attributes }, mesh) {
+    const number = extensions?.[this.name];
+    if (number === undefined) return null;
+    const { accessors } = this.#streamer.json;
+    mesh.hasVertexAlpha = accessors[attributes.COLOR_0]?.type === 'VEC4';
+    this.#found.set(mesh, this.#streamer.primitives[number]);
+    return Promise.resolve(new Geometry(mesh.name, mesh.getScene()));
+  }
+}
+
+// An instance of a primitive with levels.
+class StreamedMesh extends Mesh {
+  #holder;
+  #instance;
+  #local; // from POSITION to the holder
+  #box; // in the units of the arrays
+  #placed = Matrix.Zero();
+  #shown = false;
+  #version = -1;
+
+  // local: of the instance; null: the holder itself. box: minimum and maximum of POSITION.
+  constructor(holder, local, instance, box) {
+    super(holder.name, holder.getScene(), holder);
+    this.#holder = holder;
+    this.#instance = instance;
+    this.#local = local ?? Matrix.Identity();
+    const { formats } = instance.primitive;
+    const { scale = 1, offset = [0, 0, 0] } = formats.find(({ name }) => name === 'POSITION');
+    this.#box = box.map((corner) => corner.subtract(Vector3.FromArray(offset)).scale(1 / scale));
+    this.rotationQuaternion = new Quaternion();
+    Matrix.Scaling(scale, scale, scale)
+      .multiply(Matrix.Translation(...offset))
+      .multiply(this.#local)
+      .decompose(this.scaling, this.rotationQuaternion, this.position);
+    this.sideOrientation = holder.sideOrientation;
+    this.hasVertexAlpha = holder.hasVertexAlpha;
+  }
+
+  setGeometry(geometry) {
+    geometry.applyToMesh(this);
+    this.setBoundingInfo(new BoundingInfo(...this.#box));
+    const [subMesh] = this.subMeshes;
+    subMesh.setBoundingInfo(this.getBoundingInfo());
+    subMesh.intersects = (ray, _positions, _indices, isFast, accepts) =>
+      this.#intersect(ray, isFast, accepts);
+    this.#version = -1;
+  }
+
+  // Tells the instance where it is, as far as that has changed.
+  place() {
+    const holder = this.#holder;
+    this.material = holder.material;
+    this.isVisible = holder.isVisible;
+    const shown = holder.isVisible && holder.isEnabled();
+    const world = holder.computeWorldMatrix(true);
+    if (shown === this.#shown && !(shown && !world.equals(this.#placed))) return;
+    this.#shown = shown;
+    this.#placed.copyFrom(world);
+    this.#instance.place(shown ? this.#local.multiply(world).m : null);
+  }
+
+  setRanges() {
+    const { version, counts } = this.#instance;
+    if (version === this.#version) return false;
+    this.#version = version;
+    this.subMeshes[0].indexCount = counts.reduce((sum, count) => sum + count, 0);
+    return true;
+  }
+
+  // In place of Babylon's: all ranges of the instance.
+  _draw(_subMesh, fillMode, instances) {
+    const { starts, counts } = this.#instance;
+    const engine = this.getEngine();
+    for (let i = 0; i < starts.length; i++)
+      engine.drawElementsType(fillMode, starts[i], counts[i], instances);
+    return this;
+  }
+
+  // Picking reads the pool's arrays.
+  _generatePointsArray() {
+    return true;
+  }
+
+  #intersect(ray, isFast, accepts) {
+    const { starts, counts, primitive } = this.#instance;
+    const { pool, formats } = primitive;
+    const position = formats.findIndex(({ name }) => name === 'POSITION');
+    const { size, normalized } = formats[position];
+    const array = pool.arrays[position];
+    const unit = normalized ? 1 / largestOf(array) : 1;
+    const corners = [new Vector3(), new Vector3(), new Vector3()];
+    let nearest = null;
+    for (let r = 0; r < starts.length; r++)
+      for (let i = starts[r]; i < starts[r] + counts[r]; i += 3) {
+        for (let c = 0; c < 3; c++) {
+          const at = size * pool.index[i + c];
+          corners[c].set(array[at] * unit, array[at + 1] * unit, array[at + 2] * unit);
+        }
+        if (accepts && !accepts(...corners, ray, i, i + 1, i + 2)) continue;
+        const hit = ray.intersectsTriangle(...corners);
+        if (!hit || hit.distance < 0 || hit.distance >= (nearest?.distance ?? Infinity)) continue;
+        nearest = hit;
+        nearest.faceId = i / 3;
+        if (isFast) return nearest;
+      }
+    return nearest;
+  }
+}
+
+const largestOf = ({ BYTES_PER_ELEMENT: width, constructor: { name } }) =>
+  2 ** (8 * width - (name.startsWith('Uint') ? 0 : 1)) - 1;
+
+// The minimum and the maximum of a primitive's positions.
+function boxOf(json, { primitive }) {
+  const { min, max, normalized, componentType } = json.accessors[primitive.attributes.POSITION];
+  const unit = normalized ? 1 / largestOf(new ARRAYS[componentType](0)) : 1;
+  return [min, max].map((corner) => Vector3.FromArray(corner ?? [0, 0, 0]).scale(unit));
+}
+
+// Writes a part of an index buffer. Babylon's own function replaces all of it in WebGL.
+function writeIndices(engine, buffer, part, byte) {
+  if (engine.isWebGPU) {
+    engine.updateDynamicIndexBuffer(buffer, part, byte);
+    return;
+  }
+  const gl = engine.getRenderingCanvas().getContext('webgl2');
+  gl.bindBuffer(gl.COPY_WRITE_BUFFER, buffer.underlyingResource);
+  gl.bufferSubData(gl.COPY_WRITE_BUFFER, byte, part);
+  gl.bindBuffer(gl.COPY_WRITE_BUFFER, null);
+}
+
+function viewOf(camera) {
+  const projection = camera.getProjectionMatrix(true);
+  const height = camera.getEngine().getRenderHeight() * camera.viewport.height;
+  const planes = Frustum.GetPlanes(camera.getViewMatrix(true).multiply(projection));
+  return new View({
+    eye: camera.mode === Camera.ORTHOGRAPHIC_CAMERA ? null : camera.globalPosition.asArray(),
+    pixelsPerUnit: (height / 2) * projection.m[5],
+    near: camera.minZ,
+    planes: planes.flatMap(({ normal, d }) => [...normal.asArray(), d]),
+  });
+}
