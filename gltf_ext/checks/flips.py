@@ -32,8 +32,8 @@ class FlipCounter:
     def __init__(self, finest: Primitive) -> None:
         """Find the finest level's own."""
         is_flipped = flipped_corners(finest)
-        own = finest.attributes["POSITION"][finest.indices[is_flipped]]
-        self._own_positions = np.unique(own, axis=0)
+        rows = finest.attributes["POSITION"][finest.indices[is_flipped]]
+        self._own_positions = np.unique(rows, axis=0)
 
     def count(self, level: Primitive) -> Flips:
         """Return the flips of a level."""

@@ -286,8 +286,8 @@ class Builder:
         simplified_groups = np.flatnonzero(~is_stuck)
         old_groups, distance = [groups[g] for g in simplified_groups], error[simplified_groups]
         pieces = self._choose_vertices([next_pieces[g] for g in simplified_groups], distance)
-        stated = self._stated_error(old_groups, simplified_groups, pieces, distance)
-        new_triangle_ids = self._replace(old_groups, level, pieces, stated, distance)
+        stated_error = self._stated_error(old_groups, simplified_groups, pieces, distance)
+        new_triangle_ids = self._replace(old_groups, level, pieces, stated_error, distance)
         first_new_triangle = np.zeros(len(groups), np.int64)
         first_new_triangle[simplified_groups] = begins_of(pieces)[:-1]
         meter.replace(~is_stuck, first_new_triangle, new_triangle_ids)
@@ -456,8 +456,8 @@ class Builder:
         assert self.meter is not None
         triangles, errors = np.concatenate(pieces), np.repeat(error, [len(p) for p in pieces])
         choices, points = self.surface.choices, self.surface.points
-        chosen = choose_vertices(choices, points, triangles, errors, self.meter.nearest)
-        return np.split(chosen, begins_of(pieces)[1:-1])
+        triangles = choose_vertices(choices, points, triangles, errors, self.meter.nearest)
+        return np.split(triangles, begins_of(pieces)[1:-1])
 
     def _stated_error(
         self, groups: Groups, numbers: np.ndarray, pieces: list[np.ndarray], distance: np.ndarray
@@ -470,15 +470,17 @@ class Builder:
             pieces: uint32[T, 3] each: the replacements.
             distance: float64[N]: to level 0.
         """
-        stated: np.ndarray = np.maximum(distance, self._group_maxima(self.clusters.error, groups))
+        stated_error: np.ndarray = np.maximum(
+            distance, self._group_maxima(self.clusters.error, groups)
+        )
         if self.surface.choices is None:
-            return stated
+            return stated_error
         assert self.meter is not None
         normals = self.surface.choices.normals
         losses = self.meter.shading_losses(numbers, pieces, normals, OFF_COSINE)
         shaded = distance * np.minimum(1.0 + losses / OFF_SHARE, OFF_MOST)
-        np.maximum(stated, np.minimum(shaded, self.error_limit), out=stated)
-        return stated
+        np.maximum(stated_error, np.minimum(shaded, self.error_limit), out=stated_error)
+        return stated_error
 
     def _group_maxima(self, values: np.ndarray, groups: Groups) -> np.ndarray:
         """Return the largest of the clusters' values, [C], in each group: [G]."""

@@ -176,13 +176,17 @@ class _Level0:
             faces: float64[N, 3]: normals of the triangles there.
             errors: float64[N]: by how much they may be off.
         """
-        found = self.nearest(places.astype(np.float32))
-        is_away = (face_normals(self.points, found) * faces).sum(axis=1) < 0.0
+        nearest_triangles = self.nearest(places.astype(np.float32))
+        is_away = (face_normals(self.points, nearest_triangles) * faces).sum(axis=1) < 0.0
         if is_away.any():
             outside = places[is_away] + OUTSIDE * errors[is_away, None] * faces[is_away]
-            found[is_away] = self.nearest(outside.astype(np.float32))
-            is_away = (face_normals(self.points, found) * faces).sum(axis=1) < 0.0
-        weights = nearest_weights(places, self.points[found].astype(np.float64))
-        normals = unit(np.einsum("nk,nkc->nc", weights, self.choices.normals[found]))
+            nearest_triangles[is_away] = self.nearest(outside.astype(np.float32))
+            is_away = (face_normals(self.points, nearest_triangles) * faces).sum(axis=1) < 0.0
+        weights = nearest_weights(places, self.points[nearest_triangles].astype(np.float64))
+        normals = unit(np.einsum("nk,nkc->nc", weights, self.choices.normals[nearest_triangles]))
         normals[is_away] = faces[is_away]
-        return normals, np.einsum("nk,nkc->nc", weights, self.choices.others[found]), is_away
+        return (
+            normals,
+            np.einsum("nk,nkc->nc", weights, self.choices.others[nearest_triangles]),
+            is_away,
+        )

@@ -157,10 +157,10 @@ class ErrorMeter:
         corners = np.concatenate(pieces)[begins_of(pieces)[group] + triangle]
         points = self._shapes[0]
         weights = nearest_weights(points[samples].astype(np.float64), points[corners])
-        here = unit(np.einsum("nk,nkc->nc", weights, normals[corners]))
-        there = self._normals_of_samples(normals)[samples]
-        cosines = (here * there).sum(axis=1)
-        is_away = (face_normals(points, corners) * there).sum(axis=1) < 0.0
+        new_normals = unit(np.einsum("nk,nkc->nc", weights, normals[corners]))
+        old_normals = self._normals_of_samples(normals)[samples]
+        cosines = (new_normals * old_normals).sum(axis=1)
+        is_away = (face_normals(points, corners) * old_normals).sum(axis=1) < 0.0
         areas = np.where(is_away, 0.0, areas)
         sums = np.bincount(group, areas, len(pieces))
         off = np.bincount(group, np.where(cosines < cosine, areas, 0.0), len(pieces))
