@@ -47,7 +47,7 @@ class Remainder:
     Attributes:
         corners: coarse[T, 3]: records of their triangles.
         disks, clusters: int64: number of triangles of each disk, and of disks of each cluster.
-        finer_group, error, distance, centre, radius: as in ClusterSet.
+        finer_group, error, centre, radius: as in ClusterSet.
     """
 
     corners: np.ndarray
@@ -55,15 +55,15 @@ class Remainder:
     clusters: np.ndarray
     finer_group: np.ndarray
     error: np.ndarray
-    distance: np.ndarray
     centre: np.ndarray
     radius: np.ndarray
 
     def with_triangles(self, triangles: np.ndarray) -> ClusterSet:
         """triangles: uint32[T, 3] of the corners."""
         ranges = ClusterRanges(triangles, begins(self.disks), begins(self.clusters))
-        errors = self.error, self.distance, self.distance
-        return ClusterSet(ranges, self.finer_group, *errors, self.centre, self.radius)
+        return ClusterSet(
+            ranges, self.finer_group, self.error, self.error, self.centre, self.radius
+        )
 
     @classmethod
     def of(cls, frontier: ClusterSet, records: np.ndarray) -> Remainder:
@@ -71,8 +71,8 @@ class Remainder:
         ranges = frontier.ranges
         disks, counts = np.diff(ranges.disk_begin), np.diff(ranges.cluster_begin)
         corners = records[ranges.triangles]
-        origin = frontier.finer_group, frontier.error, frontier.distance
-        return cls(corners, disks, counts, *origin, frontier.centre, frontier.radius)
+        origin = frontier.finer_group, frontier.error, frontier.centre, frontier.radius
+        return cls(corners, disks, counts, *origin)
 
 
 @dataclass
@@ -246,9 +246,8 @@ class NextLevel:
         self._file = self._file or WorkFile(str(self._options.work_dir))
         self._file.append(clusters.corners)
         self.triangles += len(clusters.corners)
-        values = (clusters.finer_group, clusters.error, clusters.distance)
-        spheres = clusters.centre, clusters.radius
-        self._columns.append((clusters.disks, clusters.clusters, *values, *spheres))
+        values = (clusters.finer_group, clusters.error, clusters.centre, clusters.radius)
+        self._columns.append((clusters.disks, clusters.clusters, *values))
 
     def close(self) -> None:
         """Give the space on the disk back."""
@@ -260,7 +259,7 @@ class NextLevel:
         disks, in_cluster, *values = (np.concatenate(column) for column in zip(*self._columns))
         cluster_begin = begins(in_cluster)
         triangle_begin = begins(disks)[cluster_begin]
-        points = np.rint(values[3]).astype(np.int32)  # centres
+        points = np.rint(values[2]).astype(np.int32)  # centres
         cells = Cells.over(points, count, level)
         chunk = cells.of(points)
         border_keys = self._border_keys(cells, np.repeat(chunk, np.diff(triangle_begin)))

@@ -33,10 +33,6 @@ STEPS = (1.0, 0.5, 0.45)
 # of that: groups that cannot take the whole step spoil it. 0.01 makes files of engine and
 # sponza_like larger than 1.7 times level 0.
 FIRST_ERROR = 0.03
-# A group whose normals are off by more than OFF_COSINE on a share of its area states a larger error
-# than its distance: by one more of it for each OFF_SHARE, OFF_MOST times at most. Then cuts take it
-# where it is smaller on the screen.
-OFF_COSINE, OFF_SHARE, OFF_MOST = math.cos(math.radians(30.0)), 0.05, 2.0
 LAST_LEVEL_TRIANGLES = 128  # triangles of the last level, at most
 LARGEST_GROUP = 11 / 8  # of the aimed size
 
@@ -94,8 +90,7 @@ class ClusterSet:
     Attributes:
         ranges: the triangles of the C clusters.
         finer_group: int64[C]: the finer group that each cluster replaces a part of, -1 in level 0.
-        error: float64[C]: the stated error of the finer group, 0 in level 0.
-        distance: float64[C]: the part of it that is a distance, without shading.
+        error: float64[C]: the error of the finer group, 0 in level 0.
         base_error: float64[C]: the largest distance to level 0 of the surface that errors are
             measured to.
         centre, radius: float64[C, 3], float64[C]: a sphere around each cluster and all finer
@@ -105,7 +100,6 @@ class ClusterSet:
     ranges: ClusterRanges
     finer_group: np.ndarray
     error: np.ndarray
-    distance: np.ndarray
     base_error: np.ndarray
     centre: np.ndarray
     radius: np.ndarray
@@ -123,8 +117,7 @@ class ClusterSet:
 
     @property
     def _values(self) -> tuple[np.ndarray, ...]:
-        errors = self.error, self.distance, self.base_error
-        return self.finer_group, *errors, self.centre, self.radius
+        return self.finer_group, self.error, self.base_error, self.centre, self.radius
 
 
 @dataclass
@@ -266,7 +259,7 @@ class Builder:
         new_pieces, error, self.level_error = reduce_groups(
             self.surface, old_pieces, step, meter, step * self.level_error, self.threads
         )
-        below = self._group_maxima(self.clusters.distance, groups)
+        below = self._group_maxima(self.clusters.error, groups)
         error = np.maximum(error + self._group_maxima(self.clusters.base_error, groups), below)
         is_stuck = ~(np.isfinite(error) & (error <= self.error_limit))
         next_pieces = [
@@ -284,10 +277,11 @@ class Builder:
         if is_stuck.all():
             return len(old_triangles)
         simplified_groups = np.flatnonzero(~is_stuck)
-        old_groups, distance = [groups[g] for g in simplified_groups], error[simplified_groups]
-        pieces = self._choose_vertices([next_pieces[g] for g in simplified_groups], distance)
-        stated_error = self._stated_error(old_groups, simplified_groups, pieces, distance)
-        new_triangle_ids = self._replace(old_groups, level, pieces, stated_error, distance)
+        stated_error = error[simplified_groups]
+        pieces = self._choose_vertices([next_pieces[g] for g in simplified_groups], stated_error)
+        new_triangle_ids = self._replace(
+            [groups[g] for g in simplified_groups], level, pieces, stated_error
+        )
         first_new_triangle = np.zeros(len(groups), np.int64)
         first_new_triangle[simplified_groups] = begins_of(pieces)[:-1]
         meter.replace(~is_stuck, first_new_triangle, new_triangle_ids)
@@ -310,8 +304,7 @@ class Builder:
         clusters, _, _ = self._make_clusters(self.surface.triangles, group_begin)
         zeros = np.zeros(clusters.count)
         finer_group = np.full(clusters.count, -1)
-        spheres = self._cluster_spheres(clusters)
-        return ClusterSet(clusters, finer_group, zeros, zeros, zeros, *spheres)
+        return ClusterSet(clusters, finer_group, zeros, zeros, *self._cluster_spheres(clusters))
 
     def _make_clusters(
         self, triangles: np.ndarray, begin: np.ndarray
@@ -413,12 +406,7 @@ class Builder:
     # --- the next level ---
 
     def _replace(
-        self,
-        groups: Groups,
-        level: int,
-        pieces: list[np.ndarray],
-        error: np.ndarray,
-        distance: np.ndarray,
+        self, groups: Groups, level: int, pieces: list[np.ndarray], error: np.ndarray
     ) -> np.ndarray:
         """Add groups, and the clusters that replace them.
 
@@ -426,8 +414,7 @@ class Builder:
             groups: the groups that were simplified.
             level: the level of the groups.
             pieces: uint32[T, 3] each: the triangles of each group's replacement.
-            error: float64[G]: the stated error of each replacement.
-            distance: float64[G]: of each replacement to level 0.
+            error: float64[G]: the error of each replacement.
 
         Returns:
             int64: the numbers in `clusters` of the new triangles, piece after piece.
@@ -438,7 +425,7 @@ class Builder:
         triangle_ids[order] = len(self.clusters.ranges.triangles) + np.arange(len(order))
         base_error = self._group_maxima(self.clusters.base_error, groups)
         _, errors, centres, radii = (np.array(v) for v in zip(*self.groups[-len(groups) :]))
-        values = (self.first_group + indices, errors, distance, base_error, centres, radii)
+        values = (self.first_group + indices, errors, base_error, centres, radii)
         counts = np.diff(group_begin)
         first = self.clusters.ranges.count
         self.clusters = self.clusters.concat(
@@ -458,29 +445,6 @@ class Builder:
         choices, points = self.surface.choices, self.surface.points
         triangles = choose_vertices(choices, points, triangles, errors, self.meter.nearest)
         return np.split(triangles, begins_of(pieces)[1:-1])
-
-    def _stated_error(
-        self, groups: Groups, numbers: np.ndarray, pieces: list[np.ndarray], distance: np.ndarray
-    ) -> np.ndarray:
-        """Return the errors that replacements state: more than their distance for bad shading.
-
-        Args:
-            groups: that are replaced.
-            numbers: int64[N]: of these groups in the level.
-            pieces: uint32[T, 3] each: the replacements.
-            distance: float64[N]: to level 0.
-        """
-        stated_error: np.ndarray = np.maximum(
-            distance, self._group_maxima(self.clusters.error, groups)
-        )
-        if self.surface.choices is None:
-            return stated_error
-        assert self.meter is not None
-        normals = self.surface.choices.normals
-        losses = self.meter.shading_losses(numbers, pieces, normals, OFF_COSINE)
-        shaded = distance * np.minimum(1.0 + losses / OFF_SHARE, OFF_MOST)
-        np.maximum(stated_error, np.minimum(shaded, self.error_limit), out=stated_error)
-        return stated_error
 
     def _group_maxima(self, values: np.ndarray, groups: Groups) -> np.ndarray:
         """Return the largest of the clusters' values, [C], in each group: [G]."""

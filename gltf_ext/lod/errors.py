@@ -6,8 +6,6 @@ import numpy as np
 
 from gltf_ext import _codec
 from gltf_ext._replacement_errors import ReplacementErrors
-from gltf_ext.lod.corners import face_normals, unit
-from gltf_ext.lod.nearest import nearest_weights
 from gltf_ext.ranges import begins, begins_of, members
 
 # The fraction of the area of level 0 that its vertices represent; points in triangles represent the
@@ -17,7 +15,6 @@ VERTEX_FRACTION = 0.05
 # The least number of sample points in level 0. With 16,384 here and in the native code, engine
 # (34 small primitives) takes 1.35 times the time; with 8,192 its errors hold as well.
 LEAST_POINTS = 8192
-SHADING_SAMPLES = 256  # of a group, about
 BLOCK = 1 << 18  # triangles at a time: little memory
 R2 = 0.7548776662466927, 0.5698402909980532  # Roberts' sequence R2 spreads points in a square
 
@@ -53,8 +50,6 @@ class ErrorMeter:
         # np.take is six times faster than an index here.
         corners = [np.take(shape, triangles[sample_triangles], axis=0) for shape in shapes]
         points = [abc[:, 0] * u + abc[:, 1] * v + abc[:, 2] * w for abc in corners]
-        self._sampled_triangles = sample_triangles
-        self._normals: np.ndarray | None = None
         self._shapes = [np.concatenate(pair) for pair in zip(shapes, points)]
         self._errors = ReplacementErrors(
             self._shapes,
@@ -128,54 +123,6 @@ class ErrorMeter:
         """Return uint32[N, 3]: the triangles of level 0 that are nearest to points, [N, 3]."""
         triangles: np.ndarray = self._level_0[self._errors.nearest(points)]
         return triangles
-
-    def shading_losses(
-        self,
-        groups: np.ndarray,
-        pieces: list[np.ndarray],
-        normals: np.ndarray,
-        cosine: float,
-    ) -> np.ndarray:
-        """Return the share of the area of groups whose normals are off, float64[N].
-
-        At the samples of level 0 on the replacements that were measured last. Those on the other
-        side of a thin part, which faces away, do not count.
-
-        Args:
-            groups: int64[N].
-            pieces: uint32[T, 3] for each of them: its replacement, as it was measured, though maybe
-                with other vertices at the same positions.
-            normals: float32[V, 3]: unit normals of the vertices.
-            cosine: of the largest angle that is not off.
-        """
-        index_of_group = np.full(len(self._group_begin) - 1, -1)
-        index_of_group[groups] = np.arange(len(groups))
-        is_of_group = index_of_group[self._next_samples[1]] >= 0
-        step = max(int(is_of_group.sum()) // (SHADING_SAMPLES * len(groups)), 1)
-        samples, group, triangle, areas = (v[is_of_group][::step] for v in self._next_samples)
-        group = index_of_group[group]
-        corners = np.concatenate(pieces)[begins_of(pieces)[group] + triangle]
-        points = self._shapes[0]
-        weights = nearest_weights(points[samples].astype(np.float64), points[corners])
-        new_normals = unit(np.einsum("nk,nkc->nc", weights, normals[corners]))
-        old_normals = self._normals_of_samples(normals)[samples]
-        cosines = (new_normals * old_normals).sum(axis=1)
-        is_away = (face_normals(points, corners) * old_normals).sum(axis=1) < 0.0
-        areas = np.where(is_away, 0.0, areas)
-        sums = np.bincount(group, areas, len(pieces))
-        off = np.bincount(group, np.where(cosines < cosine, areas, 0.0), len(pieces))
-        shares: np.ndarray = off / np.where(sums > 0.0, sums, 1.0)
-        return shares
-
-    def _normals_of_samples(self, normals: np.ndarray) -> np.ndarray:
-        """Return the normals of vertices and of points in triangles of level 0, float32[N, 3]."""
-        if self._normals is None:
-            corners = self._level_0[self._sampled_triangles]
-            of_points = np.einsum(
-                "nk,nkc->nc", sample_weights(len(corners)), normals[corners]
-            ).astype(np.float32)
-            self._normals = np.concatenate([normals, unit(of_points)])
-        return self._normals
 
     def lost_vertices(self, group: int, piece: np.ndarray, max_distance: float) -> np.ndarray:
         """Return the vertices of a group around the parts that its replacement lost.

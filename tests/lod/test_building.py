@@ -8,11 +8,9 @@ import pytest
 
 import gltf_ext
 from gltf_ext import _codec
-from gltf_ext.checks.level_errors import measure_levels
 from gltf_ext.document.container import read_document
 from gltf_ext.encode import levels
 from gltf_ext.lod import LodPrimitive, cut_at_level, error_of, open_lod
-from gltf_ext.lod.builder import OFF_MOST
 from gltf_ext.lod.tables import EXTENSION
 from gltf_ext.lod.writing import BLOCK_GROUPS, _by_error, encode_levels
 from spec import reference_lod
@@ -201,9 +199,7 @@ def test_a_model_of_small_parts_has_no_wild_first_level(tmp_path):
     cut = cut_at_level(tables, 1)
     side = np.ptp(primitive.compressed.decode().attributes["POSITION"], axis=0).max()
     assert primitive.cluster_triangles[cut.drawn].sum() < 0.4 * primitive.compressed.triangle_count
-    level = measure_levels(read_document(tmp_path / "out.glb"), 5000)[0][0]
-    assert level["measured_error"] < 0.04 * side
-    assert error_of(tables, cut) < OFF_MOST * 0.04 * side  # its shading is off, too
+    assert error_of(tables, cut) < 0.04 * side
 
 
 def test_pages_keep_the_order_of_levels(sheet, tmp_path):
