@@ -22,7 +22,7 @@ DEMO_MODEL := mkdir -p build && $(BIN)/python -c "from gltf_meshlet.demo import 
   model.write_glb(model.generate(), 'build/demo.glb'); print('build/demo.glb')"
 BPY := bpy==5.0.1
 WEB := tools/build_wasm.py $(wildcard web/*.cpp web/heap.h codec/format/* codec/decode/* codec/transport/*)
-NATIVE := CMakeLists.txt $(wildcard codec/* codec/*/*)
+NATIVE := CMakeLists.txt $(wildcard cmake/*implifier* codec/* codec/*/*)
 PLUGIN := mitsuba_plugin/build.py mitsuba_plugin/CMakeLists.txt $(wildcard mitsuba_plugin/src/*)
 # A process per core; a file of tests stays in one process, which compiles its shaders once.
 PYTEST := $(BIN)/python -m pytest -q -n auto --dist loadfile --junitxml=build/test-results.xml
@@ -142,9 +142,12 @@ clean:  ## remove everything that make made here
 	@$(PIP) $(BUILD_TOOLS) $$($(BIN)/python tools/build_backend.py) || { echo "make: cannot install $(BUILD_TOOLS); is a Python package index reachable?"; exit 1; }
 	@touch $@
 
-# An editable install: Python edits count at once, C++ edits and the version through this rule.
+# An editable install: Python edits count at once, C++ edits and the version through this rule. With
+# meshoptimizer's simplifier inside, as in a wheel, where PyPI has its sources.
 .venv/installed: .venv/build-tools gltf_ext/__init__.py $(NATIVE)
-	@$(PIP) --no-build-isolation --editable ".[test]" \
+	@simplifier=$$($(BIN)/python -m tools.build_wheels --simplifier) \
+	  || echo "make: cannot get meshoptimizer's sources; levels of detail need the package, which has no guard"; \
+	$(PIP) --no-build-isolation --config-settings=cmake.define.MESHLET_SIMPLIFIER="$$simplifier" --editable ".[test]" \
 	  || { echo "make: cannot install the project; is a Python package index reachable, and does the C++ compiler know C++17?"; exit 1; }
 	@touch $@
 

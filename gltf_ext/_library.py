@@ -28,7 +28,8 @@ close p, get_array pupp, open pzp, get_counts pp, get_page pup, get_stream puup,
 open_scratch p, get_begins pippz, get_statistics pp, decode pip, decode_range ppqqpp,
 decode_meshlets pppzp, encode_described pppp,
 weld pzzpp, scan_lines pzppzp, triangulate pzpzp, generate pppp, sort_points pzp,
-open_surface puqpfip, measure ppppzpip, get_distances pzppqfipp, get_unpacked_bytes pzp,
+open_surface puqpfip, measure ppppzpip, get_distances pzppqfipp, get_nearest ppzip,
+get_unpacked_bytes pzp,
 unpack pzipz, pack pzip, join_vertices ppp, get_topology pqqp
 """
 
@@ -138,7 +139,7 @@ def _function(name: str, types: str) -> Any:
     return function
 
 
-library = _load()  # also has two functions of meshoptimizer, in wheels
+library = _load()  # also has functions of meshoptimizer, in wheels
 functions = SimpleNamespace(**{f.split()[0]: _function(*f.split()) for f in FUNCTIONS.split(",")})
 
 

@@ -101,3 +101,13 @@ class ReplacementErrors(Handle):
         functions.measure(self, *groups, *selection, self._threads, result.out)
         distances, areas = result.array(0, np.float32), result.array(4, np.float32)
         return distances, result.array(1), result.array(2), result.array(3), areas
+
+    def nearest(self, points: Floats) -> UInt32s:
+        """Return uint32[N]: the triangle of level 0, at rest, that is nearest to each point.
+
+        points: float32[N, 3].
+        """
+        points = array_of(points, np.float32, -1, 3)
+        triangles = np.empty(len(points), np.uint32)
+        functions.get_nearest(self, points.ctypes, len(points), self._threads, triangles.ctypes)
+        return triangles

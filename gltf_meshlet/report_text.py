@@ -217,15 +217,21 @@ def _topology_line(topology: Report) -> str:
 
 def _level_line(level: Report) -> str:
     shading = "".join(
-        f", {name} off by {difference['median']:.2g} (95 %: {difference['p95']:.2g})"
-        + (" degrees" if name == "NORMAL" else "")
+        f", {name} off by {difference['median']:.2g} (95 %: {difference['p95']:.2g}"
+        f"{_seen_text(difference['seen'])})"
         for name, difference in level["shading"].items()
     )
+    flips = level["flipped_corners"]
+    shading += f", {plural(flips, 'flipped corner')}" if flips else ""
     return (
         f"mesh {level['mesh']} primitive {level['primitive']} level {level['level']}: "
         f"{plural(level['triangles'], 'triangle')}, error {level['stated_error']:.3g} stated, "
         f"{level['measured_error']:.3g} measured{shading}"
     )
+
+
+def _seen_text(seen: Report) -> str:
+    return f"; 99 %: {seen['p99']:.3g}, 99.9 %: {seen['p99.9']:.3g} {seen['unit']}"
 
 
 def _verdict(report: Report) -> str:

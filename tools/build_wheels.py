@@ -78,7 +78,12 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument(
         "--only", nargs="+", choices=[*PLATFORMS, *GROUPS], help="default: all platforms"
     )
+    parser.add_argument(
+        "--simplifier", action="store_true", help="build nothing; print where its sources are"
+    )
     options = parser.parse_args(arguments)
+    if options.simplifier:
+        return _print_simplifier()
     failed = False
     folder = options.folder.resolve()
     for tag in tags_of(options.only or list(PLATFORMS)):
@@ -91,12 +96,26 @@ def main(arguments: list[str] | None = None) -> int:
                 _stamp(tag).write_text(f"{sources} {_sha256(path)}")
             print(f"{os.path.relpath(path)}  {path.stat().st_size / 1e6:.2f} MB", flush=True)
         except (subprocess.CalledProcessError, OSError) as error:
-            text = getattr(error, "stderr", None) or getattr(error, "stdout", None) or str(error)
-            lines = text.strip().splitlines()
-            reason = next((line for line in lines if ERROR.search(line)), lines[-1]).strip()
-            print(f"no wheel for {tag}: {reason}", file=sys.stderr)
+            print(f"no wheel for {tag}: {_reason(error)}", file=sys.stderr)
             failed = True
     return int(failed)
+
+
+def _print_simplifier() -> int:
+    """Prints the folder of meshoptimizer's sources; returns the exit status."""
+    try:
+        print(find_simplifier())
+    except (subprocess.CalledProcessError, OSError) as error:
+        print(f"no simplifier: {_reason(error)}", file=sys.stderr)
+        return 1
+    return 0
+
+
+def _reason(error: Exception) -> str:
+    """The line of a program's output that says why it failed."""
+    text = getattr(error, "stderr", None) or getattr(error, "stdout", None) or str(error)
+    lines = text.strip().splitlines()
+    return next((line for line in lines if ERROR.search(line)), lines[-1]).strip()
 
 
 def tags_of(names: list[str]) -> list[str]:

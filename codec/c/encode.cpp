@@ -454,6 +454,24 @@ int gltf_meshlet_measure(const gltf_meshlet_surface* surface, const gltf_meshlet
   });
 }
 
+int gltf_meshlet_get_nearest(const gltf_meshlet_surface* surface, const float* points,
+                             size_t point_count, int32_t threads, uint32_t* triangles) {
+  return with<Surface>(surface, [&](const Surface& level_0) {
+    require(triangles || point_count == 0, kNull);
+    require(threads >= 0, kThreads);
+    check_points(points, point_count);
+    for_blocks(thread_count(threads), point_count, kPointsAtOnce,
+               [&](size_t, size_t first, size_t last) {
+                 uint32_t hint = 0;
+                 for (size_t i = first; i < last; i++) {
+                   const float* p = points + 3 * i;
+                   triangles[i] = level_0.errors.nearest({p[0], p[1], p[2]}, hint);
+                 }
+               });
+    return kOk;
+  });
+}
+
 int gltf_meshlet_get_distances(const float* points, size_t point_count,
                                const gltf_meshlet_groups* triangles, const float* positions,
                                uint64_t vertex_count, float enough, int32_t threads,

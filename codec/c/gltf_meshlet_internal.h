@@ -109,6 +109,11 @@ GLTF_MESHLET_API int gltf_meshlet_measure(const gltf_meshlet_surface* surface,
                                           size_t chosen_count, const gltf_meshlet_samples* carried,
                                           int32_t threads, gltf_meshlet_result** result);
 
+/* Writes the triangle of level 0, at rest, that is nearest to each point. */
+GLTF_MESHLET_API int gltf_meshlet_get_nearest(const gltf_meshlet_surface* surface,
+                                              const float* points, size_t point_count,
+                                              int32_t threads, uint32_t* triangles);
+
 /* Writes the distance of each point to the nearest triangle, or to any that is no farther than
  * `enough`, and, unless `nearest` is null, that triangle's number. */
 GLTF_MESHLET_API int gltf_meshlet_get_distances(const float* points, size_t point_count,

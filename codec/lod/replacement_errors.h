@@ -40,6 +40,12 @@ class ReplacementErrors {
                              const std::vector<uint32_t>& chosen, CarriedVertices& carried,
                              int threads) const;
 
+  // The triangle of level 0, at rest, that is nearest to a point. hint: as in TriangleTree.
+  uint32_t nearest(Vec3 point, uint32_t& hint) const {
+    level_0_[0].squared_distance(point, hint);
+    return level_0_[0].number(hint);
+  }
+
  private:
   std::vector<const float*> shapes_;
   std::vector<float> area_;            // of level 0, that each of its vertices stands for

@@ -53,9 +53,17 @@ def visible_error(name: str, stream: Stream, look: Look, dtype: np.dtype) -> Lim
     if stream.kind != GRID or stream.step == 1.0 or kind not in ("TEXCOORD", "COLOR", "WEIGHTS"):
         return None
     scale = full_scale(dtype)
-    if kind == "TEXCOORD":
-        unit, label = scale / texels_of(local_name(name), look), "texels"
-    else:
-        unit, label = scale / 255, "8-bit steps"
+    unit, label = shading_unit(name, look, dtype)
     steps = 1.0 if kind == "WEIGHTS" else 0.5
     return Limit(max(steps * scale / (2**stream.bits - 1), unit), unit, label)
+
+
+def shading_unit(name: str, look: Look, dtype: np.dtype) -> tuple[float, str]:
+    """Return a unit of the eye, in the attribute's units as stored, and its name.
+
+    A texel of texture coordinates, a degree of normals, an 8-bit step of colours and weights.
+    """
+    kind = semantic(local_name(name))
+    if kind == "TEXCOORD":
+        return full_scale(dtype) / texels_of(local_name(name), look), "texels"
+    return (1.0, "degrees") if kind == "NORMAL" else (full_scale(dtype) / 255, "8-bit steps")

@@ -1,4 +1,4 @@
-"""Points on surfaces, and how far two surfaces are apart there: in space, normals and texcoords."""
+"""Points on surfaces, and how far two surfaces are apart there: in space and in shading."""
 
 from __future__ import annotations
 
@@ -8,12 +8,18 @@ import numpy as np
 
 from gltf_ext import _codec
 from gltf_ext.attributes.details import areas_of
+from gltf_ext.checks.flips import face_normals
+from gltf_ext.lod.nearest import nearest_weights
 from gltf_ext.sources.attribute_names import semantic
 from gltf_ext.sources.primitives import Primitive
 
 # Of the samples for distances, of which the largest counts, a share is enough for the median and
 # the 95th percentile of shading, but not fewer than so many.
 SHADING_SHARE, LEAST_SHADING = 8, 1_000
+SHADED = ("TEXCOORD", "COLOR")
+# Errors of the surface by which a point is moved outside of it: then the side of a thin part that
+# faces the same way is the nearer one.
+OUTSIDE = 2.0
 
 
 @dataclass(frozen=True)
@@ -65,7 +71,7 @@ def nearest_points(points: np.ndarray, primitive: Primitive) -> tuple[np.ndarray
     """Return (float32[N]: distances of points, float32[N, 3], to a surface; the nearest ones)."""
     distances, triangle = _nearest_triangles(points, primitive)
     corners = _corners(primitive, triangle)
-    return distances, SurfacePoints(triangle, _nearest_weights(points.astype(np.float64), corners))
+    return distances, SurfacePoints(triangle, nearest_weights(points.astype(np.float64), corners))
 
 
 def _nearest_triangles(points: np.ndarray, primitive: Primitive) -> tuple[np.ndarray, np.ndarray]:
@@ -87,8 +93,8 @@ def shading_differences(
     """Return differences in shading at the nearest points of the original.
 
     Returns:
-        Name -> float64[samples] for each set of normals (degrees) and texture coordinates (units of
-        uv).
+        Name -> float64[samples] for normals (degrees), texture coordinates (units of uv) and
+        colours (the largest of a component).
     """
     points = spread_by_area(surface, samples)
     _, nearest = nearest_points(points.of(surface, "POSITION").astype(np.float32), original)
@@ -96,25 +102,43 @@ def shading_differences(
 
 
 def compare_surfaces(
-    surface: Primitive, original: Primitive, original_points: np.ndarray, samples: int
+    surface: Primitive,
+    original: Primitive,
+    original_points: np.ndarray,
+    samples: int,
+    error: float = 0.0,
 ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
     """Return the results of surface_distances, and of shading_differences at fewer samples.
 
-    Looks for the nearest triangles of the original once. original_points: sample_surface of it.
+    Looks for the nearest triangles of the original once. Where the nearest one faces away, shading
+    is compared with the one that is nearest to a point outside of the surface: thin parts have two
+    sides.
+
+    Args:
+        surface: that is compared.
+        original: with the expected shading.
+        original_points: sample_surface of the original.
+        samples: number of points on the surface.
+        error: by how much the surface may be off.
     """
     points = spread_by_area(surface, samples)
     places = points.of(surface, "POSITION").astype(np.float32)
-    distances, triangle = _nearest_triangles(places, original)
-    back = distances_to(original_points, surface)
-    if not _shaded(original):
-        return np.concatenate([back, distances]), {}
     count = min(max(LEAST_SHADING, len(places) // SHADING_SHARE), len(places))
     some = np.arange(count) * len(places) // count  # all over the surface
+    faces = face_normals(surface)[points.triangle[some]]
+    outside = (places[some] + OUTSIDE * error * faces).astype(np.float32)
+    distances, triangle = _nearest_triangles(np.concatenate([places, outside]), original)
+    back = distances_to(original_points, surface)
+    both_ways = np.concatenate([back, distances[: len(places)]])
+    if not _shaded(original):
+        return both_ways, {}
     of_some = SurfacePoints(points.triangle[some], points.weights[some])
-    corners = _corners(original, triangle[some])
-    weights = _nearest_weights(places[some].astype(np.float64), corners)
-    nearest = SurfacePoints(triangle[some], weights)
-    return np.concatenate([back, distances]), _shading_at(of_some, surface, nearest, original)
+    nearest = triangle[some]
+    is_away = (face_normals(original)[nearest] * faces).sum(axis=1) < 0.0
+    nearest[is_away] = triangle[len(places) :][is_away]
+    weights = nearest_weights(places[some].astype(np.float64), _corners(original, nearest))
+    nearest_points = SurfacePoints(nearest, weights)
+    return both_ways, _shading_at(of_some, surface, nearest_points, original)
 
 
 def _shading_at(
@@ -126,6 +150,8 @@ def _shading_at(
         a, b = surface_points.of(surface, name), nearest.of(original, name)
         if semantic(name) == "TEXCOORD":
             differences[name] = np.linalg.norm(a - b, axis=1)
+        elif semantic(name) == "COLOR":
+            differences[name] = np.abs(a - b).max(axis=1)
         else:
             crossed = np.linalg.norm(np.cross(a, b), axis=1)
             differences[name] = np.degrees(np.arctan2(crossed, (a * b).sum(axis=1)))
@@ -133,9 +159,8 @@ def _shading_at(
 
 
 def _shaded(primitive: Primitive) -> list[str]:
-    """Return the names of normals and texture coordinates."""
-    names = primitive.attributes
-    return [name for name in names if name == "NORMAL" or semantic(name) == "TEXCOORD"]
+    """Return the names of normals, texture coordinates and colours."""
+    return [name for name in primitive.attributes if name == "NORMAL" or semantic(name) in SHADED]
 
 
 def _corners(primitive: Primitive, triangles: np.ndarray) -> np.ndarray:
@@ -143,46 +168,3 @@ def _corners(primitive: Primitive, triangles: np.ndarray) -> np.ndarray:
     positions = primitive.attributes["POSITION"]
     corners: np.ndarray = positions[primitive.indices[triangles]].astype(np.float64)
     return corners
-
-
-def _nearest_weights(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    """Return float64[N, 3]: corner weights of the nearest point of each triangle, [N, 3, 3].
-
-    Tries the three edges and the projection into the triangle, so that degenerate ones need no
-    cases of their own.
-    """
-    best = np.full(len(points), np.inf)
-    weights = np.zeros((len(points), 3))
-
-    def offer(candidate: np.ndarray, is_valid: np.ndarray) -> None:
-        apart = np.einsum("nk,nkc->nc", candidate, corners) - points
-        distance = _dot(apart, apart)
-        better = is_valid & (distance < best)
-        best[better], weights[better] = distance[better], candidate[better]
-
-    for k in range(3):
-        a, b = corners[:, k], corners[:, (k + 1) % 3]
-        length = _dot(b - a, b - a)
-        along = _dot(points - a, b - a) / np.where(length > 0.0, length, 1.0)
-        candidate = np.zeros((len(points), 3))
-        candidate[:, (k + 1) % 3] = along.clip(0.0, 1.0)
-        candidate[:, k] = 1.0 - candidate[:, (k + 1) % 3]
-        offer(candidate, np.ones(len(points), bool))
-    a, b, c = corners.transpose(1, 0, 2)
-    normal = np.cross(b - a, c - a)
-    area = _dot(normal, normal)
-    inside = np.stack(
-        [
-            _dot(np.cross(q - p, points - p), normal) / np.where(area > 0.0, area, 1.0)
-            for p, q in ((b, c), (c, a), (a, b))
-        ],
-        axis=1,
-    )
-    offer(inside, (area > 0.0) & (inside >= 0.0).all(axis=1))
-    return weights
-
-
-def _dot(first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Return float64[N]: the dot products of vectors, [N, 3]."""
-    result: np.ndarray = np.einsum("nc,nc->n", first, second)
-    return result

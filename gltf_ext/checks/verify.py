@@ -78,10 +78,13 @@ def verify(
         levels: for each level of detail but the finest: mesh, primitive, level, triangles,
             stated_error, measured_error (99.9 % of surface samples are closer to the finest level,
             both ways), rounding (of that distance), largest_distance, share_within (the stated
-            error), shading. Lengths in units of POSITION. shading: for normals (degrees) and
-            texture coordinates (units of uv) the median and the 95th percentile (p95) of the
-            difference to the nearest point of the finest level, at samples of the level. Stated
-            errors do not cover it.
+            error), shading, flipped_corners (whose normal points against the triangle, at positions
+            where the finest level has none), flipped_area_share (of triangles with one). Lengths in
+            units of POSITION. shading: for normals (degrees), texture coordinates (units of uv) and
+            colours the median and the 95th percentile (p95) of the difference to the nearest point
+            of the finest level that faces the same way, at samples of the level, spread by area;
+            "seen" has "unit" (degrees, texels, 8-bit steps), "p99" and "p99.9" in it. Stated errors
+            do not cover it.
         not_measured: mesh and primitive of those whose levels are not measured.
         problems: one line each; losses: the same for what bits lose so that it shows: a value that
             is off by over a texel or an 8-bit step since others are far away. warnings: the

@@ -14,6 +14,7 @@ import numpy as np
 
 from gltf_ext import _codec
 from gltf_ext.lod import simplifier
+from gltf_ext.lod.corners import choose_vertices
 from gltf_ext.lod.errors import ErrorMeter
 from gltf_ext.lod.pilot import SMALLEST_GROUP, Pilot, shrink_group_size
 from gltf_ext.lod.reduction import SHRINK, reduce_groups
@@ -276,9 +277,10 @@ class Builder:
         if is_stuck.all():
             return len(old_triangles)
         simplified_groups = np.flatnonzero(~is_stuck)
-        pieces = [next_pieces[g] for g in simplified_groups]
+        stated_error = error[simplified_groups]
+        pieces = self._choose_vertices([next_pieces[g] for g in simplified_groups], stated_error)
         new_triangle_ids = self._replace(
-            [groups[g] for g in simplified_groups], level, pieces, error[simplified_groups]
+            [groups[g] for g in simplified_groups], level, pieces, stated_error
         )
         first_new_triangle = np.zeros(len(groups), np.int64)
         first_new_triangle[simplified_groups] = begins_of(pieces)[:-1]
@@ -433,6 +435,16 @@ class Builder:
         self.frontier = np.concatenate([ungrouped, np.arange(first, first + ranges.count)])
         self.cluster_group = np.concatenate([self.cluster_group, np.full(ranges.count, -1)])
         return triangle_ids
+
+    def _choose_vertices(self, pieces: list[np.ndarray], error: np.ndarray) -> list[np.ndarray]:
+        """Return replacements whose corners have the vertices that fit them best."""
+        if self.surface.choices is None:
+            return pieces
+        assert self.meter is not None
+        triangles, errors = np.concatenate(pieces), np.repeat(error, [len(p) for p in pieces])
+        choices, points = self.surface.choices, self.surface.points
+        triangles = choose_vertices(choices, points, triangles, errors, self.meter.nearest)
+        return np.split(triangles, begins_of(pieces)[1:-1])
 
     def _group_maxima(self, values: np.ndarray, groups: Groups) -> np.ndarray:
         """Return the largest of the clusters' values, [C], in each group: [G]."""

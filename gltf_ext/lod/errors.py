@@ -44,7 +44,7 @@ class ErrorMeter:
             triangle_ids: int64[T]: the caller's numbers of the triangles.
             threads: number of threads, 0 for all processors.
         """
-        self._threads = threads
+        self._threads, self._level_0 = threads, triangles
         sample_triangles, areas = sample_by_area(shapes[0], triangles)
         u, v, w = sample_weights(len(sample_triangles)).T[:, :, None]
         # np.take is six times faster than an index here.
@@ -118,6 +118,11 @@ class ErrorMeter:
             np.concatenate([a[is_other], b]) for a, b in zip(self._next_samples, new_samples)
         ]
         return error
+
+    def nearest(self, points: np.ndarray) -> np.ndarray:
+        """Return uint32[N, 3]: the triangles of level 0 that are nearest to points, [N, 3]."""
+        triangles: np.ndarray = self._level_0[self._errors.nearest(points)]
+        return triangles
 
     def lost_vertices(self, group: int, piece: np.ndarray, max_distance: float) -> np.ndarray:
         """Return the vertices of a group around the parts that its replacement lost.

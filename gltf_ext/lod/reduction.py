@@ -109,6 +109,7 @@ class _Reduction:
     ) -> None:
         self._surface, self._groups, self._step = surface, groups, step
         self._meter, self._threads = meter, threads
+        self._guard = surface.choices.guard if surface.choices else None
         self._border_vertices = _find_border_vertices(surface, groups)
         self._locked_vertices = self._border_vertices.copy()
         self._is_joined = np.zeros(len(groups), bool)  # whether seams are ignored
@@ -206,6 +207,7 @@ class _Reduction:
                 self._locked_vertices,
                 target,
                 self.collapse_limit[group],
+                self._guard,
             )
 
         result, collapse_error = triangles, 0.0

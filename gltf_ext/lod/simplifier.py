@@ -1,7 +1,8 @@
 """The two functions of meshoptimizer that levels are built with, called through ctypes.
 
-Our wheels contain them, in the library of the codec. Other installations take them from the PyPI
-package meshoptimizer, which is compiled from its sources on the user's machine. Its extension
+Our wheels contain them, in the library of the codec, with a guard (cmake/simplifier_guard.h); so do
+checkouts that `make` installs. Other installations take them, without it, from the PyPI package
+meshoptimizer, which is compiled from its sources on the user's machine. Its extension
 module exports the C functions; its Python part wraps neither partitionClusters nor, with locked
 vertices, simplifyWithAttributes. ctypes releases the interpreter lock during a call. The version is
 pinned (optional dependencies "lod" in pyproject.toml): results would change with another one, and
@@ -18,6 +19,7 @@ import importlib.util
 import math
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -28,7 +30,14 @@ VERSION = "0.2.30a0"
 # meshopt_SimplifySparse: triangles use few of the vertices. meshopt_SimplifyErrorAbsolute.
 SPARSE, ERROR_ABSOLUTE = 2, 4
 LARGEST_ERROR = 1e30
-PARTITION = "meshopt_partitionClusters"  # in a library that has both functions
+PARTITION = "meshopt_partitionClusters"  # in a library that has all functions
+GUARDED = "meshopt_simplifyGuarded"  # not in the PyPI package
+
+# Of the guard: the place of each vertex, begins of the places, normals at them; see
+# cmake/simplifier_guard.h.
+Guard = tuple[np.ndarray, np.ndarray, np.ndarray]
+# The cosine of the largest angle between a triangle and the normal that fits best at its corner.
+LEAST_COSINE = 0.01
 
 
 def require_simplifier() -> None:
@@ -64,6 +73,8 @@ def _library() -> ctypes.CDLL:
 def _typed(library: ctypes.CDLL) -> ctypes.CDLL:
     library.meshopt_simplifyWithAttributes.restype = ctypes.c_size_t
     library.meshopt_partitionClusters.restype = ctypes.c_size_t
+    if hasattr(library, GUARDED):
+        getattr(library, GUARDED).restype = ctypes.c_size_t
     return library
 
 
@@ -80,20 +91,37 @@ def simplify(
     locked: np.ndarray,
     target: int,
     error_limit: float = math.inf,
+    guard: Guard | None = None,
 ) -> tuple[np.ndarray, float]:
     """Collapse edges onto existing vertices until at most `target` triangles are left.
 
     triangles: uint32[T, 3]; positions: float32[V, 3]; attributes: float32[V, A] with weights
     float32[A], which count in the choice of edges, A at most 32 (meshoptimizer checks nothing);
     locked: uint8[V], 1 for vertices that stay;
-    error_limit: the largest error that a collapse may have, in the units of positions.
+    error_limit: the largest error that a collapse may have, in the units of positions;
+    guard: refuses collapses that turn a triangle against all normals at one of its corners, where
+    the library has it: the PyPI package has not.
 
     Returns uint32[N, 3], and the largest error of a collapse.
     """
     result = np.empty(triangles.size, np.uint32)
     error = ctypes.c_float()
     attribute_count = len(weights)
-    count = _library().meshopt_simplifyWithAttributes(
+    library = _library()
+    function = library.meshopt_simplifyWithAttributes
+    more: tuple[Any, ...] = ()
+    if guard is not None and hasattr(library, GUARDED):
+        places, begin, normals = guard
+        function, more = (
+            getattr(library, GUARDED),
+            (
+                _pointer(places, np.uint32),
+                _pointer(begin, np.uint32),
+                _pointer(normals, np.float32),
+                ctypes.c_float(LEAST_COSINE),
+            ),
+        )
+    count = function(
         _pointer(result, np.uint32),
         _pointer(triangles, np.uint32),
         ctypes.c_size_t(triangles.size),
@@ -109,6 +137,7 @@ def simplify(
         ctypes.c_float(min(error_limit, LARGEST_ERROR)),
         ctypes.c_uint(SPARSE | ERROR_ABSOLUTE),
         ctypes.byref(error),
+        *more,
     )
     return result[:count].reshape(-1, 3), float(error.value)
 

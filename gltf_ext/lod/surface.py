@@ -7,6 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
+from gltf_ext.lod.corners import Choices
 from gltf_ext.ranges import first_of_each, has_repeats
 
 
@@ -26,6 +27,7 @@ class Surface:
         morph_points: float32[V, 3] for each morph target: points with the target at weight 1.
         is_locked: bool[V]: vertices that simplification keeps, equal where points are; None for
             no vertex.
+        choices: which vertices may stand for each other; None without normals.
     """
 
     triangles: np.ndarray
@@ -37,6 +39,7 @@ class Surface:
     weights: np.ndarray
     morph_points: list[np.ndarray] = field(default_factory=list)
     is_locked: np.ndarray | None = None
+    choices: Choices | None = None
 
     @cached_property
     def vertex_of_position(self) -> np.ndarray:

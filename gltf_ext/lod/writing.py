@@ -13,16 +13,13 @@ from gltf_ext._codec import Stream
 from gltf_ext.attributes.records import RecordFormat, Vertices, weld_rows
 from gltf_ext.attributes.streams import Plan
 from gltf_ext.lod.builder import Hierarchy
+from gltf_ext.lod.shading import ATTRIBUTE_WEIGHTS, choices_of, shading_columns
 from gltf_ext.lod.surface import Surface, longest_side
 from gltf_ext.lod.tables import GROUP, PAGE, Tables, reach
 from gltf_ext.options import Options
 from gltf_ext.ranges import begins, first_of_each, members, occurring
 from gltf_ext.sources.attribute_names import is_of_target, local_name, semantic
 
-# Weights of attributes in the choice of edges, beside positions in a box of size 1. With 0.2 for
-# normals, igea draws 1.25 times the triangles, dragon and beast 1.1 times (mean of 25 errors), and
-# pictures at one pixel of error are no closer to full detail (igea at 700 x 700: 39.6 and 39.7 dB).
-ATTRIBUTE_WEIGHTS = {"NORMAL": 0.05, "TEXCOORD": 0.5, "COLOR": 0.5}
 MORPH_WEIGHT = 1.0
 MAX_WEIGHTED = 16  # floats per vertex that count in the choice of edges
 # Groups of a block, which errors order. Measured with 24, 48 and 96 on dragon with four times its
@@ -80,9 +77,8 @@ def make_surface(
         (move / step).astype(np.float32)
         for move in record_format.attributes_of(vertices, values, names).values()
     ]
-    attributes, weights = _weighted_attributes(
-        record_format, vertices, values, moves, longest_side(points)
-    )
+    columns = shading_columns(record_format, vertices, values)
+    attributes, weights = _weighted_attributes(columns, len(points), moves, longest_side(points))
     position_ids, _ = weld_rows(values[0])
     morphed = [points + move for move in moves]
     triangles, original_ids = vertices.triangles, vertices.position_ids
@@ -96,6 +92,7 @@ def make_surface(
         attributes,
         weights,
         morphed,
+        choices=choices_of(record_format, columns, values, triangles, canonical),
     )
 
 
@@ -213,41 +210,25 @@ def _touching_borders(
 
 
 def _weighted_attributes(
-    record_format: RecordFormat,
-    vertices: Vertices,
-    values: list[np.ndarray],
-    moves: list[np.ndarray],
-    extent: float,
+    shading: dict[str, np.ndarray], count: int, moves: list[np.ndarray], extent: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the attributes that count in the choice of edges: float32[V, A], float32[A]."""
-    columns = [np.empty((len(values[0]), 0), np.float32)]
+    """Return the attributes that count in the choice of edges: float32[V, A], float32[A].
+
+    Args:
+        shading: as shading_columns returns it.
+        count: number of vertices V.
+        moves: float32[V, 3] of each morph target.
+        extent: the longest side of the box around the points.
+    """
+    columns = [np.empty((count, 0), np.float32)]
     weights: list[float] = []
-    names = tuple(
-        name
-        for name in record_format.plan.attributes
-        if semantic(name) in ATTRIBUTE_WEIGHTS
-        and (name != "NORMAL" or record_format.formats[name][0].kind == "f")
-    )
-    inputs = [
-        (
-            column if name == "NORMAL" else _scale_to_unit(column.astype(np.float32)),
-            ATTRIBUTE_WEIGHTS[semantic(name)],
-        )
-        for name, column in record_format.attributes_of(vertices, values, names).items()
-    ]
+    inputs = [(column, ATTRIBUTE_WEIGHTS[semantic(name)]) for name, column in shading.items()]
     inputs += [(move / np.float32(max(extent, 1.0)), MORPH_WEIGHT) for move in moves]
     for column, weight in inputs:
         if len(weights) + column.shape[1] <= MAX_WEIGHTED:
             columns.append(column)
             weights += [weight] * column.shape[1]
     return np.ascontiguousarray(np.concatenate(columns, axis=1)), np.array(weights, np.float32)
-
-
-def _scale_to_unit(values: np.ndarray) -> np.ndarray:
-    """Scale values to a box of size 1 unless their box is smaller."""
-    size = np.float32(max(longest_side(values), 1.0))
-    result: np.ndarray = values / size
-    return result
 
 
 # --- encoding ---

@@ -31,7 +31,11 @@ PROCESSORS = {
     "aarch64": ("AARCH64",),
     "arm64": ("ARM64",),
 }
-SIMPLIFIER = {"meshopt_simplifyWithAttributes", "meshopt_partitionClusters"}
+SIMPLIFIER = {
+    "meshopt_simplifyWithAttributes",
+    "meshopt_partitionClusters",
+    "meshopt_simplifyGuarded",
+}
 
 
 # --- what they contain ---
