@@ -40,6 +40,7 @@ def test_a_model_that_looks_worse_is_named():
     def row(name, size, errors):
         steps = {"POSITION": [13, 14]}
         ours = {"bytes": size, "flip": errors, "bits": steps, "collapsed_percent": 0}
+        ours["raw_bytes"] = 10 * size
         usual = {"bytes": 100, "flip": [0.1, 0.2, 0.3], "bits": {}, "collapsed_percent": 0}
         return {"model": name, "triangles": 1, "chosen": ours, "usual": usual}
 
