@@ -18,10 +18,11 @@ DIGEST = ROOT / "tests" / "codec" / "native" / "encode_digest.cpp"
 
 
 def sources() -> list[Path]:
-    """The encoder, and the program that prints digests of its bytes."""
-    folders = [ROOT / "codec" / name for name in ("common", "format", "segment", "encode")]
-    encoder = sorted(path for folder in folders for path in folder.glob("*.cpp"))
-    return [*encoder, *sorted((ROOT / "codec" / "decode").glob("*.cpp")), DIGEST]
+    """The codec without levels, and the program that prints digests of the encoder's bytes."""
+    names = ("common", "format", "segment", "encode", "decode", "transport")
+    folders = [ROOT / "codec" / name for name in names]
+    sources = sorted(path for folder in folders for path in folder.glob("*.cpp"))
+    return [*sources, ROOT / "codec" / "processors.cpp", DIGEST]
 
 
 def build(compiler: str, level: str, folder: Path) -> Path:

@@ -115,6 +115,7 @@ def test_every_compiler_gives_the_same_bytes(compiler, views, tmp_path):
         environment.need_program(command[0], "see CONTRIBUTING.md")
     folders = [CODEC / name for name in ("format", "decode", "transport")]
     sources = [path for folder in folders for path in sorted(folder.glob("*.cpp"))]
+    sources.append(CODEC / "processors.cpp")
     sources.append(ROOT / "tests" / "codec" / "native" / "transport_test.cpp")
     flags = ["-std=c++17", "-ffp-contract=off", "-Wno-psabi", f"-I{CODEC}"]
 
