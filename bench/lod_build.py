@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import os
 import resource
 import threading
@@ -84,6 +85,19 @@ def verified(source: str, output: str, memory: str | None) -> dict:
     if report["problems"]:
         progress(f"{source}: {'; '.join(report['problems'])}")
     return {"verify_seconds": seconds}
+
+
+def add_before(parser: argparse.ArgumentParser) -> None:
+    """Adds the options of measurements of builders: --jobs and --before."""
+    parser.add_argument(
+        "--jobs", type=int, default=1, metavar="N", help="models at a time (default: %(default)s)"
+    )
+    parser.add_argument(
+        "--before",
+        nargs=2,
+        metavar=("COMMIT", "PYTHON"),
+        help="also measure the builder of an earlier commit, which this Python has installed",
+    )
 
 
 def require_other_package(question: str, python: str) -> None:

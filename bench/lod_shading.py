@@ -284,15 +284,7 @@ def near_edge(depth: np.ndarray) -> np.ndarray:
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--models", nargs="*", metavar="NAME", help="some of the models")
-    parser.add_argument(
-        "--jobs", type=int, default=1, metavar="N", help="models at a time (default: %(default)s)"
-    )
-    parser.add_argument(
-        "--before",
-        nargs=2,
-        metavar=("COMMIT", "PYTHON"),
-        help="also measure the builder of an earlier commit, which this Python has installed",
-    )
+    lod_build.add_before(parser)
 
 
 def check(options: argparse.Namespace) -> None:
