@@ -1,5 +1,5 @@
-// The functions of meshoptimizer that the library shows, and one of simplifier_guard.h. Included ahead of its sources, whose own
-// macro would show all functions on Windows and macOS.
+// The functions of meshoptimizer that the library shows; simplifier_guard.h has one more. Included
+// ahead of its sources, whose own macro would show all functions on Windows and macOS.
 #pragma once
 #include <stddef.h>
 
@@ -21,11 +21,3 @@ SHOWN size_t meshopt_partitionClusters(unsigned int* destination,
                                        const unsigned int* cluster_index_counts,
                                        size_t cluster_count, size_t vertex_count,
                                        size_t target_partition_size);
-SHOWN size_t meshopt_simplifyGuarded(
-    unsigned int* destination, const unsigned int* indices, size_t index_count,
-    const float* vertex_positions, size_t vertex_count, size_t vertex_positions_stride,
-    const float* vertex_attributes, size_t vertex_attributes_stride,
-    const float* attribute_weights, size_t attribute_count, const unsigned char* vertex_lock,
-    size_t target_index_count, float target_error, unsigned int options, float* result_error,
-    const unsigned int* vertex_places, const unsigned int* normal_begin, const float* normals,
-    float least_cosine);

@@ -1,4 +1,4 @@
-"""The two functions of meshoptimizer that levels are built with, called through ctypes.
+"""The functions of meshoptimizer that levels are built with, called through ctypes.
 
 Our wheels contain them, in the library of the codec, with a guard (cmake/simplifier_guard.h); so do
 checkouts that `make` installs. Other installations take them, without it, from the PyPI package
