@@ -8,6 +8,7 @@ import numpy as np
 
 from gltf_ext import _codec
 from gltf_ext.attributes.details import areas_of
+from gltf_ext.lod.corners import face_normals
 from gltf_ext.sources.primitives import Primitive
 
 # The sine of the angle beyond 90 degrees from which a corner counts: of rounding.
@@ -52,7 +53,7 @@ def flipped_corners(primitive: Primitive) -> np.ndarray:
     """Return bool[T, 3]: whether a corner's normal points against its triangle."""
     if "NORMAL" not in primitive.attributes:
         return np.zeros(primitive.indices.shape, bool)
-    faces = face_normals(primitive)
+    faces = face_normals(primitive.attributes["POSITION"], primitive.indices)
     faces[_are_slivers(primitive)] = 0.0
     normals = primitive.attributes["NORMAL"].astype(np.float64)
     length = np.linalg.norm(normals, axis=1)[primitive.indices]
@@ -71,17 +72,6 @@ def _are_slivers(primitive: Primitive) -> np.ndarray:
     longest = np.abs(corners - np.roll(corners, 1, axis=1)).max(axis=(1, 2), initial=0.0)
     rounding = SLIVER * np.abs(positions).max(initial=0.0)
     result: np.ndarray = areas_of(corners) <= rounding * longest
-    return result
-
-
-def face_normals(primitive: Primitive) -> np.ndarray:
-    """Return float64[T, 3]: unit normals of the triangles, zero where they have no area."""
-    corners = primitive.attributes["POSITION"].astype(np.float64)[primitive.indices]
-    (a, b, c), (d, e, f) = (corners[:, 1:] - corners[:, :1]).transpose(1, 2, 0)
-    # np.cross takes twice as long for small meshes.
-    normals = np.stack([b * f - c * e, c * d - a * f, a * e - b * d], axis=1)
-    length = np.sqrt((normals * normals).sum(axis=1))
-    result: np.ndarray = normals / np.where(length > 0.0, length, 1.0)[:, None]
     return result
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from gltf_ext import _codec
 from gltf_ext.attributes.details import areas_of
-from gltf_ext.checks.flips import face_normals
+from gltf_ext.lod.corners import face_normals
 from gltf_ext.lod.nearest import nearest_weights
 from gltf_ext.sources.attribute_names import semantic
 from gltf_ext.sources.primitives import Primitive
@@ -123,22 +123,22 @@ def compare_surfaces(
     """
     points = spread_by_area(surface, samples)
     places = points.of(surface, "POSITION").astype(np.float32)
+    back = distances_to(original_points, surface)
+    if not _shaded(original):
+        return np.concatenate([back, _nearest_triangles(places, original)[0]]), {}
     count = min(max(LEAST_SHADING, len(places) // SHADING_SHARE), len(places))
     some = np.arange(count) * len(places) // count  # all over the surface
-    faces = face_normals(surface)[points.triangle[some]]
+    of_some = SurfacePoints(points.triangle[some], points.weights[some])
+    positions = surface.attributes["POSITION"], original.attributes["POSITION"]
+    faces = face_normals(positions[0], surface.indices[of_some.triangle])
     outside = (places[some] + OUTSIDE * error * faces).astype(np.float32)
     distances, triangle = _nearest_triangles(np.concatenate([places, outside]), original)
-    back = distances_to(original_points, surface)
     both_ways = np.concatenate([back, distances[: len(places)]])
-    if not _shaded(original):
-        return both_ways, {}
-    of_some = SurfacePoints(points.triangle[some], points.weights[some])
     nearest = triangle[some]
-    is_away = (face_normals(original)[nearest] * faces).sum(axis=1) < 0.0
+    is_away = (face_normals(positions[1], original.indices[nearest]) * faces).sum(axis=1) < 0.0
     nearest[is_away] = triangle[len(places) :][is_away]
     weights = nearest_weights(places[some].astype(np.float64), _corners(original, nearest))
-    nearest_points = SurfacePoints(nearest, weights)
-    return both_ways, _shading_at(of_some, surface, nearest_points, original)
+    return both_ways, _shading_at(of_some, surface, SurfacePoints(nearest, weights), original)
 
 
 def _shading_at(

@@ -98,7 +98,9 @@ def unit(vectors: np.ndarray) -> np.ndarray:
 def face_normals(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """Return float64[T, 3]: unit normals of triangles, zero for those without area."""
     corners = points[triangles].astype(np.float64)
-    return unit(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
+    (a, b, c), (d, e, f) = (corners[:, 1:] - corners[:, :1]).transpose(1, 2, 0)
+    # np.cross takes twice as long for small meshes.
+    return unit(np.stack([b * f - c * e, c * d - a * f, a * e - b * d], axis=1))
 
 
 def choose_vertices(
