@@ -8,16 +8,23 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from gltf_ext import _codec
 from gltf_ext.attributes.records import RecordFormat, Triangles
 from gltf_ext.encode.chunks import Cells, Chunks, are_among, leaves, union
 from gltf_ext.encode.totals import Totals
 from gltf_ext.encode.without_levels import PlainEncoder
 from gltf_ext.errors import MeshletError
-from gltf_ext.lod import simplifier
-from gltf_ext.lod.builder import Builder, ClusterRanges, ClusterSet, Hierarchy
+from gltf_ext.lod.builder import (
+    SHRINK,
+    BuiltLevels,
+    ClusterRanges,
+    ClusterSet,
+    Hierarchy,
+    LevelSettings,
+    build_levels,
+)
 from gltf_ext.lod.document import Levels
-from gltf_ext.lod.pilot import SMALLEST_GROUP, Pilot
-from gltf_ext.lod.reduction import SHRINK
+from gltf_ext.lod.simplifier import simplifier
 from gltf_ext.lod.surface import Surface
 from gltf_ext.lod.tables import MAX_GROUPS
 from gltf_ext.lod.writing import Pages, encode_levels, error_limit_of, make_surface, make_tables
@@ -35,6 +42,7 @@ BUILD_SHARE = 0.6  # of the progress of a chunk that is alone; the rest is for i
 # With more vertices than this for each position, the first step is larger: seams hold coarse levels
 # back, whose pages would take 0.9 of level 0 (sponza_like) instead of 0.65.
 SEAMS, LARGER_STEP = 1.15, 1.25
+SMALLEST_GROUP = 4  # clusters in a group, about
 
 
 # --- a chunk, wherever it is built ---
@@ -47,7 +55,7 @@ class Remainder:
     Attributes:
         corners: coarse[T, 3]: records of their triangles.
         disks, clusters: int64: number of triangles of each disk, and of disks of each cluster.
-        finer_group, error, centre, radius: as in ClusterSet.
+        finer_group, error, spheres: as in ClusterSet.
     """
 
     corners: np.ndarray
@@ -55,24 +63,20 @@ class Remainder:
     clusters: np.ndarray
     finer_group: np.ndarray
     error: np.ndarray
-    centre: np.ndarray
-    radius: np.ndarray
+    spheres: np.ndarray
 
     def with_triangles(self, triangles: np.ndarray) -> ClusterSet:
         """triangles: uint32[T, 3] of the corners."""
         ranges = ClusterRanges(triangles, begins(self.disks), begins(self.clusters))
-        return ClusterSet(
-            ranges, self.finer_group, self.error, self.error, self.centre, self.radius
-        )
+        return ClusterSet(ranges, self.finer_group, self.error, self.spheres)
 
     @classmethod
-    def of(cls, frontier: ClusterSet, records: np.ndarray) -> Remainder:
+    def of(cls, waiting: ClusterSet, records: np.ndarray) -> Remainder:
         """Return a remainder of clusters. records: coarse[V], of their vertices."""
-        ranges = frontier.ranges
+        ranges = waiting.ranges
         disks, counts = np.diff(ranges.disk_begin), np.diff(ranges.cluster_begin)
         corners = records[ranges.triangles]
-        origin = frontier.finer_group, frontier.error, frontier.centre, frontier.radius
-        return cls(corners, disks, counts, *origin)
+        return cls(corners, disks, counts, waiting.finer_group, waiting.error, waiting.spheres)
 
 
 @dataclass
@@ -137,18 +141,15 @@ def build_chunk(threads: int, encoder: PlainEncoder, options: Options, chunk: Ch
     surface.is_locked = is_shared
     group_size, page_limit = options.lod_group, options.page_limit_with_levels
     while True:
-        pilot = Pilot(
-            record_format.plan.streams, values, surface.position_ids, surface.points, page_limit
-        )
-        builder = _builder(record_format, options, threads, chunk, surface, group_size, pilot)
-        if not builder.groups:
+        built = _build(record_format, options, threads, chunk, surface, values, group_size)
+        hierarchy = built.hierarchy
+        if not len(hierarchy.group_level):
             break
-        if _is_without_levels(builder, chunk):
+        if _is_without_levels(hierarchy, chunk):
             encoder_input = record_format.encoder_input_of(vertices)
             view, totals.statistics = encoder.view_of(encoder_input, threads, chunk.advance)
             result.fine = Pages(blobs=[view])
             return result
-        hierarchy = builder.result()
         give_back_memory()
         result.coarse, result.fine = encode_levels(
             hierarchy,
@@ -168,60 +169,62 @@ def build_chunk(threads: int, encoder: PlainEncoder, options: Options, chunk: Ch
             hierarchy.ranges = NO_RANGES
             result.hierarchy = hierarchy
             break
-        group_size = max(group_size // 2, SMALLEST_GROUP)  # rare: see the pilot
-    result.stuck_triangles = builder.stuck_triangles
-    if len(builder.frontier):
+        group_size = max(group_size // 2, SMALLEST_GROUP)  # rare: group_clusters.h estimates
+    result.stuck_triangles = built.stuck_triangles
+    if built.waiting.ranges.count:
         records = record_format.without_hash(vertices.records)
-        result.remainder = Remainder.of(builder.clusters.select(builder.frontier), records)
+        result.remainder = Remainder.of(built.waiting, records)
     totals.statistics = result.fine.statistics
     if chunk.advance:
         chunk.advance(1.0)
     return result
 
 
-def _builder(
+def _build(
     record_format: RecordFormat,
     options: Options,
     threads: int,
     chunk: Chunk,
     surface: Surface,
+    values: list[np.ndarray],
     group_size: int,
-    pilot: Pilot,
-) -> Builder:
-    """Return a builder that has built the chunk's levels."""
-    has_seams = len(surface.points) > SEAMS * len(surface.vertex_of_position)
-    builder = Builder(
-        surface,
-        options,
+) -> BuiltLevels:
+    """Build the chunk's levels."""
+    has_seams = len(surface.points) > SEAMS * (int(surface.position_ids.max()) + 1)
+    one_level = _codec.LAST_LEVEL if chunk.must_end else _codec.ONE_LEVEL
+    settings = LevelSettings(
         group_size,
         error_limit_of(options, record_format.plan),
         options.lod_reduction * (LARGER_STEP if has_seams else 1.0),
-        threads,
-        chunk.clusters.with_triangles(surface.triangles) if chunk.clusters else None,
+        options.page_limit_with_levels,
+        _codec.ALL_LEVELS if chunk.is_only and not chunk.must_end else one_level,
         chunk.level,
         chunk.first_group,
-        pilot,
     )
-    if chunk.must_end:
-        builder.end()
-    else:
-        total = len(surface.triangles)
-        while (remaining_triangles := builder.add_level(may_end=chunk.is_only)) and chunk.is_only:
-            if chunk.advance:
-                chunk.advance(BUILD_SHARE * (1.0 - remaining_triangles / total))
-    builder.meter = None  # its trees are as large as all else
-    if chunk.level == 0 and not chunk.is_only and np.isinf([g[1] for g in builder.groups]).any():
+    advance = chunk.advance
+    built = build_levels(
+        surface,
+        record_format.plan.streams,
+        values,
+        settings,
+        options,
+        threads,
+        chunk.clusters.with_triangles(surface.triangles) if chunk.clusters else None,
+        (lambda fraction: advance(BUILD_SHARE * fraction)) if advance else None,
+    )
+    if chunk.level == 0 and not chunk.is_only and np.isinf(built.hierarchy.group_error).any():
         raise MeshletError(
             f"{record_format.where}: all triangles of a chunk collapse on the grid",
             "use more position bits or a smaller step",
         )
-    return builder
+    return built
 
 
-def _is_without_levels(builder: Builder, chunk: Chunk) -> bool:
+def _is_without_levels(hierarchy: Hierarchy, chunk: Chunk) -> bool:
     """Return whether a primitive of one chunk cannot be simplified, or has too many groups."""
     is_whole = chunk.is_only and chunk.level == 0
-    return is_whole and (np.isinf(builder.groups[0][1]) or len(builder.groups) > MAX_GROUPS)
+    errors = hierarchy.group_error
+    return is_whole and (bool(np.isinf(errors[0])) or len(errors) > MAX_GROUPS)
 
 
 # --- all chunks ---
@@ -246,7 +249,7 @@ class NextLevel:
         self._file = self._file or WorkFile(str(self._options.work_dir))
         self._file.append(clusters.corners)
         self.triangles += len(clusters.corners)
-        values = (clusters.finer_group, clusters.error, clusters.centre, clusters.radius)
+        values = (clusters.finer_group, clusters.error, clusters.spheres)
         self._columns.append((clusters.disks, clusters.clusters, *values))
 
     def close(self) -> None:
@@ -259,7 +262,7 @@ class NextLevel:
         disks, in_cluster, *values = (np.concatenate(column) for column in zip(*self._columns))
         cluster_begin = begins(in_cluster)
         triangle_begin = begins(disks)[cluster_begin]
-        points = np.rint(values[2]).astype(np.int32)  # centres
+        points = np.rint(values[2][:, :3]).astype(np.int32)  # centres
         cells = Cells.over(points, count, level)
         chunk = cells.of(points)
         border_keys = self._border_keys(cells, np.repeat(chunk, np.diff(triangle_begin)))
@@ -314,7 +317,7 @@ class LevelsWriter:
 
         Raises MeshletError without meshoptimizer.
         """
-        simplifier.require_simplifier()
+        simplifier()
         self.totals = Totals()
         self._encoder, self._options, self._runner = encoder, options, runner
         self._folder = folder

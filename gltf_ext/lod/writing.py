@@ -92,7 +92,7 @@ def make_surface(
         attributes,
         weights,
         morphed,
-        choices=choices_of(record_format, columns, values, triangles, canonical),
+        choices=choices_of(record_format, columns, values),
     )
 
 

@@ -7,12 +7,11 @@ import numpy as np
 import pytest
 
 import gltf_ext
-from gltf_ext import _codec
 from gltf_ext.document.container import read_document
 from gltf_ext.encode import levels
 from gltf_ext.lod import LodPrimitive, cut_at_level, error_of, open_lod
 from gltf_ext.lod.tables import EXTENSION
-from gltf_ext.lod.writing import BLOCK_GROUPS, _by_error, encode_levels
+from gltf_ext.lod.writing import BLOCK_GROUPS, _by_error, _separate_points, encode_levels
 from spec import reference_lod
 from tests.helpers import environment
 from tests.helpers.gltf_builder import Builder, wavy_sheet
@@ -452,18 +451,6 @@ def test_edges_that_a_morph_target_stretches_join_nothing(tmp_path):
     assert counts[0] == 0 < counts[1]
 
 
-def test_small_pieces_of_a_group_share_clusters():
-    random, count = np.random.default_rng(1), 40
-    places = 0.1 * random.random((2 * count, 1, 3)) + 0.004 * random.random((2 * count, 3, 3))
-    corners = np.arange(6 * count, dtype=np.uint32)
-    begin = np.array([0, count, 2 * count], np.uint32)
-    _, _, meshlet_begin, group_begin = _codec.generate_in_groups(
-        corners.reshape(-1, 3), begin, corners, places.astype(np.float32).reshape(-1, 3)
-    )
-    assert len(meshlet_begin) - 1 == group_begin[-1]
-    assert (np.diff(group_begin) <= count / 2).all()  # one each if boxes may hardly grow
-
-
 def test_an_error_limit_keeps_triangles(sheet, with_levels, tmp_path):
     (free,) = open_lod(with_levels)
     errors = free.tables.groups["error"]
@@ -494,12 +481,12 @@ def test_without_the_simplifier_there_is_one_line(sheet, tmp_path, monkeypatch):
 
     monkeypatch.setattr(simplifier, "VERSION", "0.0")
     monkeypatch.setattr(simplifier, "PARTITION", "not_inside")  # as installed without make
-    simplifier._library.cache_clear()
+    simplifier.library.cache_clear()
     try:
         with pytest.raises(gltf_ext.MeshletError, match="pip install meshoptimizer"):
             gltf_ext.compress(sheet, tmp_path / "out.glb", lod=True)
     finally:
-        simplifier._library.cache_clear()
+        simplifier.library.cache_clear()
     assert not (tmp_path / "out.glb").exists()
 
 
@@ -522,3 +509,16 @@ def test_coordinates_near_the_largest_float_have_levels(tmp_path):
     gltf_ext.compress(builder.write(tmp_path / "in.glb"), tmp_path / "out.glb", lod=True)
     (primitive,) = open_lod(tmp_path / "out.glb")
     assert primitive.tables.level_count > 2
+
+
+@pytest.mark.parametrize("first, is_parted", [(100, True), (1 << 23, False)])
+def test_touching_surfaces_are_parted_where_floats_have_room(first, is_parted):
+    """Two triangles that touch at a point; from 2^23 on, one float up is the next cell."""
+    x = [first, first + 1, first, first, first - 1, first]
+    points = np.array([x, [0, 0, 1, 0, 0, -1], [0] * 6], np.float32).T.copy()
+    same_position = np.uint32([0, 1, 2, 0, 3, 4])
+    numbers = np.arange(6, dtype=np.uint32)
+    triangles = numbers.reshape(2, 3)
+    apart = _separate_points(points, same_position, numbers, triangles, numbers)
+    assert (len(np.unique(apart, axis=0)) == 6) == is_parted
+    assert np.abs(apart - points).max() < 0.5
