@@ -439,8 +439,13 @@ def encode(
     statistics, result = Statistics(), Result()
     _run(options, progress, lambda: function(mesh, options, statistics, result.out))
     view = result.array(0, np.uint8).tobytes()
+    return view, _describe(view, statistics)
+
+
+def _describe(view: bytes, statistics: Struct) -> dict[str, Any]:
+    """Return a view's statistics as the encoder counted them."""
     generation = {"histogram": tuple(statistics.histogram), "iterations": statistics.iterations}
-    return view, {**_View(view).description(statistics), "generation": generation}
+    return {**_View(view).description(statistics), "generation": generation}
 
 
 def _order(meshlets: tuple[UInt32s | None, ...], triangle_count: int) -> dict[str, Any]:
@@ -496,22 +501,23 @@ def build_levels(
     threads: int = 0,
     progress: Callable[[float], object] | None = None,
     **fields: Any,
-) -> Result:
-    """Build levels of detail.
+) -> tuple[Result, Callable[[bytes], dict[str, Any]]]:
+    """Build levels of detail and encode them in pages.
 
-    streams, values, page_bytes: to estimate the bytes of groups; page_bytes: 0 for groups of any
-    size. clusters: (begins of disks, begins of meshlets) in the triangles; None to make those of
-    level 0. fields: the others of gltf_meshlet_levels_input. Other arguments as in `encode`.
+    page_bytes: 0 for a page for each group, of any size. clusters: (begins of disks, begins of
+    meshlets) in the triangles; None to make those of level 0. fields: the others of
+    gltf_meshlet_levels_input. Other arguments as in `encode`.
 
-    Returns the arrays of gltf_meshlet_build_levels. Raises ValueError for bad arguments.
+    Returns the arrays of gltf_meshlet_build_levels, and a function that takes the pages of level 0
+    and returns statistics as `encode`. Raises ValueError for bad arguments.
     """
     mesh = _mesh(triangles, position_ids, positions, streams, values, _clusters(clusters))
     sizes = {"lambda_": lambda_, "threads": threads, "page_bytes": page_bytes}
     options = _options(max_triangles, MESHLET_VERTICES, effort, **sizes)
     levels = LevelsInput(mesh=mesh, simplifier=simplifier, **fields)
-    result = Result()
-    _run(options, progress, lambda: functions.build_levels(levels, options, result.out))
-    return result
+    statistics, result = Statistics(), Result()
+    _run(options, progress, lambda: functions.build_levels(levels, options, statistics, result.out))
+    return result, lambda view: _describe(view, statistics)
 
 
 def _clusters(begins: tuple[UInt32s, UInt32s] | None) -> dict[str, Any]:

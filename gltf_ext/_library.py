@@ -29,7 +29,7 @@ close p, get_array pupp, open pzp, get_counts pp, get_page pup, get_stream puup,
 open_scratch p, get_begins pippz, get_statistics pp, decode pip, decode_range ppqqpp,
 decode_meshlets pppzp, encode_described pppp,
 weld pzzpp, scan_lines pzppzp, triangulate pzpzp,
-build_levels ppp, get_distances pzppqfipp, get_nearest_weights ppzp,
+build_levels pppp, get_distances pzppqfipp, get_nearest_weights ppzp,
 get_unpacked_bytes pzp,
 unpack pzipz, pack pzip, join_vertices ppp, get_topology pqqp
 """
@@ -108,10 +108,10 @@ MeshletOptions = _struct(
 Groups = _struct("ppqq", "triangles begin triangle_count begin_count")
 Simplifier = _struct("ppp", "simplify simplify_guarded partition")
 LevelsInput = _struct(
-    "uppppppqppppqpppuuuuddp",
-    "shape_count mesh canonical_vertices seam_points shapes attributes weights attribute_count "
-    "locked places normals others other_count finer_groups errors spheres level first_group "
-    "group_size chunk reduction error_limit simplifier",
+    "upppppppqppppqpppuuuuddp",
+    "shape_count mesh source_position_ids canonical_vertices seam_points shapes attributes weights "
+    "attribute_count locked places normals others other_count finer_groups errors spheres level "
+    "first_group group_size chunk reduction error_limit simplifier",
 )
 
 

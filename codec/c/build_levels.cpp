@@ -1,7 +1,7 @@
 // The part of the C interface that builds levels of detail, and measures distances.
 #include "c/encoder_input.h"
 #include "common/parallel.h"
-#include "lod/build_levels.h"
+#include "lod/level_pages.h"
 #include "lod/nearest_weights.h"
 #include "lod/surface_distance.h"
 
@@ -10,7 +10,6 @@ namespace {
 
 constexpr size_t kPointsAtOnce = 1024;
 constexpr uint64_t kMostAttributes = 32;  // meshoptimizer checks nothing
-constexpr uint32_t kMostGroups = 1u << 24;
 
 template <class Function>
 Function function_of(void (*address)(void)) {
@@ -68,6 +67,38 @@ struct LevelsInput {
   void check_canonical_vertices() const;
   void check_places() const;
 };
+
+std::vector<uint64_t> triangles_of_levels(const Levels& levels) {
+  std::vector<uint64_t> triangles;
+  for (size_t c = 0; c < levels.cluster_group.size(); c++) {
+    const uint32_t level = levels.groups[levels.cluster_group[c]].level;
+    if (level >= triangles.size()) triangles.resize(size_t(level) + 1);
+    triangles[level] += levels.grouped.ranges.size(c);
+  }
+  return triangles;
+}
+
+std::vector<uint32_t> page_table(const std::vector<EncodedPage>& pages) {
+  std::vector<uint32_t> table;
+  for (const EncodedPage& p : pages)
+    table.insert(table.end(),
+                 {uint32_t(p.blob.size()), uint32_t(p.groups.size()), p.triangles, p.vertices});
+  return table;
+}
+
+std::vector<uint32_t> page_groups(const LevelPages& pages) {
+  std::vector<uint32_t> all;
+  for (const auto* list : {&pages.coarse, &pages.fine})
+    for (const EncodedPage& p : *list) all.insert(all.end(), p.groups.begin(), p.groups.end());
+  return all;
+}
+
+Bytes page_bytes(const LevelPages& pages) {
+  Bytes all;
+  for (const auto* list : {&pages.coarse, &pages.fine})
+    for (const EncodedPage& p : *list) all.insert(all.end(), p.blob.begin(), p.blob.end());
+  return all;
+}
 
 const auto finer_group_of = [](const Cluster& c) { return c.finer_group; };
 const auto sphere_of = [](const auto& item) { return item.sphere; };
@@ -129,6 +160,7 @@ void LevelsInput::check_places() const {
 void LevelsInput::take_surface() {
   const auto vertices = size_t(mesh.vertex_count);
   check_canonical_vertices();
+  check_position_ids(mesh, in.source_position_ids);
   check_points(in.seam_points, vertices);
   require(in.attribute_count <= kMostAttributes, "there are too many attributes");
   check_floats(in.attributes, in.attribute_count * vertices);
@@ -170,6 +202,8 @@ void LevelsInput::take_choices() {
 }
 
 void LevelsInput::take_given() {
+  require((mesh.meshlet_begin != nullptr) == (in.level > 0),
+          "clusters belong to level 1 or coarser, and level 0 is made of triangles");
   if (!mesh.meshlet_begin) return require(!mesh.disk_begin, kNull);
   ClusterRanges& ranges = given.ranges;
   ranges.triangles = vector_of(mesh.triangles, 3 * mesh.triangle_count);
@@ -184,7 +218,7 @@ void LevelsInput::take_given() {
     const double error = in.errors[c];
     require(std::isfinite(s[0] + s[1] + s[2] + s[3] + error) && s[3] >= 0 && error >= 0,
             "a sphere or an error is not finite or negative");
-    require(in.finer_groups[c] >= kNoGroup && in.finer_groups[c] < int32_t(kMostGroups),
+    require(in.finer_groups[c] >= 0 && size_t(in.finer_groups[c]) < kMostGroups,
             "a finer group is out of range");
     given.clusters.push_back({in.finer_groups[c], error, error, {{s[0], s[1], s[2]}, s[3]}});
   }
@@ -196,25 +230,29 @@ void LevelsInput::take_given() {
 using namespace gltf_meshlet_codec;
 
 int gltf_meshlet_build_levels(const gltf_meshlet_levels_input* input,
-                              const gltf_meshlet_options* options, gltf_meshlet_result** result) {
+                              const gltf_meshlet_options* options,
+                              gltf_meshlet_statistics* statistics, gltf_meshlet_result** result) {
   return guarded([&] {
     require(result, kNull);
     *result = nullptr;
-    LevelsInput in(input, options);
+    require(!statistics || has_size(statistics), kWrongSize);
+    const LevelsInput in(input, options);
     const PagePilot pilot{in.surface, in.streams, in.values, in.page_bytes};
-    Levels built = build_levels(in.surface, std::move(in.given), pilot, in.simplifier, in.options);
-    ClusterRanges &grouped = built.grouped.ranges, &waiting = built.waiting.ranges;
+    const EncodedLevels all = build_and_encode(
+        in.surface, in.given, pilot, in.in.source_position_ids, in.simplifier, in.options);
+    const Levels& built = all.levels;
+    const ClusterRanges& waiting = built.waiting.ranges;
     const auto &clusters = built.grouped.clusters, &others = built.waiting.clusters;
+    give_statistics(all.pages.fine_stats, statistics);
     return open_object<Result>(
-        result, std::move(grouped.triangles), std::move(grouped.disk_begin),
-        std::move(grouped.cluster_begin), std::move(built.cluster_group),
-        column<int32_t>(clusters, finer_group_of),
-        column<uint32_t>(built.groups, [](const Group& g) { return g.level; }),
+        result, built.cluster_group, column<int32_t>(clusters, finer_group_of),
+        column<uint32_t>(built.groups, [](const ClusterGroup& g) { return g.level; }),
         column<double>(built.groups, error_of),
-        sphere_columns(column<Sphere>(built.groups, sphere_of)), std::move(waiting.triangles),
-        std::move(waiting.disk_begin), std::move(waiting.cluster_begin),
-        column<int32_t>(others, finer_group_of), column<double>(others, error_of),
-        sphere_columns(column<Sphere>(others, sphere_of)), std::move(built.stuck_triangles));
+        sphere_columns(column<Sphere>(built.groups, sphere_of)), waiting.triangles,
+        waiting.disk_begin, waiting.cluster_begin, column<int32_t>(others, finer_group_of),
+        column<double>(others, error_of), sphere_columns(column<Sphere>(others, sphere_of)),
+        built.stuck_triangles, triangles_of_levels(built), page_table(all.pages.coarse),
+        page_table(all.pages.fine), page_groups(all.pages), page_bytes(all.pages));
   });
 }
 

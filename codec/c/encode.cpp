@@ -1,6 +1,5 @@
 // The part of the C interface that encodes, and that reads sources.
 #include "c/encoder_input.h"
-#include "c/statistics.h"
 #include "common/polygons.h"
 #include "common/text_lines.h"
 #include "common/weld.h"
@@ -62,11 +61,7 @@ int encode_to_result(const gltf_meshlet_mesh* mesh, const EncodeOptions& options
   require(!statistics || has_size(statistics), kWrongSize);
   EncoderStats stats;
   Bytes view = encode_view(PlainMesh(taken(mesh)).m, options, page_bytes, stats);
-  gltf_meshlet_statistics found{};
-  found.iterations = stats.iterations;
-  std::copy(stats.histogram, stats.histogram + 4, found.histogram);
-  copy_statistics(stats.bits, found);
-  if (statistics) give(found, statistics);
+  give_statistics(stats, statistics);
   return open_object<Result>(result, std::move(view));
 }
 

@@ -7,6 +7,7 @@
 #include "c/gltf_meshlet_internal.h"
 #include "c/objects.h"
 #include "c/plain_mesh.h"
+#include "c/statistics.h"
 #include "common/array.h"
 #include "common/text_lines.h"
 #include "encode/pages.h"
@@ -87,11 +88,12 @@ inline void check_triangles(const uint32_t* triangles, uint64_t count, uint64_t 
 }
 
 // Vertices of one id have one position: seams would be closed that are open, or the reverse.
-inline void check_position_ids(const gltf_meshlet_mesh& m) {
+inline void check_position_ids(const gltf_meshlet_mesh& m, const uint32_t* position_ids) {
+  require(position_ids || m.vertex_count == 0, kNull);
   Array<uint32_t> first(size_t(m.vertex_count));  // vertex of each id, with `known` ids
   std::vector<bool> known(size_t(m.vertex_count));
   for (uint64_t v = 0; v < m.vertex_count; v++) {
-    const uint32_t id = m.position_ids[v];
+    const uint32_t id = position_ids[v];
     require(id < m.vertex_count, "a position id is out of range");
     if (!known[id]) {
       known[id] = true;
@@ -108,8 +110,7 @@ inline MeshView mesh_of(const gltf_meshlet_mesh& m, const uint32_t* triangles,
                         uint64_t triangle_count) {
   check_points(m.positions, m.vertex_count);
   check_triangles(triangles, triangle_count, m.vertex_count, true);
-  require(m.position_ids || m.vertex_count == 0, kNull);
-  check_position_ids(m);
+  check_position_ids(m, m.position_ids);
   return {triangles, size_t(triangle_count), m.position_ids, m.positions, size_t(m.vertex_count)};
 }
 
@@ -179,6 +180,16 @@ inline GroupTriangles groups_of(const gltf_meshlet_groups* groups, uint64_t vert
   require(are_begins(out.begin, size_t(g.triangle_count)),
           "begins do not increase from 0 to the number of triangles");
   return out;
+}
+
+// Gives what the encoder counted to the caller, unless he wants nothing.
+inline void give_statistics(const EncoderStats& stats, gltf_meshlet_statistics* statistics) {
+  if (!statistics) return;
+  gltf_meshlet_statistics found{};
+  found.iterations = stats.iterations;
+  std::copy(stats.histogram, stats.histogram + 4, found.histogram);
+  copy_statistics(stats.bits, found);
+  give(found, statistics);
 }
 
 }  // namespace gltf_meshlet_codec

@@ -76,9 +76,12 @@ enum { GLTF_MESHLET_ONE_LEVEL = 0, GLTF_MESHLET_ALL_LEVELS = 1, GLTF_MESHLET_LAS
 /* A primitive, or a chunk of it, on its grid. Numbers of floats are those of each vertex. */
 typedef struct gltf_meshlet_levels_input {
   uint32_t size, shape_count;
-  /* positions: integers; position_ids: equal where they are. disk_begin and meshlet_begin: clusters
-   * of `level`, or of finer ones, in the order of the triangles; null to generate level 0. */
+  /* Triangles; streams and values; positions: integers; position_ids: equal where they are.
+   * disk_begin and meshlet_begin: clusters of `level`, or of finer ones, in the order of the
+   * triangles; null to generate level 0. */
   const gltf_meshlet_mesh* mesh;
+  /* Equal for equal positions before quantisation. */
+  const uint32_t* source_position_ids;
   /* The same vertex for all that are equal in all integers, or that edges of length zero connect.
    */
   const uint32_t* canonical_vertices;
@@ -104,16 +107,21 @@ typedef struct gltf_meshlet_levels_input {
   const gltf_meshlet_simplifier* simplifier;
 } gltf_meshlet_levels_input;
 
-/* Builds levels. Uses the options threads, effort, max_triangles, lambda, page_bytes (of the
- * largest group, about; 0 for any), progress. Lengths are in cells of the grid. Arrays of the
- * result, of the clusters in groups: uint32_t triangles (three vertices each, cluster after
- * cluster), disk_begin, meshlet_begin and the group of each; int32_t finer groups. Of the groups:
- * uint32_t levels; double errors of the replacements, infinite without one; 4 double spheres. Of
- * the clusters that wait: uint32_t triangles, disk_begin, meshlet_begin; int32_t finer groups;
- * double errors; 4 double spheres. Of each level: uint64_t triangles that could not be simplified.
- */
+/* Builds levels and encodes them in pages. Uses the options threads, effort, max_triangles, lambda,
+ * page_bytes, progress (after each level). Lengths are in cells of the grid. Without pages, a whole
+ * primitive cannot be simplified. statistics: of the pages of level 0, or null. Arrays of the
+ * result, uint32_t unless said otherwise:
+ * - 0 the group of each cluster; 1 its finer group, int32_t;
+ * - 2 the level of each group; 3 double, the error of its replacement, infinite without one; 4 four
+ *   double, its sphere;
+ * - of clusters that wait for the next level: 5 triangles, 6 disk_begin, 7 meshlet_begin, 8 finer
+ *   groups, int32_t, 9 errors, double, 10 spheres;
+ * - of each level, uint64_t: 11 triangles that could not be simplified, 12 triangles;
+ * - 13 pages of coarse levels, 14 of level 0: bytes, groups, triangles, vertices; 15 the groups of
+ *   all pages; 16 their bytes, uint8_t. */
 GLTF_MESHLET_API int gltf_meshlet_build_levels(const gltf_meshlet_levels_input* input,
                                                const gltf_meshlet_options* options,
+                                               gltf_meshlet_statistics* statistics,
                                                gltf_meshlet_result** result);
 
 /* Triangles of all groups: those of group g are begin[g] .. begin[g + 1], at least one. */

@@ -29,7 +29,7 @@ struct LevelOptions {
 struct Levels {
   ClusterSet grouped;  // finer_group counts from first_group
   std::vector<uint32_t> cluster_group;
-  std::vector<Group> groups;
+  std::vector<ClusterGroup> groups;
   ClusterSet waiting;
   // Of each level: the triangles that could not be simplified and waited for the next one.
   std::vector<uint64_t> stuck_triangles;

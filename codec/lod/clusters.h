@@ -55,7 +55,7 @@ struct ClusterSet {
 };
 
 // Clusters that are simplified together.
-struct Group {
+struct ClusterGroup {
   uint32_t level;  // that it was formed in
   double error;    // of its replacement; infinite without one
   Sphere sphere;   // around it and all finer groups below it

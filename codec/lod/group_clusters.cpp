@@ -10,8 +10,7 @@ namespace gltf_meshlet_codec {
 namespace {
 
 constexpr double kLargest = 11.0 / 8;  // clusters of a group over those that it should have
-constexpr uint32_t kSmallestGroup = 4;
-constexpr double kTighter = 0.9;  // than the estimate allows: the largest group varies
+constexpr double kTighter = 0.9;       // than the estimate allows: the largest group varies
 // The most bytes of connectivity for a triangle; vertices take no more than their integers.
 constexpr double kConnectivity = 0.5;
 

@@ -7,7 +7,8 @@ codec/lod/build_levels.h and spec/EXT_meshlet_lod.md.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -17,8 +18,8 @@ from gltf_ext._codec import Stream
 from gltf_ext._library import Result, pointers
 from gltf_ext.lod.simplifier import simplifier
 from gltf_ext.lod.surface import Surface
+from gltf_ext.lod.tables import PAGE
 from gltf_ext.options import Options
-from gltf_ext.ranges import begins, members
 
 # A level has at most SHRINK of the triangles of the finer one: kShrink of reduce_groups.h.
 SHRINK = 0.75
@@ -49,16 +50,6 @@ class ClusterRanges:
         begin: np.ndarray = self.disk_begin[self.cluster_begin]
         return begin
 
-    def select(self, numbers: np.ndarray) -> ClusterRanges:
-        """Return the clusters with these numbers, int64[K], in this order."""
-        disks = members(self.cluster_begin, numbers)
-        triangles = members(self.disk_begin, disks)
-        return ClusterRanges(
-            self.triangles[triangles],
-            begins(np.diff(self.disk_begin)[disks]),
-            begins(np.diff(self.cluster_begin)[numbers]),
-        )
-
 
 @dataclass
 class ClusterSet:
@@ -83,7 +74,6 @@ class Hierarchy:
     """All levels of a primitive: C clusters in G groups. Lengths are in units of the grid.
 
     Attributes:
-        ranges: the clusters of all levels, those of level 0 first.
         cluster_group: int64[C]: the group that each cluster belongs to.
         finer_group: int64[C]: the finer group that each cluster replaces a part of, -1 in
             level 0.
@@ -93,7 +83,6 @@ class Hierarchy:
             finer groups below it.
     """
 
-    ranges: ClusterRanges
     cluster_group: np.ndarray
     finer_group: np.ndarray
     group_level: np.ndarray
@@ -109,19 +98,42 @@ class Hierarchy:
 
 
 @dataclass
-class BuiltLevels:
+class Pages:
+    """Encoded pages.
+
+    Attributes:
+        groups: int64 for each page: the numbers of its groups.
+        rows: PAGE[P]: their rows of the table, without firstGroup.
+        data: their bytes, one after the other.
+    """
+
+    groups: list[np.ndarray] = field(default_factory=list)
+    rows: np.ndarray = field(default_factory=partial(np.empty, 0, PAGE))
+    data: bytes = b""
+
+
+@dataclass
+class ChunkLevels:
     """All levels of a chunk.
 
     Attributes:
         hierarchy: the clusters in groups.
-        waiting: the clusters that wait for the next level.
+        remainder: the clusters that wait for the next level.
         stuck_triangles: for each level, the number of triangles that could not be simplified and
             wait for the next level.
+        triangles: for each level, the number of triangles of its groups.
+        coarse, fine: the pages of coarse levels and of level 0. A whole primitive that cannot be
+            simplified, or has too many groups, has no pages.
+        statistics: of the pages of level 0, as _codec.encode returns them; empty without any.
     """
 
     hierarchy: Hierarchy
-    waiting: ClusterSet
+    remainder: ClusterSet
     stuck_triangles: list[int]
+    triangles: list[int]
+    coarse: Pages
+    fine: Pages
+    statistics: dict[str, Any]
 
 
 @dataclass(frozen=True)
@@ -132,7 +144,7 @@ class LevelSettings:
         group_size: number of clusters in a group, about; fewer where they do not fit in a page.
         error_limit: groups with a larger error stay as they are; in units of the grid.
         reduction: triangles of a group over those of its replacement.
-        page_limit: bytes that a page should not exceed; 0 for groups of any size.
+        page_limit: bytes that a page should not exceed.
         chunk: _codec.ALL_LEVELS, ONE_LEVEL or LAST_LEVEL.
         level: the level of the first groups.
         first_group: the number of the first group.
@@ -151,18 +163,20 @@ def build_levels(
     surface: Surface,
     streams: list[Stream],
     values: list[np.ndarray],
+    source_position_ids: np.ndarray,
     settings: LevelSettings,
     options: Options,
     threads: int,
     clusters: ClusterSet | None = None,
     progress: Callable[[float], object] | None = None,
-) -> BuiltLevels:
-    """Build levels.
+) -> ChunkLevels:
+    """Build levels and encode them in pages.
 
     Args:
         surface: the primitive on its grid.
         streams: the stream table.
         values: uint32[V, elements] of each stream.
+        source_position_ids: uint32[V], equal for equal positions before quantisation.
         settings: how levels are built.
         options: of `compress`: how clusters are generated.
         threads: number of threads, 0 for all processors.
@@ -174,23 +188,23 @@ def build_levels(
         MeshletError: without meshoptimizer.
     """
     choices = surface.choices
-    given: dict[str, Any] = {}
+    inputs: dict[str, Any] = {}
     begins_of_clusters = None
     if clusters:
         ranges, finer_groups = clusters.ranges, clusters.finer_group.astype(np.int32)
         begins_of_clusters = ranges.disk_begin, ranges.cluster_begin
-        given = {
+        inputs = {
             "finer_groups": finer_groups,
             "errors": clusters.error,
             "spheres": clusters.spheres,
         }
     if choices:
-        given |= {"places": choices.place, "normals": _floats(choices.normals)}
-        given |= {"others": _floats(choices.others), "other_count": choices.others.shape[1]}
+        inputs |= {"places": choices.place, "normals": _floats(choices.normals)}
+        inputs |= {"others": _floats(choices.others), "other_count": choices.others.shape[1]}
     if surface.is_locked is not None:
-        given["locked"] = surface.is_locked.view(np.uint8)
+        inputs["locked"] = surface.is_locked.view(np.uint8)
     shapes = [_floats(points) for points in surface.morph_points]
-    result = _codec.build_levels(
+    result, describe = _codec.build_levels(
         surface.triangles,
         surface.position_ids,
         surface.points,
@@ -204,6 +218,7 @@ def build_levels(
         progress=progress,
         shape_count=len(shapes),
         shapes=pointers(shapes),
+        source_position_ids=np.ascontiguousarray(source_position_ids, np.uint32),
         canonical_vertices=np.ascontiguousarray(surface.canonical_vertices, np.uint32),
         seam_points=_floats(surface.seam_points),
         attributes=_floats(surface.attributes),
@@ -215,30 +230,44 @@ def build_levels(
         chunk=settings.chunk,
         reduction=settings.reduction,
         error_limit=settings.error_limit,
-        **given,
+        **inputs,
     )
-    return _levels_of(result)
+    return _levels_of(result, describe)
 
 
 def _floats(values: np.ndarray) -> np.ndarray:
     return np.ascontiguousarray(values, np.float32)
 
 
-def _levels_of(result: Result) -> BuiltLevels:
+def _levels_of(result: Result, describe: Callable[[bytes], dict[str, Any]]) -> ChunkLevels:
     """Return the arrays of gltf_meshlet_build_levels as objects."""
-
-    def ranges(first: int) -> ClusterRanges:
-        triangles = result.array(first).reshape(-1, 3)
-        disks, clusters = (result.array(first + k).astype(np.int64) for k in (1, 2))
-        return ClusterRanges(triangles, disks, clusters)
-
-    cluster_group, levels = (result.array(number).astype(np.int64) for number in (3, 5))
-    finer_group, waits_for = (result.array(n, np.int32).astype(np.int64) for n in (4, 11))
-    errors, waiting_errors = (result.array(number, np.float64) for number in (6, 12))
-    spheres, waiting_spheres = (result.array(n, np.float64).reshape(-1, 4) for n in (7, 13))
-    of_groups = levels, errors, spheres[:, :3], spheres[:, 3]
-    return BuiltLevels(
-        Hierarchy(ranges(0), cluster_group, finer_group, *of_groups),
-        ClusterSet(ranges(8), waits_for, waiting_errors, waiting_spheres),
-        result.array(14, np.uint64).tolist(),
+    cluster_group, levels = (result.array(number).astype(np.int64) for number in (0, 2))
+    finer_group, waits_for = (result.array(n, np.int32).astype(np.int64) for n in (1, 8))
+    errors, waiting_errors = (result.array(number, np.float64) for number in (3, 9))
+    spheres, waiting_spheres = (result.array(n, np.float64).reshape(-1, 4) for n in (4, 10))
+    disks, clusters = (result.array(number).astype(np.int64) for number in (6, 7))
+    ranges = ClusterRanges(result.array(5).reshape(-1, 3), disks, clusters)
+    stuck_triangles, triangles = (result.array(n, np.uint64).tolist() for n in (11, 12))
+    coarse_table, fine_table = (result.array(number).reshape(-1, 4) for number in (13, 14))
+    groups, data = result.array(15).astype(np.int64), result.array(16, np.uint8).tobytes()
+    group_count, size = int(coarse_table[:, 1].sum()), int(coarse_table[:, 0].sum(dtype=np.int64))
+    coarse = _pages_of(coarse_table, groups[:group_count], data[:size])
+    fine = _pages_of(fine_table, groups[group_count:], data[size:])
+    return ChunkLevels(
+        Hierarchy(cluster_group, finer_group, levels, errors, spheres[:, :3], spheres[:, 3]),
+        ClusterSet(ranges, waits_for, waiting_errors, waiting_spheres),
+        stuck_triangles,
+        triangles,
+        coarse,
+        fine,
+        describe(fine.data) if fine.data else {},
     )
+
+
+def _pages_of(table: np.ndarray, groups: np.ndarray, data: bytes) -> Pages:
+    """Return pages. table: uint32[P, 4]: their bytes, groups, triangles and vertices."""
+    rows = np.zeros(len(table), PAGE)
+    names = ("byteLength", "triangles", "vertices")
+    for name, column in zip(names, table[:, [0, 2, 3]].T):
+        rows[name] = column
+    return Pages(np.split(groups, np.cumsum(table[:-1, 1])) if len(table) else [], rows, data)

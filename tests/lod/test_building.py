@@ -10,8 +10,9 @@ import gltf_ext
 from gltf_ext.document.container import read_document
 from gltf_ext.encode import levels
 from gltf_ext.lod import LodPrimitive, cut_at_level, error_of, open_lod
+from gltf_ext.lod import builder as levels_builder
 from gltf_ext.lod.tables import EXTENSION
-from gltf_ext.lod.writing import BLOCK_GROUPS, _by_error, _separate_points, encode_levels
+from gltf_ext.lod.writing import _separate_points
 from spec import reference_lod
 from tests.helpers import environment
 from tests.helpers.gltf_builder import Builder, wavy_sheet
@@ -173,18 +174,16 @@ def test_a_pilot_saves_building_twice(page_bytes, is_noisy, tmp_path, monkeypatc
     noise = np.random.default_rng(0).random((len(points), 4), np.float32)
     noise[np.linalg.norm(points[:, :2] - points[0, :2], axis=1) > 0.5] = 0.5
     sheet = sheet_file(tmp_path / "sheet.glb", **({"_X": noise} if is_noisy else {}))
-    built, largest = [], []
+    fractions = []  # of the progress after each level: it would begin anew
 
-    def counted(*arguments):
-        coarse, fine = encode_levels(*arguments)
-        built.append(len(coarse.groups))
-        largest.append(max(map(len, coarse.blobs + fine.blobs)))
-        return coarse, fine
+    def spied(*arguments):
+        return levels_builder.build_levels(*arguments[:-1], fractions.append)
 
-    monkeypatch.setattr(levels, "encode_levels", counted)
+    monkeypatch.setattr(levels, "build_levels", spied)
     gltf_ext.compress(sheet, tmp_path / "out.glb", lod=True, page_bytes=page_bytes)
-    assert len(built) == 1
-    assert largest[0] <= page_bytes
+    assert len(fractions) > 1 and (np.diff(fractions) > 0).all()
+    (primitive,) = open_lod(tmp_path / "out.glb")
+    assert primitive.tables.pages["byteLength"].max() <= page_bytes
 
 
 def test_a_model_of_small_parts_has_no_wild_first_level(tmp_path):
@@ -210,24 +209,12 @@ def test_pages_keep_the_order_of_levels(sheet, tmp_path):
     assert (np.diff(tables.groups["page"].astype(int)) >= 0).all()
 
 
-def test_pages_hold_groups_of_like_errors():
-    """A cut takes fewer pages, and no page has groups that are far from each other."""
-    error, groups = np.random.default_rng(0).random(480), np.arange(480)
-    taken = []
-    for order in (groups, _by_error(groups, error)):
-        pages = np.split(order, range(4, 480, 4))
-        assert sorted(order) == list(groups)
-        assert max(np.ptp(page) for page in pages) <= 2 * BLOCK_GROUPS
-        taken.append(sum((error[page] > 0.8).any() for page in pages))
-    assert taken[1] < 0.6 * taken[0]
-
-
 def test_groups_of_a_level_come_by_error(sheet, tmp_path):
     gltf_ext.compress(sheet, tmp_path / "out.glb", lod=True, lod_group=4)
     (primitive,) = open_lod(tmp_path / "out.glb")
     tables = primitive.tables
     errors = tables.groups["error"][tables.group_level == 1]
-    assert 4 < len(errors) <= BLOCK_GROUPS
+    assert 4 < len(errors) <= 48  # kBlockGroups of level_pages.cpp
     assert (np.diff(errors) <= 0.0).all()
 
 

@@ -693,7 +693,7 @@ size_t one_group(uint32_t* to, const uint32_t*, size_t, const uint32_t*, size_t 
 // A square of 200 triangles in one chunk, from which levels are built.
 struct LevelsMesh : Mesh {
   static constexpr uint32_t kSide = 11;
-  std::vector<uint32_t> corners, numbers, places, canonical;
+  std::vector<uint32_t> corners, numbers, places, canonical, source;
   std::vector<uint32_t> grid;
   std::vector<float> points, normals;
   const uint32_t* lists[1];
@@ -703,6 +703,7 @@ struct LevelsMesh : Mesh {
   double error[1] = {1}, sphere[4] = {5, 5, 0, 8};
   gltf_meshlet_simplifier simplifier = sized<gltf_meshlet_simplifier>();
   gltf_meshlet_levels_input input = sized<gltf_meshlet_levels_input>();
+  gltf_meshlet_statistics counted = sized<gltf_meshlet_statistics>();
 
   LevelsMesh() {
     for (uint32_t i = 0; i < kSide * kSide; i++) {
@@ -713,7 +714,7 @@ struct LevelsMesh : Mesh {
       corners.insert(corners.end(), {i, i + 1, i + kSide, i + kSide, i + 1, i + kSide + 1});
     }
     points.assign(grid.begin(), grid.end());
-    places = canonical = numbers;
+    places = canonical = source = numbers;
     lists[0] = grid.data();
     shapes[0] = points.data();
     stream.bits = 4;
@@ -722,6 +723,7 @@ struct LevelsMesh : Mesh {
     mesh.vertex_count = numbers.size();
     mesh.position_ids = numbers.data();
     input.canonical_vertices = canonical.data();
+    input.source_position_ids = source.data();
     mesh.positions = input.seam_points = points.data();
     mesh.values = lists;
     simplifier.simplify = reinterpret_cast<void (*)(void)>(first_triangles);
@@ -753,7 +755,7 @@ struct LevelsMesh : Mesh {
 
   int build() {
     gltf_meshlet_result* result = nullptr;
-    const int status = gltf_meshlet_build_levels(&input, &options, &result);
+    const int status = gltf_meshlet_build_levels(&input, &options, &counted, &result);
     EXPECT((result != nullptr) == (status == GLTF_MESHLET_OK));
     WORKS(gltf_meshlet_close(result));
     return status;
@@ -777,7 +779,8 @@ void test_given_clusters() {
   BUILD_REFUSES((m.give_clusters(), m.input.finer_groups = nullptr));
   BUILD_REFUSES((m.give_clusters(), m.input.errors = nullptr));
   BUILD_REFUSES((m.give_clusters(), m.input.spheres = nullptr));
-  BUILD_REFUSES((m.give_clusters(), m.finer[0] = -2));
+  BUILD_REFUSES((m.give_clusters(), m.finer[0] = -1));
+  BUILD_REFUSES((m.give_clusters(), m.input.level = 0));
   BUILD_REFUSES((m.give_clusters(), m.finer[0] = 1 << 24));
   BUILD_REFUSES((m.give_clusters(), m.error[0] = NAN));
   BUILD_REFUSES((m.give_clusters(), m.error[0] = -1));
@@ -797,6 +800,11 @@ void test_levels() {
   BUILD_REFUSES(m.mesh.streams = nullptr);
   BUILD_REFUSES(m.grid[0] = 16);
   BUILD_REFUSES(m.points[0] = NAN);
+  BUILD_REFUSES(m.counted.size = 8);
+  BUILD_REFUSES(m.input.level = 1);
+  BUILD_REFUSES(m.input.source_position_ids = nullptr);
+  BUILD_REFUSES(m.source[3] = 121);
+  BUILD_REFUSES(m.source[3] = 4);
   BUILD_REFUSES(m.input.canonical_vertices = nullptr);
   BUILD_REFUSES(m.input.seam_points = nullptr);
   BUILD_REFUSES(m.input.shapes = nullptr);
@@ -831,7 +839,7 @@ void test_levels() {
     REFUSED(m.build());
   }
   LevelsMesh cancelled;
-  REFUSED(gltf_meshlet_build_levels(&cancelled.input, nullptr, nullptr));
+  REFUSED(gltf_meshlet_build_levels(&cancelled.input, nullptr, nullptr, nullptr));
   cancelled.options.progress = [](void*, float) { return 1; };
   EXPECT(cancelled.build() == GLTF_MESHLET_CANCELLED);
 }

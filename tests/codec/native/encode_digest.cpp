@@ -156,7 +156,7 @@ uint64_t digest_of_levels(const Model& single, int threads) {
   const Levels built = build_levels(surface, {}, pilot, kStandIn, options);
   const std::vector<uint32_t>& triangles = built.grouped.ranges.triangles;
   uint64_t hash = hashed(kNoHash, triangles.data(), 4 * triangles.size());
-  for (const Group& g : built.groups) {
+  for (const ClusterGroup& g : built.groups) {
     hash = hashed(hash, &g.error, sizeof g.error);
     hash = hashed(hash, &g.sphere, sizeof g.sphere);
   }

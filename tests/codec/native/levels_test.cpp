@@ -10,6 +10,7 @@
 
 #include "lod/error_meter.h"
 #include "lod/group_meshlets.h"
+#include "lod/level_pages.h"
 #include "lod/reduce_groups.h"
 #include "lod/vertex_choices.h"
 #include "stand_in_simplifier.h"
@@ -333,9 +334,32 @@ void test_small_pieces_of_a_group_share_clusters() {
     EXPECT(made.group_begin[g + 1] - made.group_begin[g] <= kCount / 2);
 }
 
+// A cut takes fewer pages, and no page has groups that are far from each other.
+void test_groups_of_like_errors_share_pages() {
+  std::vector<ClusterGroup> all;
+  uint32_t state = 1;
+  for (int g = 0; g < 480; g++) {
+    state = state * 1664525u + 1013904223u;
+    all.push_back({1, double(state >> 8) / (1 << 24), {}});
+  }
+  size_t taken[2] = {};
+  const Numbers groups = counted(480), orders[] = {groups, ordered_by_error(groups, all)};
+  for (int k = 0; k < 2; k++) {
+    EXPECT(std::set<uint32_t>(orders[k].begin(), orders[k].end()).size() == 480);
+    for (size_t first = 0; first < 480; first += 4) {
+      const auto page = orders[k].begin() + std::ptrdiff_t(first);
+      const auto ends = std::minmax_element(page, page + 4);
+      EXPECT(*ends.second - *ends.first <= 2 * 48);
+      taken[k] += std::any_of(page, page + 4, [&](uint32_t g) { return all[g].error > 0.8; });
+    }
+  }
+  EXPECT(10 * taken[1] < 6 * taken[0]);
+}
+
 }  // namespace
 
 int main() {
+  test_groups_of_like_errors_share_pages();
   test_groups_near_the_median_are_simplified_once();
   test_a_group_that_is_farther_is_tried_again();
   test_a_group_that_stays_farther_waits();
