@@ -7,6 +7,7 @@ from PIL import Image
 
 from gltf_ext.batches.thumbnail import PIXELS, thumbnail
 from gltf_ext.errors import MeshletError
+from gltf_ext.sources.importers import open_model
 from tests.helpers.gltf_builder import Builder, grid_mesh
 
 
@@ -20,7 +21,7 @@ def write_placed(path, **node):
 
 
 def test_a_camera_that_makes_no_picture_is_ignored(tmp_path):
-    png = thumbnail(write_placed(tmp_path / "grid.glb", camera=0))
+    png = thumbnail(open_model(write_placed(tmp_path / "grid.glb", camera=0)))
     with Image.open(io.BytesIO(png)) as picture:
         assert picture.size == (PIXELS, PIXELS)
         assert picture.convert("LA").getextrema()[1] == (0, 255), "a model and a background"
@@ -29,4 +30,4 @@ def test_a_camera_that_makes_no_picture_is_ignored(tmp_path):
 def test_a_transform_that_is_too_large_is_refused(tmp_path):
     path = write_placed(tmp_path / "grid.glb", scale=[1e16, 1, 1])
     with pytest.raises(MeshletError, match="a node's transform is not finite, or larger"):
-        thumbnail(path)
+        thumbnail(open_model(path))
