@@ -21,8 +21,8 @@ PIXELS = 64
 # takes much memory or time. Of each primitive at least MIN_TRIANGLES are there.
 MAX_TRIANGLES, MAX_PRIMITIVES, MIN_TRIANGLES = 10_000, 500, 20
 # Up to so many triangles are filled. Of more, points are drawn, one a triangle and at least
-# MIN_SAMPLES: a picture then takes about a tenth of the time that its model takes.
-MAX_FILLED, MIN_SAMPLES = 500, 5000
+# MIN_SAMPLES: a picture then takes less than a tenth of the time that its model takes.
+MAX_FILLED, MIN_SAMPLES = 250, 5000
 # Rows: right, up and towards the viewer, who looks down from the front and the right.
 VIEW = np.array([[0.82, 0.0, -0.57], [-0.24, 0.91, -0.34], [0.52, 0.41, 0.75]])
 LIGHT = np.array([0.3, 0.5, 0.81], np.float32)
@@ -138,8 +138,6 @@ def _sampled(planes: np.ndarray, shades: np.ndarray, areas: np.ndarray) -> np.nd
 
     planes: as for few; areas: float32[T].
     """
-    from PIL import Image, ImageFilter
-
     count = max(len(areas), MIN_SAMPLES)
     area_sums = np.cumsum(areas, dtype=np.float64)
     ends = np.rint(area_sums * (count / area_sums[-1])).astype(np.intp)  # of each one's points
@@ -152,11 +150,27 @@ def _sampled(planes: np.ndarray, shades: np.ndarray, areas: np.ndarray) -> np.nd
     order = np.argsort(steps, kind="stable")  # the nearest are drawn last
     picture = np.zeros((PIXELS, PIXELS), np.uint8)
     picture[rows[order], columns[order]] = shades[triangle[order]]
-    # Holes that the points leave: they have at least four neighbours.
-    image = Image.fromarray(picture)
-    neighbours = np.asarray(image.filter(ImageFilter.RankFilter(3, 5)))
-    image = Image.fromarray(np.where(picture, picture, neighbours))
-    return np.asarray(image.filter(ImageFilter.MedianFilter(3)))
+    for _ in range(2):  # holes that the points leave
+        picture = np.where(picture, picture, _medians(picture))
+    return _medians(picture)
+
+
+def _medians(picture: np.ndarray) -> np.ndarray:
+    """Return the median of each pixel and its eight neighbours, 0 beyond the border."""
+    # A fifth of the time that PIL's filter takes.
+    padded = np.pad(picture, 1)
+    low, middle, high = _in_order(padded[:-2], padded[1:-1], padded[2:])
+    sides = slice(-2), slice(1, -1), slice(2, None)
+    lows, middles, highs = ([rows[:, side] for side in sides] for rows in (low, middle, high))
+    low, high = functools.reduce(np.maximum, lows), functools.reduce(np.minimum, highs)
+    return _in_order(low, _in_order(*middles)[1], high)[1]
+
+
+def _in_order(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Return the smallest, the middle and the largest of three, element by element."""
+    low, high = np.minimum(a, b), np.maximum(a, b)
+    middle = np.minimum(high, c)
+    return np.minimum(low, middle), np.maximum(low, middle), np.maximum(high, c)
 
 
 def _weights(count: int) -> np.ndarray:
