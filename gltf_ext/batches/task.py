@@ -86,7 +86,10 @@ class Job:
     @property
     def outputs(self) -> list[str]:
         """Names of all files that it may write, but its record."""
-        return [self.output] + [fallback_name(self.output)] * bool(self.options.get("fallback"))
+        return [
+            self.output,
+            *([fallback_name(self.output)] if self.options.get("fallback") else ()),
+        ]
 
     def is_of_this_run(self, record: Record) -> bool:
         """Return whether this batch has written a record."""
