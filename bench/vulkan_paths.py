@@ -15,7 +15,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 import bench.compiled_shaders  # noqa: F401  before their structures
-from vk_backend.decode.bounds import fill_bounds
+from vk_backend.decode.bounds import Bounds
 from vk_backend.decode.decoder import Decoder, Method, Pass, Stage
 from vk_backend.decode.slots import SlotLayout
 from vk_backend.decode.structures import RASTER_PUSH
@@ -127,7 +127,7 @@ class PlainDrawing(Drawing):
         device.require(self.capability, self.name)
         super().__init__(SceneView(device, scene, frozenset({"blobs", "bounds", "vertices"})))
         buffers = self.view.buffers
-        fill_bounds(buffers)
+        Bounds(buffers).fill()
         buffers.blobs.free()  # only the culling bounds needed them
         self._model = self.own(PlainModel(buffers, meshlets=True))
         stages = (("bench:plain.task", TASK), ("bench:plain.mesh", MESH))
