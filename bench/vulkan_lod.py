@@ -211,7 +211,7 @@ def measure_flight(
     complete_seconds = time.perf_counter() - began
     for _ in range(WAKE_FRAMES):
         flight.draw(0.0)
-    frames = [flight.draw(n / (options.frames - 1)) for n in range(options.frames)]
+    frames = flown(flight, options.frames, options.rate)
     result = {
         "triangles": flight.scene.triangles,
         "instances": len(flight.scene.instances),
@@ -226,6 +226,16 @@ def measure_flight(
     }
     flight.free()
     return result
+
+
+def flown(flight: Flight, count: int, rate: float) -> list[dict[str, Any]]:
+    """The frames of a flight. rate: frames a second; 0: as fast as they come."""
+    frames, begin = [], time.perf_counter()
+    for number in range(count):
+        frames.append(flight.draw(number / (count - 1)))
+        due = begin + (number + 1) / rate if rate else 0.0
+        time.sleep(max(0.0, due - time.perf_counter()))
+    return frames
 
 
 def compared(renderer: Any, path: Path, options: argparse.Namespace) -> dict:
@@ -276,6 +286,7 @@ def summarised(frames: list[dict]) -> dict:
     """The figures of a flight's frames that the tables show."""
     columns = {name: [frame[name] for frame in frames] for name in frames[0]}
     times, allowed = columns["milliseconds"], np.array(columns["allowed_pixels"])
+    shown = np.array(columns["shown_pixels"])
     return {
         "count": len(frames),
         "median": float(np.median(times)),
@@ -289,6 +300,8 @@ def summarised(frames: list[dict]) -> dict:
         "read_bytes": int(np.sum(columns["read_bytes"])),
         "share_at_error": float((allowed <= np.float32(PIXELS)).mean()),
         "worst_allowed": float(allowed.max()),
+        "share_shown": float((shown <= np.float32(PIXELS)).mean()),
+        "worst_shown": float(shown.max()),
         "share_complete": float((np.array(columns["missing_pages"]) == 0).mean()),
     }
 
@@ -319,6 +332,7 @@ def measure(options: argparse.Namespace) -> dict:
         "width": options.width,
         "height": options.height,
         "pixels": PIXELS,
+        "rate": options.rate,
         "rows": rows,
     }
 
@@ -340,8 +354,10 @@ def summary(result: dict) -> str:
         "hidden": lambda row: f"{row['frames']['hidden']:,.0f}" if row["occlusion"] else "off",
         "decoded in a frame": lambda row: f"{row['frames']['decoded']:,.0f}",
         "read": lambda row: f"{row['frames']['read_bytes'] / 1e6:.1f} MB",
-        "frames at one pixel": lambda row: f"{100 * row['frames']['share_at_error']:.0f} %",
+        "frames that allow one pixel": lambda row: f"{100 * row['frames']['share_at_error']:.0f} %",
         "worst allowed": lambda row: f"{row['frames']['worst_allowed']:.2f} px",
+        "frames that show one pixel": lambda row: f"{100 * row['frames']['share_shown']:.1f} %",
+        "worst shown": lambda row: f"{row['frames']['worst_shown']:.2f} px",
         "without missing pages": lambda row: f"{100 * row['frames']['share_complete']:.0f} %",
         "first picture": lambda row: f"{1000 * row['first_seconds']:.0f} ms",
         "nothing missing": lambda row: f"{1000 * row['complete_seconds']:.0f} ms",
@@ -373,6 +389,13 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--device", metavar="DEVICE", help="number, or a part of the name")
     parser.add_argument("--frames", type=int, default=300, metavar="N", help="of a flight")
+    parser.add_argument(
+        "--rate",
+        type=float,
+        default=0.0,
+        metavar="N",
+        help="frames a second (default: as fast as they come, which no camera flies)",
+    )
     parser.add_argument("--width", type=int, default=1920, metavar="N", help="pixels")
     parser.add_argument("--height", type=int, default=1080, metavar="N", help="pixels")
     parser.add_argument(

@@ -24,6 +24,7 @@ FRAME = {
     "hidden": 3,
     "read_bytes": 7,
     "allowed_pixels": 1.0,
+    "shown_pixels": 1.0,
     "missing_pages": 0,
 }
 

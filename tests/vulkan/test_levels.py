@@ -286,6 +286,33 @@ def opened(renderer, file):
     return scene, residency
 
 
+@pytest.mark.parametrize("frames_ahead", [0, 1])
+def test_pages_are_read_where_the_camera_goes(renderer, file, monkeypatch, frames_ahead):
+    """Of the next picture of a camera that comes nearer, no page is missing."""
+    from vk_backend.levels import motion
+    from vk_backend.scene.camera import Camera
+
+    monkeypatch.setattr(motion, "LEAD_SECONDS", 1e9)
+    monkeypatch.setattr(motion, "LEAD_FRAMES", frames_ahead)
+    scene, _ = opened(renderer, file)
+
+    def picture(distance, wait):
+        eye = np.array([0.0, 0.0, distance])
+        camera = Camera.look_at(eye, np.zeros(3), near=0.1, far=100.0, yfov=0.8)
+        return renderer.render(scene, camera, None, WIDTH, HEIGHT, wait=wait).levels
+
+    picture(9.0, wait=True)
+    levels = picture(6.0, wait=False)
+    while levels.missing_pages or renderer.drawing.levels.is_reading:
+        levels = picture(6.0, wait=False)
+    picture(6.0, wait=False)  # uploads what was read last
+    levels = picture(3.0, wait=False)
+    if frames_ahead:
+        assert levels.missing_pages == 0 and levels.shown_pixels == 1.0
+    else:
+        assert levels.missing_pages > 0 and levels.shown_pixels > 1.0
+
+
 def test_an_error_beyond_floats_shows_the_coarsest_level(renderer, file):
     from vk_backend.scene.scene import load_scene
 

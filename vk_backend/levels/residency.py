@@ -51,19 +51,22 @@ class Residency:
         self._used = np.zeros(len(self.rows), np.int64)  # update that last wanted each page
         self._updates = 0
 
-    def update(self, pixels: np.ndarray, most: int) -> Update:
+    def update(self, pixels: np.ndarray, most: int, ahead: np.ndarray | None = None) -> Update:
         """Reads pages, at most `most`, the largest error first.
 
-        pixels: float32[pages], the error on the screen without each page; 0: not needed.
+        pixels: float32[pages], the error on the screen without each page; 0: not needed. ahead: the
+        same where the camera will be. What it needs there alone comes last, into what is left.
         """
         self._updates += 1
         result = Update()
         errors = self._errors(pixels)
-        chosen = np.flatnonzero(errors > 0)
-        wanted = chosen[np.argsort(-errors[chosen], kind="stable")]
+        wanted = _largest_first(errors)
         slots = len(self._pages)
         if len(wanted) > slots:
             result.pixels = float(errors[wanted[slots]])
+        if ahead is not None:
+            later = _largest_first(np.where(errors > 0, np.float32(0), self._errors(ahead)))
+            wanted = np.append(wanted, later)
         kept = wanted[:slots]
         self._used[kept] = self._updates
         missing = kept[self.rows[kept] == NOT_RESIDENT][:most]
@@ -114,3 +117,9 @@ class Residency:
         self._is_refused[page] = True
         for finer, coarser in self._layers:
             np.logical_or.at(self._is_refused, finer, self._is_refused[coarser])
+
+
+def _largest_first(errors: np.ndarray) -> np.ndarray:
+    """int64[n]: the pages with an error."""
+    chosen = np.flatnonzero(errors > 0)
+    return chosen[np.argsort(-errors[chosen], kind="stable")]
