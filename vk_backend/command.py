@@ -246,7 +246,7 @@ def _line(report: dict[str, Any]) -> str:
     frames = f"{report['frames']} frames, " if report["frames"] > 1 else ""
     if "levels" in report:
         last = report["levels"][-1]
-        levels = f"{last['triangles']:,} drawn at {last['allowed_pixels']:.3g} pixels of error, "
+        levels = f"{last['triangles']:,} drawn at {last['shown_pixels']:.3g} pixels of error, "
     else:
         levels = ""
     return (

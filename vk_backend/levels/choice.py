@@ -99,6 +99,7 @@ class Levels(Owner):
         self.hierarchies, self.pool, self._block_total = h, pool, len(h.blocks)
         self._requests, self._results = self.buffers["requests"], self.buffers["results"]
         self.most = min(max(CLUSTERS, 2 * h.top_clusters), h.all_clusters)
+        self._unique_clusters = int(h.clusters.sum())
         self.decoded = pool.decoded
         self.refused: list[MeshletError] = []
         self._device, self._scene = device, scene
@@ -121,7 +122,7 @@ class Levels(Owner):
     def slots(self, wanted: int) -> int:
         """Slots for decoded clusters: at least those of the top groups, at most all."""
         h = self.hierarchies
-        return min(max(wanted, h.unique_top_clusters), int(h.clusters.sum()))
+        return min(max(wanted, h.unique_top_clusters), self._unique_clusters)
 
     def passes(self, slots: int) -> int:
         """Of a frame: the allowed error grows until the clusters in view fit."""
@@ -263,9 +264,9 @@ class Levels(Owner):
             resident_pages=int(np.count_nonzero(self.pool.is_resident)),
             read_bytes=sum(len(blob) for _, _, blob in self._update.loads),
         )
-        share = max(
-            int(cut["clusters"]) / int(cut["capacity"]), int(cut["used"]) / int(cut["slots"])
-        )
+        share = int(cut["clusters"]) / int(cut["capacity"])
+        if int(cut["slots"]) < self._unique_clusters:  # else there is a slot for each
+            share = max(share, int(cut["used"]) / int(cut["slots"]))
         rounds = int(cut["rounds"])
         if rounds > 0 or (share > FULL and self._may_shrink):
             growth = GROWTH * ROUND_GROWTH ** max(rounds - 1, 0)
@@ -277,6 +278,7 @@ class Levels(Owner):
     def free(self) -> None:
         """Ends the reading and frees the memory; a second call does nothing."""
         self._reader.shutdown()
+        self.pool.end_reading()
         super().free()
 
 
