@@ -99,7 +99,6 @@ class Levels(Owner):
         self.hierarchies, self.pool, self._block_total = h, pool, len(h.blocks)
         self._requests, self._results = self.buffers["requests"], self.buffers["results"]
         self.most = min(max(CLUSTERS, 2 * h.top_clusters), h.all_clusters)
-        self._unique_clusters = int(h.clusters.sum())
         self.decoded = pool.decoded
         self.refused: list[MeshletError] = []
         self._device, self._scene = device, scene
@@ -120,9 +119,9 @@ class Levels(Owner):
         return SceneView(self._device, self._scene, frozenset(), self.pool.rows)
 
     def slots(self, wanted: int) -> int:
-        """Slots for decoded clusters: at least those of the top groups, at most all."""
+        """Slots for decoded clusters: at least those of the top groups, no more than are drawn."""
         h = self.hierarchies
-        return min(max(wanted, h.unique_top_clusters), self._unique_clusters)
+        return max(min(wanted, h.most_at_once), h.unique_top_clusters)
 
     def passes(self, slots: int) -> int:
         """Of a frame: the allowed error grows until the clusters in view fit."""
@@ -265,7 +264,7 @@ class Levels(Owner):
             read_bytes=sum(len(blob) for _, _, blob in self._update.loads),
         )
         share = int(cut["clusters"]) / int(cut["capacity"])
-        if int(cut["slots"]) < self._unique_clusters:  # else there is a slot for each
+        if int(cut["slots"]) < self.hierarchies.most_at_once:  # else there is always a slot
             share = max(share, int(cut["used"]) / int(cut["slots"]))
         rounds = int(cut["rounds"])
         if rounds > 0 or (share > FULL and self._may_shrink):

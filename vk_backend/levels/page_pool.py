@@ -68,9 +68,10 @@ class PagePool:
         # Of the slot of each meshlet: see shaders/levels/jobs.glsl.
         self.decoded = Buffer(device, 4 * int(self._bounds_begin[-1]))
         self.decoded.write(np.full(int(self._bounds_begin[-1]), UNDECODED, np.uint32))
-        self._staging = Buffer(
-            device, UPLOADS * (self._slot_bytes + PRIMITIVE.itemsize + 8), memory=UPLOAD
-        )
+        # Of a page: the blob, the row, and its number and that of the page that it replaces.
+        self._uploads = min(UPLOADS, max(slots, 1))
+        staged = self._slot_bytes + PRIMITIVE.itemsize + 8
+        self._staging = Buffer(device, self._uploads * staged, memory=UPLOAD)
         self._bounds_pipeline = bounds_pipeline(device, scene)
         self._upload_roots(roots)
 
@@ -98,12 +99,12 @@ class PagePool:
             self._device.full_barrier(commands)
 
     def record(self, commands: Any, update: Update) -> None:
-        """Records the copies of pages that were read, at most UPLOADS, and their bounds."""
+        """Records the copies of pages that were read, no more than fit, and their bounds."""
         if not update.loads:
             return
         blobs, rows, places = [], [], []
-        row_at = UPLOADS * self._slot_bytes
-        place_at = row_at + UPLOADS * PRIMITIVE.itemsize
+        row_at = self._uploads * self._slot_bytes
+        place_at = row_at + self._uploads * PRIMITIVE.itemsize
         # No page is in both lists: only pages that are not wanted are evicted. So the copies need
         # no order.
         changes = [(page, NOT_RESIDENT) for page in update.evicted]
