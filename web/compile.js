@@ -1,5 +1,7 @@
 // Compiles the WebAssembly modules, wherever they come from.
 
+const LOAD_MS = 60_000; // for a module of 50 kB
+
 // Bundlers look for this expression, and put the place of their copy there.
 export const decoderUrl = () => new URL('./decoder.wasm', import.meta.url);
 
@@ -18,8 +20,16 @@ export async function compileDecoder(given = decoderUrl()) {
 }
 
 async function load(url) {
-  if (!url.startsWith('file:')) return fetch(url);
-  const node = 'node:fs/promises'; // Node fetches no files; in a variable, for bundlers
-  const { readFile } = await import(/* webpackIgnore: true */ /* @vite-ignore */ node);
-  return readFile(new URL(url));
+  if (url.startsWith('file:')) {
+    const node = 'node:fs/promises'; // Node fetches no files; in a variable, for bundlers
+    const { readFile } = await import(/* webpackIgnore: true */ /* @vite-ignore */ node);
+    return readFile(new URL(url));
+  }
+  const signal = AbortSignal.timeout(LOAD_MS);
+  try {
+    const response = await fetch(url, { signal });
+    return response.ok ? await response.arrayBuffer() : response;
+  } catch (error) {
+    throw signal.aborted ? new Error(`${url}: no answer in ${LOAD_MS / 1000} seconds`) : error;
+  }
 }

@@ -23,7 +23,11 @@ const STEP_MESHLETS = 256;
 const STORED_ELEMENTS = 4;
 
 export async function createDecoder(source) {
-  const module = await compileDecoder(source);
+  return startDecoder(await compileDecoder(source));
+}
+
+// For Workers, which get the compiled module.
+export async function startDecoder(module) {
   let memory;
   const host = {
     refuse(text, number, meshlet) {

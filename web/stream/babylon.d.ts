@@ -5,6 +5,8 @@ import type { Observable } from '@babylonjs/core/Misc/observable.js';
 import type { Scene } from '@babylonjs/core/scene.js';
 import type { Statistics, StreamOptions } from './streamer.js';
 
+export { SourceError } from './streamer.js';
+
 export interface MeshletStreamOptions extends StreamOptions {
   /** Allowed error on the screen, in pixels; default 1. */
   pixels?: number;
@@ -43,7 +45,7 @@ export declare class MeshletStream extends TransformNode {
   readonly onWarningObservable: Observable<string>;
   /** The stream has ended. `ready` rejects with the same error, if it still waits. */
   readonly onErrorObservable: Observable<Error>;
-  /** Without a scene, before `ready`: only `complete` and `bytes.total`. */
+  /** Without a scene, before `ready`: zeros, and not `complete`. */
   readonly statistics: Statistics;
   /** Chooses what is drawn. Call it before each frame. Returns whether the picture changes. */
   update(camera: Camera): boolean;

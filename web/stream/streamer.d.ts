@@ -1,5 +1,19 @@
 import type { DecoderSource } from '../decoder.js';
 
+export { MalformedError } from '../decoder.js';
+
+/** A file cannot be read, or does not fit into `maxBytes`. */
+export declare class SourceError extends Error {
+  /** It may work later. */
+  retry: boolean;
+  /** It is another file than before. */
+  changed: boolean;
+  /** There was no answer. */
+  unreachable: boolean;
+  /** Milliseconds to wait until then, if the server says so. */
+  retryAfter: number;
+}
+
 /** What the tags of ranges name: `'page'`, for example, gives each range the number of its page. */
 export type Colour = 'none' | 'page' | 'level' | 'meshlet';
 

@@ -2,6 +2,8 @@ import type { AnimationClip, Camera, Group, Object3DEventMap } from 'three';
 import type { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 import type { Colour, Statistics, StreamOptions } from './streamer.js';
 
+export { SourceError } from './streamer.js';
+
 export interface MeshletStreamOptions extends StreamOptions {
   /** Allowed error on the screen, in pixels; default 1. */
   pixels?: number;
@@ -58,7 +60,7 @@ export declare class MeshletStream extends Group<MeshletStreamEventMap> {
   /** Shows colours instead of materials. */
   colour: Colour;
   animations: AnimationClip[];
-  /** Without a scene, before `ready`: only `complete` and `bytes.total`, and the estimates. */
+  /** Without a scene, before `ready`: zeros, and not `complete`. */
   readonly statistics: MeshletStreamStatistics;
   /**
    * Chooses what is drawn. Call it before each frame, when all matrices but the stream's own are

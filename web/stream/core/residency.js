@@ -139,7 +139,8 @@ export class Residency {
   // there is no stream.
   #postpone(page, error) {
     const isRoot = page.number < page.owner.tables.rootPages;
-    if (!page.attempts.postpone(error, this.#given.onChange) && isRoot) this.#given.onBroken(error);
+    const { onBroken, onChange, signal } = this.#given;
+    if (!page.attempts.postpone(error, onChange, signal) && isRoot) onBroken(error);
   }
 
   // For pages on the way: what the first bytes of files and Workers that have grown leave.

@@ -144,7 +144,7 @@ export class Streamer {
     } catch (error) {
       if (!(error instanceof SourceError) || error.changed) return onBroken(error);
       onWarning(error.message);
-      if (!attempts.postpone(error, onChange)) {
+      if (!attempts.postpone(error, onChange, this.#abort.signal)) {
         attempts.reset();
         one.givenUp = lacks;
       }
@@ -375,8 +375,8 @@ export class Streamer {
     };
   }
 
-  close(reason = new SourceError('the stream is closed')) {
-    this.#abort.abort(reason);
+  close(reason = null) {
+    this.#abort.abort(reason ?? new SourceError('the stream is closed'));
     this.#release();
     this.#release = () => {};
   }

@@ -18,8 +18,7 @@ import '@babylonjs/loaders/glTF/2.0/index.js';
 import { ARRAYS, EXTENSION } from '../../accessors.js';
 import { MeshletExtension } from '../../babylon.js';
 import { View } from '../core/cut.js';
-import { checkNumber } from '../core/options.js';
-import { forStreamed, Session } from './session.js';
+import { forStreamed, streamOf } from './session.js';
 
 const KINDS = {
   POSITION: VertexBuffer.PositionKind,
@@ -33,9 +32,7 @@ const KINDS = {
 };
 let loads = 0;
 
-export class MeshletStream extends TransformNode {
-  #session;
-  #pixels;
+export class MeshletStream extends streamOf(TransformNode) {
   #container = null; // what the loader made
   #meshes = []; // StreamedMesh
   #geometries = new Map(); // pool -> Geometry
@@ -43,10 +40,7 @@ export class MeshletStream extends TransformNode {
   #observers = []; // of the context
 
   constructor(place, scene, { pixels = 1, ...options } = {}) {
-    checkNumber('pixels', pixels, 0); // before anything of it is in the scene
-    super('MeshletStream', scene);
-    this.pixels = pixels;
-    this.frozen = false;
+    super(place, pixels, 'MeshletStream', scene);
     this.animationGroups = [];
     this.onLoadObservable = new Observable();
     this.onProgressObservable = new Observable();
@@ -58,35 +52,12 @@ export class MeshletStream extends TransformNode {
       warning: this.onWarningObservable,
       error: this.onErrorObservable,
     };
-    this.#session = new Session(place, options, {
+    this.start(options, {
       load: (...given) => this.#load(...given),
       show: (...given) => this.#show(...given),
       clear: () => this.#clear(),
-      dispose: () => this.dispose(),
       tell: (type, message, error) => observables[type].notifyObservers(error ?? message),
     });
-    if (options.signal?.aborted) this.dispose();
-  }
-
-  get ready() {
-    return this.#session.ready;
-  }
-
-  get pixels() {
-    return this.#pixels;
-  }
-
-  set pixels(pixels) {
-    checkNumber('pixels', pixels, 0);
-    this.#pixels = pixels;
-  }
-
-  retry() {
-    this.#session.retry();
-  }
-
-  clone() {
-    throw new Error('a MeshletStream has no copies: make another one of the same file');
   }
 
   getClassName() {
@@ -186,17 +157,13 @@ export class MeshletStream extends TransformNode {
 
   // Call before each frame. Returns whether the picture changes.
   update(camera) {
-    const { streamer } = this.#session;
+    const { streamer } = this.session;
     if (!streamer || this.#isLost) return false;
     for (const mesh of this.#meshes) mesh.place();
     streamer.update(this.frozen ? null : viewOf(camera), this.pixels);
     let changed = false;
     for (const mesh of this.#meshes) changed = mesh.setRanges() || changed;
     return changed;
-  }
-
-  get statistics() {
-    return this.#session.streamer?.statistics ?? { complete: false, bytes: { total: 0 } };
   }
 
   #clear() {
@@ -212,7 +179,7 @@ export class MeshletStream extends TransformNode {
   }
 
   dispose(...given) {
-    this.#session.close();
+    this.session.close();
     super.dispose(...given);
   }
 }

@@ -2,6 +2,7 @@
 // together, and starts again if the file changes.
 import { EXTENSION } from '../../accessors.js';
 import { TRANSPORT } from '../../transport.js';
+import { checkNumber } from '../core/options.js';
 import { keyOf } from '../core/primitives.js';
 import { openStreamer } from '../core/streamer.js';
 import { delayAfter, pause } from '../io/source.js';
@@ -11,6 +12,78 @@ const RESTARTS = 5; // without a picture in between that lasts
 const LASTING_MS = 60_000; // longer than the pauses before all restarts take together
 const NO_LEVELS = `no primitive has levels that can be streamed (${LOD}): all of it is loaded at once`;
 const TASK_MS = 10; // of making the scene, at a time
+
+// Of a stream without a scene.
+const noStatistics = () => ({
+  fetched: 0,
+  requests: 0,
+  waiting: 0,
+  pages: 0,
+  resident: 0,
+  missing: 0,
+  triangles: 0,
+  fullTriangles: 0,
+  ranges: 0,
+  threshold: 0,
+  error: 0,
+  complete: false,
+  bytes: { gpu: 0, arrays: 0, wasm: 0, compressed: 0, transit: 0, tables: 0, total: 0 },
+});
+
+// A Blob, or an absolute URL. Throws TypeError.
+const placeOf = (place) =>
+  place instanceof Blob ? place : String(new URL(place, globalThis.location?.href));
+
+// What MeshletStream is in all engines, as a class of an engine's nodes.
+export const streamOf = (Node) =>
+  class extends Node {
+    #place;
+    #pixels;
+    session = null; // for adapters
+    frozen = false; // keeps the cut
+
+    // Wrong arguments leave nothing in the engine's scene. more: arguments of the node.
+    constructor(place, pixels, ...more) {
+      const absolute = placeOf(place);
+      checkNumber('pixels', pixels, 0);
+      super(...more);
+      this.#place = absolute;
+      this.#pixels = pixels;
+    }
+
+    // engine: as of Session, without `dispose`. For adapters.
+    start(options, engine) {
+      const dispose = () => this.dispose();
+      this.session = new Session(this.#place, options, { ...engine, dispose });
+      if (options.signal?.aborted) this.dispose();
+    }
+
+    // Resolves with the first picture; another promise after each retry of a stream that has ended.
+    get ready() {
+      return this.session.ready;
+    }
+
+    get pixels() {
+      return this.#pixels;
+    }
+
+    set pixels(pixels) {
+      checkNumber('pixels', pixels, 0);
+      this.#pixels = pixels;
+    }
+
+    get statistics() {
+      return this.session.streamer?.statistics ?? noStatistics();
+    }
+
+    retry() {
+      this.session.retry();
+    }
+
+    clone() {
+      throw new Error('a MeshletStream has no copies: make another one of the same file');
+    }
+  };
 
 const nextTask = () => new Promise((resolve) => setTimeout(resolve));
 
@@ -34,9 +107,9 @@ export class Session {
   //   dispose(): the page's signal ends the stream;
   //   tell(type, message, error), of types warning, progress, load and error.
   constructor(place, { signal, ...options }, engine) {
+    this.#place = placeOf(place);
     this.#signal = signal;
     signal?.addEventListener('abort', engine.dispose, { signal: this.#abort.signal });
-    this.#place = place instanceof Blob ? place : String(new URL(place, globalThis.location?.href));
     this.#options = { ...options, signal: this.#abort.signal };
     this.#engine = engine;
     this.streamer = null;

@@ -19,8 +19,7 @@ import {
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 import { EXTENSION } from '../../accessors.js';
 import { View } from '../core/cut.js';
-import { checkNumber } from '../core/options.js';
-import { forStreamed, Session } from './session.js';
+import { forStreamed, streamOf } from './session.js';
 
 // Of attributes, where they differ from glTF's in lower case.
 const NAMES = {
@@ -36,9 +35,7 @@ const GOLDEN_RATIO = 0.618034;
 
 const scratch = new Matrix4();
 
-export class MeshletStream extends Group {
-  #session;
-  #pixels;
+export class MeshletStream extends streamOf(Group) {
   #loader;
   #holders = []; // Holder
   #meshes = []; // of them, StreamedMesh
@@ -49,40 +46,14 @@ export class MeshletStream extends Group {
   #besides = { textureBytes: 0, otherBytes: 0 };
 
   constructor(place, { pixels = 1, loader = new GLTFLoader(), ...options } = {}) {
-    super();
+    super(place, pixels);
     this.#loader = loader;
-    this.pixels = pixels;
-    this.frozen = false;
-    this.#session = new Session(place, options, {
+    this.start(options, {
       load: (...given) => this.#load(...given),
       show: (...given) => this.#show(...given),
       clear: () => this.#clear(),
-      dispose: () => this.dispose(),
       tell: (type, message, error) => this.dispatchEvent({ type, message, error }),
     });
-    if (options.signal?.aborted) this.dispose();
-  }
-
-  // Resolves with the first picture; another promise after each retry of a stream that has ended.
-  get ready() {
-    return this.#session.ready;
-  }
-
-  get pixels() {
-    return this.#pixels;
-  }
-
-  set pixels(pixels) {
-    checkNumber('pixels', pixels, 0);
-    this.#pixels = pixels;
-  }
-
-  retry() {
-    this.#session.retry();
-  }
-
-  clone() {
-    throw new Error('a MeshletStream has no copies: make another one of the same file');
   }
 
   // --- loading ---
@@ -204,7 +175,7 @@ export class MeshletStream extends Group {
   // Call before each frame. renderer: also the height of the picture in pixels. Returns whether
   // the picture changes.
   update(camera, renderer) {
-    const { streamer } = this.#session;
+    const { streamer } = this.session;
     if (!streamer) return false;
     if (!this.frozen) this.updateWorldMatrix(true, true);
     for (const holder of this.#holders) holder.place();
@@ -216,8 +187,7 @@ export class MeshletStream extends Group {
   }
 
   get statistics() {
-    const none = { complete: false, bytes: { total: 0 } };
-    return { ...(this.#session.streamer?.statistics ?? none), ...this.#besides };
+    return { ...super.statistics, ...this.#besides };
   }
 
   // Estimated bytes of textures, and those of geometry that is not streamed.
@@ -249,7 +219,7 @@ export class MeshletStream extends Group {
 
   set colour(colour) {
     this.#colour = colour;
-    const { streamer } = this.#session;
+    const { streamer } = this.session;
     if (!streamer) return;
     streamer.colour = colour;
     this.#setMaterials();
@@ -304,7 +274,7 @@ export class MeshletStream extends Group {
   }
 
   dispose() {
-    this.#session.close();
+    this.session.close();
   }
 }
 

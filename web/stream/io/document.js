@@ -20,7 +20,7 @@ export async function openDocument(place, options) {
   const isGlb = head.length >= 4 && data.getUint32(0, true) === MAGIC;
   if (!isGlb) {
     expect(!(source.total > LARGEST_JSON), 'its JSON is too large');
-    const text = head.length < HEAD_BYTES ? head : await source.readAll();
+    const text = head.length < HEAD_BYTES ? head : await source.readAll(LARGEST_JSON);
     return new Document(parseJson(text), place, [source], options);
   }
   expect(

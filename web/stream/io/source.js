@@ -54,7 +54,7 @@ async function retrying(action, { onWarning, signal }) {
     try {
       return await action();
     } catch (error) {
-      if (!error.retry || tries === TRIES) throw error;
+      if (!error?.retry || tries === TRIES) throw error;
       onWarning?.(`${error.message}; trying again`);
       await pause(delayAfter(tries, error), signal);
     }
@@ -96,7 +96,7 @@ class Source {
     try {
       this.#head = await this.#fetchRange(0, HEAD_BYTES, null);
     } catch (error) {
-      if (!error.unreachable || ++this.#unreached < 2 || !(await this.#answersHead())) throw error;
+      if (!error?.unreachable || ++this.#unreached < 2 || !(await this.#answersHead())) throw error;
       await this.#guarded(null, (guard) =>
         this.#fetchWhole(0, 0, guard, 'gives no ranges that can be read'),
       );
@@ -122,9 +122,10 @@ class Source {
     return this.#blob ? bytesOf(this.#blob, 0, HEAD_BYTES) : this.#head;
   }
 
-  // The whole file. Tries again.
-  async readAll() {
-    const fetchAll = () => this.#guarded(null, (guard) => this.#fetchWhole(0, 0, guard, null));
+  // The whole file, of at most so many bytes. Tries again.
+  async readAll(most) {
+    const fetchAll = () =>
+      this.#guarded(null, (guard) => this.#fetchWhole(0, 0, guard, null, most));
     if (!this.#blob) await retrying(fetchAll, this.#options);
     return bytesOf(this.#blob, 0, this.#blob.size);
   }
@@ -205,7 +206,10 @@ class Source {
 
   async #take(response, begin, end, guard) {
     const { status, headers } = response;
-    if (status === 200) return this.#takeWhole(response, begin, end, guard);
+    if (status === 200) {
+      if (!/^(data|blob):/.test(this.#url)) this.#warnOfWhole('does not answer ranges');
+      return this.#takeWhole(response, begin, end, guard);
+    }
     if (status !== 206) throw this.#statusError(response);
     const range = /^bytes (\d+)-(\d+)\/(\d+|\*)$/.exec(headers.get('content-range') ?? '');
     const total = range ? Number(range[3]) : Number.NaN;
@@ -247,13 +251,19 @@ class Source {
     }
   }
 
-  async #takeWhole(response, begin, end, { alive, fail }, refused = true) {
+  async #takeWhole(response, begin, end, { alive, fail }, most) {
     this.#compare(response.headers, Number.NaN);
-    if (refused && !/^(data|blob):/.test(this.#url))
-      this.#warn('the server does not answer ranges, so that the whole file is loaded');
     const { maxWholeBytes = MOST_WHOLE } = this.#options;
+    const tooLarge = () =>
+      this.#error(
+        most < maxWholeBytes
+          ? `the file has more than ${most.toLocaleString('en')} bytes, too many for a JSON`
+          : `without ranges the file is loaded whole, and has more than ` +
+              `${maxWholeBytes.toLocaleString('en')} bytes (maxWholeBytes)`,
+      );
+    const limit = Math.min(most ?? maxWholeBytes, maxWholeBytes);
     const length = Number(response.headers.get('content-length') ?? Number.NaN);
-    if (length > maxWholeBytes) throw this.#tooLarge(maxWholeBytes);
+    if (length > limit) throw tooLarge();
     let size = 0;
     const watched = response.body.pipeThrough(
       new TransformStream({
@@ -262,7 +272,7 @@ class Source {
           this.fetched += chunk.length;
           size += chunk.length;
           // By fail, as Chromium tells no error of a stream.
-          if (size > maxWholeBytes) throw fail(this.#tooLarge(maxWholeBytes));
+          if (size > limit) throw fail(tooLarge());
           controller.enqueue(chunk);
         },
       }),
@@ -275,27 +285,29 @@ class Source {
     return bytesOf(blob, begin, Math.min(end, blob.size));
   }
 
-  #tooLarge(most) {
-    const limit = `${most.toLocaleString('en')} bytes (maxWholeBytes)`;
-    return this.#error(`without ranges the file is loaded whole, and has more than ${limit}`);
+  // Without a range: those of compressed answers count compressed bytes.
+  async #fetchWhole(begin, end, guard, reason, most) {
+    if (reason) this.#warnOfWhole(reason);
+    const response = await this.#fetch({}, guard);
+    if (response.status === 200) return this.#takeWhole(response, begin, end, guard, most);
+    throw this.#statusError(response);
   }
 
-  // Without a range: those of compressed answers count compressed bytes.
-  async #fetchWhole(begin, end, guard, reason) {
-    if (reason) this.#warn(`the server ${reason}, so that the whole file is loaded`);
-    const response = await this.#fetch({}, guard);
-    if (response.status === 200) return this.#takeWhole(response, begin, end, guard, false);
-    throw this.#statusError(response);
+  #warnOfWhole(reason) {
+    this.#warn(`the server ${reason}, so that the whole file is loaded`);
   }
 
   // Compares the file of an answer with that of the first one.
   #compare(headers, total) {
-    const etag = headers.get('etag')?.replace(/^W\//, ''); // a proxy may weaken it
-    const seen = { etag, modified: headers.get('last-modified'), total };
+    const given = headers.get('etag');
+    const etag = given?.replace(/^W\//, ''); // a proxy may weaken it
+    const seen = { given, etag, modified: headers.get('last-modified'), total };
     this.#identity ??= seen;
     const before = this.#identity;
     const differs = (name) => before[name] && seen[name] && before[name] !== seen[name];
-    if (Object.keys(seen).some(differs))
+    // Servers that share a file may have copied it at different times.
+    const isSame = etag && etag === given && given === before.given;
+    if (differs('etag') || differs('total') || (!isSame && differs('modified')))
       throw this.#error('the file has changed', { changed: true });
   }
 
