@@ -55,6 +55,7 @@ lint: .venv/lint .venv/biome  ## check Python, C++, GLSL, JavaScript, workflows 
 	$(BIN)/python tools/format_native.py --check || failed=1; \
 	$(BIN)/mypy --no-error-summary || failed=1; \
 	test ! -f .venv/biome || $(BIOME) check --error-on-warnings || failed=1; \
+	$(BIN)/python tools/check_web_types.py || failed=1; \
 	$(BIN)/actionlint -shellcheck= -pyflakes= .github/workflows/*.yml || failed=1; \
 	$(BIN)/zizmor --offline --no-progress --quiet .github >build/zizmor.txt || { cat build/zizmor.txt; failed=1; }; \
 	$(BIN)/hadolint packaging/container/Dockerfile || failed=1; \

@@ -7,7 +7,7 @@ export const decoderUrl = () => new URL('./decoder.wasm', import.meta.url);
 
 // The compiled decoder; source: as createDecoder's. A Response can be used again, as
 // by a stream that starts again.
-export async function compileDecoder(given = decoderUrl()) {
+export async function compileDecoder(/** @type {any} */ given = decoderUrl()) {
   const source = await given;
   if (source instanceof WebAssembly.Module) return source;
   if (typeof source === 'string' || source instanceof URL)

@@ -7,7 +7,13 @@ const START_MS = 30_000; // until a Worker has to answer
 const files = new WeakMap(); // Worker of a file of ours -> its URL
 const scripts = new WeakMap(); // Worker that imports its file -> URL of its own lines
 
-export async function createDecoderPool({ workers, source, createWorker = moduleWorker } = {}) {
+export async function createDecoderPool(
+  /** @type {{workers?: number, source?: any, createWorker?: () => any}} */ {
+    workers,
+    source,
+    createWorker = moduleWorker,
+  } = {},
+) {
   const cores = globalThis.navigator?.hardwareConcurrency ?? 4;
   const count = workers ?? Math.min(cores, MOST_WORKERS);
   if (!Number.isInteger(count) || count < 1)

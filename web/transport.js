@@ -19,7 +19,8 @@ export function compileUnpacker(source = new URL('./unpacker.wasm', import.meta.
 
 // source: as of compileUnpacker.
 export async function createUnpacker(source) {
-  const { exports } = await WebAssembly.instantiate(await compileUnpacker(source));
+  const instance = await WebAssembly.instantiate(await compileUnpacker(source));
+  const exports = /** @type {any} */ (instance.exports);
   exports._initialize?.();
   return new Unpacker(exports);
 }

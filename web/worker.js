@@ -3,7 +3,7 @@
 // are {triangles}, their number in each step, and {result}, or {error}.
 import { MalformedError, startDecoder } from './decoder.js';
 
-const inNode = typeof WorkerGlobalScope === 'undefined';
+const inNode = !('WorkerGlobalScope' in globalThis);
 const node = 'node:worker_threads'; // in a variable, so that bundlers leave it alone
 let port;
 let decoder;

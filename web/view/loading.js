@@ -118,7 +118,7 @@ function timing({ pool, single }, times, decoded) {
 function refuseUnknownExtensions(parser) {
   return {
     name: 'refuseUnknownExtensions',
-    beforeRoot() {
+    async beforeRoot() {
       for (const name of parser.json.extensionsRequired ?? [])
         if (!(name in parser.extensions) && !(name in parser.plugins))
           throw new Error(`it requires ${name}, which this page cannot read`);

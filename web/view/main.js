@@ -11,6 +11,7 @@ const KEPT = 'gltf-meshlet-theme'; // in localStorage
 const TOAST_SECONDS = 6;
 const REFRESH = 500; // milliseconds between updates of what a stream tells
 
+/** @type {(id: string) => any} */
 const element = (id) => document.getElementById(id);
 const make = (tag, text) => Object.assign(document.createElement(tag), { textContent: text });
 const count = new Intl.NumberFormat('en').format;

@@ -40,6 +40,7 @@ function answers() {
 // the picture may change.
 export async function openStream(place, { onChange, ...options }) {
   const start = performance.now();
+  /** @type {any} */
   const stream = new MeshletStream(place, options);
   const warnings = [];
   stream.addEventListener('warning', ({ message }) => warnings.push(message));

@@ -34,7 +34,7 @@ export class GeometryPool {
       const sum = (some) => some.reduce((all, { chunks }) => all + chunks[kind], 0);
       return sum(always) + Math.floor((sum(pages) - sum(always)) * share);
     };
-    this.written = () => {}; // called with an array and the elements [begin, end) that were written
+    this.written = (_array, _begin, _end) => {}; // called with an array and the elements [begin, end) that were written
     this.resized = () => {}; // called when there are new arrays, with what the earlier ones held
     this.capacity = { vertices: capacity('vertices'), triangles: capacity('triangles') };
     this.#clear();

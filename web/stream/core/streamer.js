@@ -46,7 +46,7 @@ export class Streamer {
   #abort = new AbortController();
   #frame = 0;
   #changes = 0; // of what is drawn, but for residency
-  #lastWork = -1; // what the last walk was for
+  #lastWork = ''; // what the last walk was for
   #lastView = null;
   #missing = 0;
   #error = 0; // of what is drawn, in pixels
@@ -63,6 +63,7 @@ export class Streamer {
     this.#maxBytes = maxBytes;
     this.decoders = null;
     this.threshold = 0; // pixels, as raised to fit
+    /** @type {'none' | 'page' | 'level' | 'meshlet'} */
     this.colour = 'none'; // tags of ranges: none, page, level or meshlet
     const { signal } = options;
     // Until it is closed: else the page's signal keeps it in memory.

@@ -32,7 +32,12 @@ const KINDS = {
 };
 let loads = 0;
 
-export class MeshletStream extends streamOf(TransformNode) {
+/** @typedef {InstanceType<ReturnType<typeof streamOf>>} Stream */
+const StreamNode = /** @type {new (...given: any[]) => TransformNode & Stream} */ (
+  streamOf(TransformNode)
+);
+
+export class MeshletStream extends StreamNode {
   #container = null; // what the loader made
   #meshes = []; // StreamedMesh
   #geometries = new Map(); // pool -> Geometry
@@ -101,7 +106,7 @@ export class MeshletStream extends streamOf(TransformNode) {
   // Gives a mesh without geometry a child for each of its instances.
   #fill(holder, streamer, primitive) {
     const box = boxOf(streamer.json, primitive);
-    holder.setBoundingInfo(new BoundingInfo(...box));
+    holder.setBoundingInfo(new BoundingInfo(box[0], box[1]));
     const locals = holder.hasThinInstances ? holder.thinInstanceGetWorldMatrices() : [null];
     for (const local of locals) {
       const mesh = new StreamedMesh(holder, local, streamer.addInstance(primitive), box);
@@ -210,7 +215,7 @@ class StreamExtension {
   }
 
   // The loader's hook for compressed geometry.
-  _loadVertexDataAsync(_context, { extensions, attributes }, mesh) {
+  _loadVertexDataAsync(_context, /** @type {any} */ { extensions, attributes }, mesh) {
     const number = extensions?.[this.name];
     if (number === undefined) return null;
     const { accessors } = this.#streamer.json;
@@ -241,7 +246,7 @@ class StreamedMesh extends Mesh {
     this.#box = box.map((corner) => corner.subtract(Vector3.FromArray(offset)).scale(1 / scale));
     this.rotationQuaternion = new Quaternion();
     Matrix.Scaling(scale, scale, scale)
-      .multiply(Matrix.Translation(...offset))
+      .multiply(Matrix.Translation(offset[0], offset[1], offset[2]))
       .multiply(this.#local)
       .decompose(this.scaling, this.rotationQuaternion, this.position);
     this.sideOrientation = holder.sideOrientation;
@@ -250,7 +255,7 @@ class StreamedMesh extends Mesh {
 
   setGeometry(geometry) {
     geometry.applyToMesh(this);
-    this.setBoundingInfo(new BoundingInfo(...this.#box));
+    this.setBoundingInfo(new BoundingInfo(this.#box[0], this.#box[1]));
     const [subMesh] = this.subMeshes;
     subMesh.setBoundingInfo(this.getBoundingInfo());
     subMesh.intersects = (ray, _positions, _indices, isFast, accepts) =>

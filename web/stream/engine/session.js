@@ -80,6 +80,7 @@ export const streamOf = (Node) =>
       this.session.retry();
     }
 
+    /** @returns {never} */
     clone() {
       throw new Error('a MeshletStream has no copies: make another one of the same file');
     }
@@ -96,7 +97,7 @@ export class Session {
   #restarts = 0;
   #refused = []; // keys of primitives of this file whose levels turned out to be malformed
   #shown = 0; // when the picture came
-  #wake = () => {};
+  #wake = (_value = null) => {};
   #isOver = false; // it has ended with an error
 
   // streamer: null unless its scene is shown. engine: an adapter's

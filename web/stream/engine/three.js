@@ -35,12 +35,16 @@ const GOLDEN_RATIO = 0.618034;
 
 const scratch = new Matrix4();
 
-export class MeshletStream extends streamOf(Group) {
+/** @typedef {InstanceType<ReturnType<typeof streamOf>>} Stream */
+const StreamGroup = /** @type {new (...given: any[]) => Group & Stream} */ (streamOf(Group));
+
+export class MeshletStream extends StreamGroup {
   #loader;
   #holders = []; // Holder
   #meshes = []; // of them, StreamedMesh
   #attributes = new WeakMap(); // array of a pool -> BufferAttribute
   #palettes = new Map(); // material -> what shows colours instead
+  /** @type {'none' | 'page' | 'level' | 'meshlet'} */
   #colour = 'none';
   #loaded = null; // what GLTFLoader made
   #besides = { textureBytes: 0, otherBytes: 0 };
@@ -195,7 +199,7 @@ export class MeshletStream extends streamOf(Group) {
     const seen = new Set();
     let textures = 0;
     let others = 0;
-    this.traverse((mesh) => {
+    this.traverse((/** @type {any} */ mesh) => {
       for (const material of [mesh.material ?? []].flat())
         for (const value of Object.values(material))
           if (value?.isTexture && !seen.has(value.source)) {
@@ -286,7 +290,8 @@ class Holder extends Object3D {
   // Tells the instances where they are, as far as that has changed.
   place() {
     let visible = true;
-    for (let object = this; object; object = object.parent) visible &&= object.visible;
+    for (let object = /** @type {Object3D} */ (this); object; object = object.parent)
+      visible &&= object.visible;
     const moved = !this.#placed.equals(this.matrixWorld);
     this.#placed.copy(this.matrixWorld);
     for (const mesh of this.streamed)
@@ -335,7 +340,8 @@ class StreamedMesh extends Mesh {
 // From what the arrays hold to POSITION.
 function decoding({ formats }) {
   const { scale = 1, offset = [0, 0, 0] } = formats.find(({ name }) => name === 'POSITION');
-  return new Matrix4().makeScale(scale, scale, scale).setPosition(...offset);
+  const [x, y, z] = offset;
+  return new Matrix4().makeScale(scale, scale, scale).setPosition(x, y, z);
 }
 
 function viewOf(camera, renderer) {

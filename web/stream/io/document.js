@@ -55,7 +55,7 @@ export class Document {
   #unpacker = null;
 
   constructor(json, place, sources, options, begin = null) {
-    Object.assign(this, { json });
+    this.json = json;
     this.#place = place;
     this.#sources = sources;
     this.#options = options;

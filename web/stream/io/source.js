@@ -16,11 +16,14 @@ const RETRY_STATUS = [408, 425, 429, 500, 502, 503, 504];
 export class SourceError extends Error {
   constructor(
     message,
-    { retry = false, changed = false, unreachable = false, retryAfter = 0, cause } = {},
+    { retry = false, changed = false, unreachable = false, retryAfter = 0, cause = null } = {},
   ) {
     super(message, cause && { cause });
     this.name = 'SourceError';
-    Object.assign(this, { retry, changed, unreachable, retryAfter });
+    this.retry = retry;
+    this.changed = changed;
+    this.unreachable = unreachable;
+    this.retryAfter = retryAfter;
   }
 }
 
@@ -49,7 +52,7 @@ export async function openSource(place, options = {}) {
 }
 
 // Tries again what may work later, a few times.
-async function retrying(action, { onWarning, signal }) {
+async function retrying(action, { onWarning = null, signal = null }) {
   for (let tries = 1; ; tries++) {
     try {
       return await action();
@@ -350,15 +353,17 @@ async function bytesOf(blob, begin, end) {
 // Rejects with the reason of a signal that is aborted meanwhile.
 export async function pause(milliseconds, signal) {
   signal?.throwIfAborted();
-  return new Promise((resolve, reject) => {
-    const stop = () => {
-      clearTimeout(timer);
-      reject(signal.reason);
-    };
-    const timer = setTimeout(() => {
-      signal?.removeEventListener('abort', stop);
-      resolve();
-    }, milliseconds);
-    signal?.addEventListener('abort', stop, { once: true });
-  });
+  return /** @type {Promise<void>} */ (
+    new Promise((resolve, reject) => {
+      const stop = () => {
+        clearTimeout(timer);
+        reject(signal.reason);
+      };
+      const timer = setTimeout(() => {
+        signal?.removeEventListener('abort', stop);
+        resolve();
+      }, milliseconds);
+      signal?.addEventListener('abort', stop, { once: true });
+    })
+  );
 }
