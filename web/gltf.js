@@ -1,6 +1,7 @@
 // From decoded streams to the arrays of a primitive's accessors (specification, "glTF Schema
 // Updates"). Loaders share this file.
-import { ARRAYS, attributeArray, COMPONENTS, EXTENSION, expect, LIMITS } from './accessors.js';
+import { ARRAYS, COMPONENTS, EXTENSION, expect } from './accessors.js';
+import { attributeArray, LIMITS } from './components.js';
 
 export { ARRAYS, COMPONENTS, EXTENSION };
 

@@ -1,11 +1,11 @@
 // Unpacks buffer views of EXT_meshlet_transport with the codec's C++ unpacker, compiled to
 // WebAssembly: a module of its own, which is loaded when a file needs it.
 
-import { expect } from './accessors.js';
+import { expect, TRANSPORT } from './accessors.js';
 import { MalformedError } from './blob.js';
 import { compileDecoder } from './compile.js';
 
-export const TRANSPORT = 'EXT_meshlet_transport';
+export { TRANSPORT };
 
 const VERSION = 1;
 const MAX_BYTES = 448 * 2 ** 20; // of a page, packed or not

@@ -34,6 +34,12 @@ export declare class MeshletStream extends TransformNode {
   /** As the option. Throws a RangeError unless it is set to a number of at least 0. */
   get pixels(): number;
   set pixels(pixels: number);
+  /**
+   * As the option; what does not fit any more goes with the next frame. Throws a RangeError unless it is
+   * set to a number of at least 1,000,000, and a SourceError if the coarsest level does not fit.
+   */
+  get maxBytes(): number;
+  set maxBytes(maxBytes: number);
   /** Keeps the cut while the camera moves. */
   frozen: boolean;
   animationGroups: AnimationGroup[];

@@ -1,10 +1,9 @@
 // What the adapters for engines share: opens a file, waits for the first picture, puts the scene
 // together, and starts again if the file changes.
-import { EXTENSION } from '../../accessors.js';
-import { TRANSPORT } from '../../transport.js';
-import { checkNumber } from '../core/options.js';
+import { EXTENSION, TRANSPORT } from '../../accessors.js';
+import { checkMaxBytes, checkNumber } from '../core/options.js';
 import { keyOf } from '../core/primitives.js';
-import { openStreamer } from '../core/streamer.js';
+import { DEFAULT_BYTES, openStreamer } from '../core/streamer.js';
 import { delayAfter, pause } from '../io/source.js';
 import { LOD } from '../io/tables.js';
 
@@ -76,6 +75,14 @@ export const streamOf = (Node) =>
       return this.session.streamer?.statistics ?? noStatistics();
     }
 
+    get maxBytes() {
+      return this.session.maxBytes;
+    }
+
+    set maxBytes(maxBytes) {
+      this.session.maxBytes = maxBytes;
+    }
+
     retry() {
       this.session.retry();
     }
@@ -122,6 +129,17 @@ export class Session {
     this.ready = starting;
     this.#isOver = false;
     this.#tellFailure(starting);
+  }
+
+  get maxBytes() {
+    return this.#options.maxBytes ?? DEFAULT_BYTES;
+  }
+
+  // Counts from the first picture on.
+  set maxBytes(maxBytes) {
+    checkMaxBytes(maxBytes);
+    if (this.streamer) this.streamer.maxBytes = maxBytes;
+    this.#options.maxBytes = maxBytes;
   }
 
   // What was given up is tried again; a stream that has ended with an error begins again.
@@ -185,6 +203,7 @@ export class Session {
       check();
       await engine.show(streamer, loaded, (items, action) => inTasks(items, action, check));
       check();
+      if (streamer.maxBytes !== this.maxBytes) streamer.maxBytes = this.maxBytes;
       this.streamer = streamer;
       engine.tell('load');
     } catch (error) {

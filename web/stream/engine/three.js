@@ -4,13 +4,11 @@ import {
   Box3,
   BufferAttribute,
   BufferGeometry,
-  Color,
   DynamicDrawUsage,
   Frustum,
   Group,
   Matrix4,
   Mesh,
-  MeshStandardMaterial,
   Object3D,
   Sphere,
   Vector3,
@@ -31,7 +29,6 @@ const NAMES = {
 };
 const STUB_COUNT = 3; // vertices of what GLTFLoader gets instead of a primitive
 const PALETTE = 16; // colours of meshlets, levels and pages
-const GOLDEN_RATIO = 0.618034;
 
 const scratch = new Matrix4();
 
@@ -42,12 +39,14 @@ export class MeshletStream extends StreamGroup {
   #loader;
   #holders = []; // Holder
   #meshes = []; // of them, StreamedMesh
-  #attributes = new WeakMap(); // array of a pool -> BufferAttribute
+  #attributes = new Map(); // pool -> attributes of three, the last one of the index
+  #buffers = null; // RendererBuffers
   #palettes = new Map(); // material -> what shows colours instead
   /** @type {'none' | 'page' | 'level' | 'meshlet'} */
   #colour = 'none';
   #loaded = null; // what GLTFLoader made
   #besides = { textureBytes: 0, otherBytes: 0 };
+  #extras = null; // the module
 
   constructor(place, { pixels = 1, loader = new GLTFLoader(), ...options } = {}) {
     super(place, pixels);
@@ -101,29 +100,37 @@ export class MeshletStream extends StreamGroup {
     this.animations = gltf.animations;
     this.add(root);
     streamer.colour = this.#colour;
-    this.#setMaterials();
-    this.#countBesides();
+    this.#addExtras();
   }
 
-  // Buffers of three for a pool. Only what is written goes to the GPU.
+  // What the first picture does without.
+  async #addExtras() {
+    this.#extras ??= await import('./three_extras.js');
+    this.#setMaterials();
+    this.#besides = this.#extras.bytesBesides(this);
+  }
+
+  // Buffers of three for the arrays of a pool. Only what is written goes to the GPU.
   #adopt(pool) {
-    const attribute = (array, size, normalized) => {
-      const made = new BufferAttribute(array, size, normalized).setUsage(DynamicDrawUsage);
-      this.#attributes.set(array, made);
-      return made;
-    };
-    pool.formats.forEach(({ size, normalized }, a) => attribute(pool.arrays[a], size, normalized));
-    attribute(pool.index, 1, false);
-    pool.resized = () => {
-      this.#adopt(pool);
-      for (const mesh of this.#meshes)
-        if (mesh.primitive.pool === pool) this.#fill(mesh.geometry, mesh.primitive);
-    };
+    const { arrays, index } = pool;
+    const attribute = (array, { size, normalized }) =>
+      new BufferAttribute(array, size, normalized).setUsage(DynamicDrawUsage);
+    this.#setBuffers(pool, [
+      ...pool.formats.map((format, a) => attribute(arrays[a], format)),
+      attribute(index, { size: 1, normalized: false }),
+    ]);
+    pool.resized = () => this.#adopt(pool);
     pool.written = (array, begin, end) => {
-      const written = this.#attributes.get(array);
+      const written = this.#attributes.get(pool).find((one) => one.array === array);
       written.addUpdateRange(begin, end - begin);
       written.needsUpdate = true;
     };
+  }
+
+  #setBuffers(pool, attributes) {
+    this.#attributes.set(pool, attributes);
+    for (const mesh of this.#meshes)
+      if (mesh.primitive.pool === pool) this.#fill(mesh.geometry, mesh.primitive);
   }
 
   // Puts an object in the place of a mesh, with a child for each of its instances.
@@ -164,14 +171,28 @@ export class MeshletStream extends StreamGroup {
 
   // Sets the buffers of a geometry to those of a pool.
   #fill(geometry, { pool, formats }) {
-    geometry.dispose(); // those of before
+    // Those of before; but those of a store are its own.
+    if (!geometry.index?.isGLBufferAttribute) geometry.dispose();
+    const attributes = this.#attributes.get(pool);
     formats.forEach(({ name }, a) =>
-      geometry.setAttribute(
-        NAMES[name] ?? name.toLowerCase(),
-        this.#attributes.get(pool.arrays[a]),
-      ),
+      geometry.setAttribute(NAMES[name] ?? name.toLowerCase(), attributes[a]),
     );
-    geometry.setIndex(this.#attributes.get(pool.index));
+    geometry.setIndex(attributes.at(-1));
+  }
+
+  // From the first frame on, decoded pages lie in buffers of its renderer. Returns whether there is
+  // something to draw.
+  #useBuffersOf(renderer, streamer) {
+    if (!this.#buffers && renderer.isWebGLRenderer) {
+      const mine = { use: () => true, release() {} };
+      this.#buffers = mine;
+      import('./webgl_buffers.js').then(({ RendererBuffers }) => {
+        if (this.#buffers !== mine) return;
+        const set = (pool, attributes) => this.#setBuffers(pool, attributes);
+        this.#buffers = new RendererBuffers(renderer, streamer, set);
+      });
+    }
+    return this.#buffers?.use(renderer) ?? true;
   }
 
   // --- drawing ---
@@ -180,7 +201,7 @@ export class MeshletStream extends StreamGroup {
   // the picture changes.
   update(camera, renderer) {
     const { streamer } = this.session;
-    if (!streamer) return false;
+    if (!streamer || !this.#useBuffersOf(renderer, streamer)) return false;
     if (!this.frozen) this.updateWorldMatrix(true, true);
     for (const holder of this.#holders) holder.place();
     const view = this.frozen ? null : viewOf(camera, renderer);
@@ -192,28 +213,6 @@ export class MeshletStream extends StreamGroup {
 
   get statistics() {
     return { ...super.statistics, ...this.#besides };
-  }
-
-  // Estimated bytes of textures, and those of geometry that is not streamed.
-  #countBesides() {
-    const seen = new Set();
-    let textures = 0;
-    let others = 0;
-    this.traverse((/** @type {any} */ mesh) => {
-      for (const material of [mesh.material ?? []].flat())
-        for (const value of Object.values(material))
-          if (value?.isTexture && !seen.has(value.source)) {
-            seen.add(value.source);
-            const { width = 0, height = 0 } = value.image ?? {};
-            textures += (width * height * 4 * 4) / 3; // with mipmaps
-          }
-      const { geometry } = mesh;
-      if (!geometry || mesh instanceof StreamedMesh || seen.has(geometry)) return;
-      seen.add(geometry);
-      for (const attribute of [geometry.index, ...Object.values(geometry.attributes)])
-        others += 2 * (attribute?.array?.byteLength ?? 0);
-    });
-    this.#besides = { textureBytes: Math.round(textures), otherBytes: others };
   }
 
   // none, page, level or meshlet: a colour for each of them instead of the materials.
@@ -230,26 +229,14 @@ export class MeshletStream extends StreamGroup {
   }
 
   #setMaterials() {
+    if (this.#colour !== 'none' && !this.#extras) return; // until they are there
     for (const mesh of this.#meshes)
       mesh.material = this.#colour === 'none' ? [mesh.plain] : this.#paletteOf(mesh);
   }
 
   #paletteOf({ plain, geometry }) {
-    if (!this.#palettes.has(plain)) {
-      const options = {
-        roughness: 0.75,
-        side: plain.side,
-        flatShading: !geometry.attributes.normal,
-      };
-      this.#palettes.set(
-        plain,
-        Array.from({ length: PALETTE }, (_, i) => {
-          const hue = (i * GOLDEN_RATIO) % 1;
-          const color = new Color().setHSL(hue, 0.5 + 0.1 * (i % 4), 0.3 + 0.08 * (i % 3));
-          return new MeshStandardMaterial({ ...options, color });
-        }),
-      );
-    }
+    if (!this.#palettes.has(plain))
+      this.#palettes.set(plain, this.#extras.paletteOf(plain, geometry, PALETTE));
     return this.#palettes.get(plain);
   }
 
@@ -261,6 +248,9 @@ export class MeshletStream extends StreamGroup {
       mesh.geometry.dispose();
       mesh.material = mesh.plain; // which is freed below
     }
+    this.#buffers?.release();
+    this.#buffers = null;
+    this.#attributes.clear();
     this.#holders = [];
     this.#meshes = [];
     for (const material of [...this.#palettes.values()].flat()) material.dispose();
@@ -310,6 +300,7 @@ class StreamedMesh extends Mesh {
   constructor(geometry, material, instance, local) {
     super(geometry, [material]);
     this.plain = material;
+    this.isStreamed = true;
     this.primitive = instance.primitive;
     this.#instance = instance;
     this.#local = local;
