@@ -43,6 +43,7 @@ export class Streamer {
   #residency = null;
   #copies = 2; // of decoded pages
   #moves = null; // the module
+  #isMoving = false;
   #release = () => {}; // of Workers
   #abort = new AbortController();
   #frame = 0;
@@ -163,7 +164,9 @@ export class Streamer {
   // Moves decoded pages to buffers of an engine, so that no copy of them stays in arrays. storeOf:
   // pool -> store, see moves.js; null: to arrays. wasLost: what they held is no more, and is decoded again.
   async moveTo(storeOf, wasLost = false) {
+    this.#isMoving = true;
     const { empty, moveTo } = await this.#load();
+    this.#isMoving = false;
     if (this.#abort.signal.aborted) return;
     for (const pool of this.pools) {
       if (wasLost) empty(pool, this.#residency);
@@ -226,7 +229,9 @@ export class Streamer {
 
   // Whether nothing is missing for the last view.
   get complete() {
-    return this.ready && !this.#unbalanced && this.#missing === 0 && !this.#lacksGroups;
+    const fits =
+      !this.#isMoving && !this.#unbalanced && this.pools.every((pool) => !pool.isTooLarge);
+    return this.ready && fits && this.#missing === 0 && !this.#lacksGroups;
   }
 
   // Whether the last walk needed groups that are not known.
