@@ -104,6 +104,13 @@ const tasks = {
     let freed = 0;
     for (const one of materials) one.addEventListener('dispose', () => freed++);
     stream.colour = 'level';
+    let colours = 0;
+    while (colours < 2) {
+      await pause(5); // until the colours are there
+      stream.traverse(({ material }) => {
+        colours = Math.max(colours, [material ?? []].flat().length);
+      });
+    }
     stream.dispose();
     return { made: materials.size, freed };
   },

@@ -2,8 +2,7 @@
 // Usage: node stream_memory.mjs WEB TASK FILE; prints JSON.
 import { readFileSync } from 'node:fs';
 
-import { serveFile } from './fault_server.mjs';
-import { digest, drawn, open, pause, rest, viewOf } from './streaming.mjs';
+import { digest, drawn, open, Page, pause, Residency, rest, viewOf } from './streaming.mjs';
 
 const [, task, file] = process.argv.slice(2);
 const blob = new Blob([readFileSync(file)]);
@@ -46,7 +45,12 @@ async function shown(streamer, stores = null) {
   const arrays = stores && new Map(streamer.pools.map((pool) => [pool, stores.get(pool).arrays]));
   const stand = primitives.map((one) => {
     const held = arrays?.get(one.pool) ?? [...one.pool.arrays, one.pool.index];
-    return { ...one, formats: one.formats, instances: one.instances, pool: { arrays: held, index: held.at(-1) } };
+    return {
+      ...one,
+      formats: one.formats,
+      instances: one.instances,
+      pool: { arrays: held, index: held.at(-1) },
+    };
   });
   return {
     triangles,
@@ -104,27 +108,40 @@ const tasks = {
     return { result, released, told: streamer.told };
   },
 
-  // Eight streams of a slow server: the most requests at once, and whether all are there at the end.
+  // Three streams that want ten pages each, of places that do not answer: requests of each; and of the
+  // last one when the first has ended its own.
   async requests() {
-    let now = 0;
-    let most = 0;
-    const server = await serveFile(readFileSync(file), {
-      async answer(_request, response, next) {
-        most = Math.max(most, ++now);
-        response.on('close', () => now--);
-        await pause(20);
-        next();
-      },
-    });
-    const streams = [];
-    for (let i = 0; i < 8; i++) streams.push(await open(server.url));
-    most = 0;
-    await Promise.all(
-      streams.map((streamer) => rest(streamer, viewOf(streamer), { pixels: PIXELS })),
-    );
-    const result = { most, complete: streams.map(({ complete }) => complete) };
-    server.close();
-    return result;
+    const budget = { maxBytes: 1e9, workers: 1, wasm: 0, tables: 0, waiting: 1e6, decoding: 1e6 };
+    const document = { held: 0 };
+    const make = () => {
+      const owner = { formats: [], pages: [], tables: { rootPages: 0 } };
+      const stop = [];
+      let count = 0;
+      const read = () => {
+        count++;
+        return new Promise((_, reject) => {
+          stop.push(reject);
+        });
+      };
+      for (let n = 0; n < 10; n++) {
+        const place = { source: { read }, begin: 0, length: 100, packed: 0 };
+        owner.pages.push(new Page(owner, n, { ...place, vertices: 3, triangles: 1 }));
+        owner.pages[n].want(1);
+      }
+      const { signal } = new AbortController();
+      const nothing = () => {};
+      const given = { document, signal, onChange: nothing, onWarning: nothing, onBroken: nothing };
+      const residency = new Residency([owner], [], budget, given);
+      residency.schedule();
+      return { residency, stop, counted: () => count };
+    };
+    const streams = [make(), make(), make()];
+    const before = streams.map(({ counted }) => counted());
+    for (const reject of streams[0].stop) reject(new Error('it ends'));
+    await pause(5);
+    const [, , last] = streams;
+    last.residency.schedule();
+    return { before, after: last.counted() };
   },
 };
 

@@ -72,7 +72,8 @@ export declare class MeshletStream extends Group<MeshletStreamEventMap> {
    * Chooses what is drawn. Call it before each frame, when all matrices but the stream's own are
    * up to date.
    *
-   * @param renderer its viewport says how high the picture is; or this height in pixels.
+   * @param renderer its viewport says how high the picture is; or this height in pixels. Buffers of a
+   * WebGLRenderer hold what was decoded; for all others it also stays in arrays.
    * @returns whether the picture changes.
    */
   update(

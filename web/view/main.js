@@ -441,7 +441,11 @@ function connectLevels() {
   });
   element('megabytes').addEventListener('change', ({ target }) => {
     levels.megabytes = Number(target.value);
-    open(list.indexOf(shown.model));
+    try {
+      stream().maxBytes = 1e6 * 2 ** levels.megabytes;
+    } catch (error) {
+      toast(sentence(error));
+    }
   });
   element('colour').addEventListener('change', ({ target }) => {
     levels.colour = target.value;

@@ -165,8 +165,9 @@ export class Streamer {
   // pool -> store, see moves.js; null: to arrays. wasLost: what they held is no more, and is decoded again.
   async moveTo(storeOf, wasLost = false) {
     this.#isMoving = true;
-    const { empty, moveTo } = await this.#load();
-    this.#isMoving = false;
+    const { empty, moveTo } = await this.#load().finally(() => {
+      this.#isMoving = false;
+    });
     if (this.#abort.signal.aborted) return;
     for (const pool of this.pools) {
       if (wasLost) empty(pool, this.#residency);
@@ -367,10 +368,11 @@ export class Streamer {
   // action: of moves.js, now or in a later frame.
   #move(action) {
     if (!this.#moves) {
-      this.#load().then(() => {
+      const again = () => {
         this.#changes++;
         this.#options.onChange();
-      });
+      };
+      this.#load().then(again, ({ message }) => this.#options.onWarning(message));
       return false;
     }
     action(this.#moves);

@@ -105,7 +105,11 @@ export class MeshletStream extends StreamGroup {
 
   // What the first picture does without.
   async #addExtras() {
-    this.#extras ??= await import('./three_extras.js');
+    try {
+      this.#extras ??= await import('./three_extras.js');
+    } catch (error) {
+      return this.#warn(error);
+    }
     this.#setMaterials();
     this.#besides = this.#extras.bytesBesides(this);
   }
@@ -186,14 +190,17 @@ export class MeshletStream extends StreamGroup {
     if (!this.#buffers && renderer.isWebGLRenderer) {
       const mine = { use: () => true, release() {} };
       this.#buffers = mine;
+      // Without it, as when the page has gone offline, arrays do.
       import('./webgl_buffers.js').then(({ RendererBuffers }) => {
         if (this.#buffers !== mine) return;
         const set = (pool, attributes) => this.#setBuffers(pool, attributes);
         this.#buffers = new RendererBuffers(renderer, streamer, set);
-      });
+      }, this.#warn);
     }
     return this.#buffers?.use(renderer) ?? true;
   }
+
+  #warn = ({ message }) => this.dispatchEvent(/** @type {any} */ ({ type: 'warning', message }));
 
   // --- drawing ---
 

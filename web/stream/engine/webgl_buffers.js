@@ -42,13 +42,13 @@ export class RendererBuffers {
     renderer.domElement.addEventListener('webglcontextlost', lose, {
       signal: this.#events.signal,
     });
-    if (!this.#isLost) streamer.moveTo(this.#storeOf);
+    if (!this.#isLost) this.#move(this.#storeOf, false);
   }
 
   // Before a frame. Returns whether there is something to draw.
   use(renderer) {
     if (renderer !== this.#renderer) {
-      if (this.#renderer) this.#streamer.moveTo(null, this.#isLost).then(() => this.release());
+      if (this.#renderer) this.#move(null, this.#isLost).then(() => this.release());
       this.#renderer = null;
       this.#isLost = false;
     }
@@ -56,8 +56,13 @@ export class RendererBuffers {
     if (renderer.getContext().isContextLost()) return false;
     this.#isLost = false;
     this.#stores = [];
-    this.#streamer.moveTo(this.#storeOf, true);
+    this.#move(this.#storeOf, true);
     return true;
+  }
+
+  // Pages stay where they are if a module cannot be loaded.
+  #move(storeOf, wasLost) {
+    return this.#streamer.moveTo(storeOf, wasLost).catch(() => {});
   }
 
   release() {
