@@ -8,14 +8,14 @@ normals and 12 for texture coordinates.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from gltf_ext._codec import GRID_MAX_BITS
 from gltf_ext.attributes.details import COLLAPSED_PERCENT, Sample, sample_of
-from gltf_ext.attributes.streams import EXACT, SMALLEST_STEP, Bits, Grid, extent_of, position_grid
+from gltf_ext.attributes.streams import EXACT, Bits, Grid, extent_of, position_grid
 from gltf_ext.document.looks import Look
 from gltf_ext.options import AUTO, MIN_POSITION_BITS, Options
 from gltf_ext.sources.attribute_names import is_of_target, local_name, semantic
@@ -184,16 +184,6 @@ def _smallest_step(choices: list[Choice]) -> float:
         if is_of_target(name) and local_name(name) == "POSITION" and bounds.dtype.kind == "f"
     ]
     return max(extents, default=0.0) / float(2**GRID_MAX_BITS - 2)
-
-
-def finer_grids(choices: list[Choice], grid: Grid, box: Box) -> Iterator[Grid]:
-    """Yield grids of half the step each, up to MOST_FOR_APART bits."""
-    extent = extent_of(*box)
-    smallest = max(_smallest_step(choices), SMALLEST_STEP)
-    step = grid.step / 2
-    while extent / step < 2**MOST_FOR_APART and step >= smallest:
-        yield Grid(grid.offset, step)
-        step /= 2
 
 
 def _first_bits(first: int, last: int, is_enough: Callable[[int], bool]) -> int:
