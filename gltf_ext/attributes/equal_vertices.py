@@ -106,30 +106,46 @@ def _written(places: np.ndarray, vertices: np.ndarray, is_split: np.ndarray) -> 
     if not len(split):
         return b""
     corners, begin = _corners_at(places, is_split)
-    bits = bytearray()
-    last = -1
-    for place, first, end in zip(split.tolist(), begin[:-1].tolist(), begin[1:].tolist()):
-        ranks: dict[int, int] = {}
-        numbers = [ranks.setdefault(v, len(ranks)) for v in vertices[corners[first:end]].tolist()]
-        _put_number(bits, place - last - 1)
-        _put_number(bits, len(ranks) - 2)
-        width = (len(ranks) - 1).bit_length()
-        for number in numbers[1:]:
-            _put(bits, number, width)
-        last = place
-    data = len(split).to_bytes(COUNT_BYTES, "little")
-    data += np.packbits(np.frombuffer(bits, np.uint8), bitorder="little").tobytes()
+    pairs = np.stack([places[corners], vertices[corners]], axis=1)
+    numbers, count = weld_rows(pairs)  # of one place after those of the places before
+    first = numbers[begin[:-1]]
+    copies = np.diff(np.append(first, count))
+    sizes = np.diff(begin)
+    field_begin = begins(sizes + 1)  # gap, copies, and the corners but the first
+    values = np.empty(field_begin[-1], np.uint64)
+    widths = np.empty(field_begin[-1], np.int64)
+    is_rank = np.ones(len(values), bool)
+    for column, of_places in enumerate((np.diff(split, prepend=-1) - 1, copies - 2)):
+        fields = field_begin[:-1] + column
+        values[fields], widths[fields] = _number_codes(of_places)
+        is_rank[fields] = False
+    is_first = np.zeros(len(corners), bool)
+    is_first[begin[:-1]] = True
+    values[is_rank] = (numbers - np.repeat(first, sizes))[~is_first]
+    widths[is_rank] = np.repeat(_lengths(copies - 1), sizes - 1)
+    data = len(split).to_bytes(COUNT_BYTES, "little") + _packed(values, widths)
     return data + bytes(-len(data) % 4)
 
 
-def _put(bits: bytearray, value: int, width: int) -> None:
-    bits += bytes(value >> bit & 1 for bit in range(width))
+def _lengths(numbers: np.ndarray) -> np.ndarray:
+    """Return int64: the number of bits of each, below 2^32."""
+    return np.frexp(numbers.astype(np.float64))[1].astype(np.int64)
 
 
-def _put_number(bits: bytearray, value: int) -> None:
-    length = (value + 1).bit_length() - 1
-    bits += bytes(length) + b"\1"
-    _put(bits, value + 1, length)
+def _number_codes(numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return (exp-Golomb codes: uint64, their widths)."""
+    following = (numbers + 1).astype(np.uint64)
+    zeros = _lengths(following) - 1
+    shift = zeros.astype(np.uint64)
+    one = np.uint64(1) << shift
+    return one | (following ^ one) << (shift + np.uint64(1)), 2 * zeros + 1
+
+
+def _packed(values: np.ndarray, widths: np.ndarray) -> bytes:
+    """Return the bits of fields, one after the other, from the lowest bit on."""
+    shifts = np.arange(widths.sum()) - np.repeat(begins(widths)[:-1], widths)
+    bits = np.repeat(values, widths) >> shifts.astype(np.uint64) & np.uint64(1)
+    return np.packbits(bits.astype(np.uint8), bitorder="little").tobytes()
 
 
 # --- reading ---

@@ -283,23 +283,23 @@ def _encode_at_once(
 def _equal_vertices(job: Job, record_format: RecordFormat) -> bytes:
     """Return the table of equal vertices; empty if decoders need none to have them as the source.
 
-    Sets how many are joined.
+    With a table, none are joined: sets that count.
     """
     result, source, counts = job.result, job.source, job.result.drop_counts
-    if not (
-        (counts.duplicate_vertices and not is_soup(source.all_corners(), source.vertex_count))
-        or (
-            result.source_vertices < result.statistics["vertices"]
-            and joins_vertices(source, record_format)
-        )
-    ):
+    has_equal = counts.duplicate_vertices > 0 and not is_soup(
+        source.all_corners(), source.vertex_count
+    )
+    has_copies = result.source_vertices < result.statistics["vertices"]
+    if not has_equal and not (has_copies and joins_vertices(source, record_format)):
         return b""
     triangles = record_format.triangles_of(source)
     joinable, _ = _codec.decode_joinable(result.view)
-    whole, joined, decoded = topologies(triangles, joinable, result.source_vertices)
-    if whole == decoded:
-        return b""
-    counts.duplicate_vertices -= whole.vertices - joined.vertices
+    if has_equal:
+        counts.duplicate_vertices = 0
+    else:
+        whole, _, decoded = topologies(triangles, joinable, result.source_vertices)
+        if whole == decoded:
+            return b""
     return table_of(triangles, record_format, joinable)
 
 

@@ -8,8 +8,11 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import gltf_ext
+from gltf_ext.attributes.extension import require_compressed
 from gltf_ext.errors import MeshletError
+from gltf_ext.sources.importers import open_model
 from gltf_meshlet.cli import main
+from spec import reference_decoder, reference_gltf
 from tests.helpers.environment import need_package
 from tests.helpers.gltf_builder import Builder, glb_bytes, glb_parts, grid_mesh
 from tests.helpers.topology import topology, torus
@@ -65,6 +68,21 @@ def test_tiles_stay_apart(tmp_path, options):
     (plain,) = gltf_ext.load(tmp_path / "plain.glb")
     assert np.array_equal(plain.indices, primitive.indices)
     assert gltf_ext.verify(source, tmp_path / "out.glb")["joined_vertices"] == 0
+
+
+def test_the_reference_reads_the_same(tmp_path):
+    positions, triangles = tiles(4)
+    source = write(tmp_path / "tiles.glb", positions, triangles)
+    gltf_ext.compress(source, tmp_path / "out.glb", page_bytes=4096)
+    reference_gltf.check_file((tmp_path / "out.glb").read_bytes())
+    (compressed,) = require_compressed(open_model(tmp_path / "out.glb"))
+    decoded = reference_decoder.decode_view(bytes(compressed.blob))
+    pairs = reference_gltf.read_equal_vertices(bytes(compressed.equal_vertices), decoded)
+    numbers = {pair: number for number, pair in enumerate(dict.fromkeys(pairs))}
+    corners = np.array([numbers[pair] for pair in pairs])
+    (primitive,) = gltf_ext.load(tmp_path / "out.glb")
+    assert len(set(zip(corners, primitive.indices.reshape(-1)))) == len(positions)
+    assert topology(corners.reshape(-1, 3)) == topology(triangles)
 
 
 def test_trimesh_has_them_apart(tmp_path):
