@@ -39,7 +39,7 @@ def table_of(triangles: Triangles, record_format: RecordFormat, joinable: Joinab
         return b""
     matched = np.zeros((len(joinable.triangles), 3), np.uint32)
     matched[target[0][:, None], target[1]] = vertices[corners[source[0][:, None], source[1]]]
-    return _written(of_decoded[joinable.triangles].reshape(-1), matched.reshape(-1), is_split)
+    return _encode(of_decoded[joinable.triangles].reshape(-1), matched.reshape(-1), is_split)
 
 
 def source_vertices_of(triangles: Triangles) -> np.ndarray:
@@ -100,7 +100,7 @@ def _are_less(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return result
 
 
-def _written(places: np.ndarray, vertices: np.ndarray, is_split: np.ndarray) -> bytes:
+def _encode(places: np.ndarray, vertices: np.ndarray, is_split: np.ndarray) -> bytes:
     """Return the table. places, vertices: of all corners in order."""
     split = np.flatnonzero(is_split)
     if not len(split):

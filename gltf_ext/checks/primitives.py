@@ -77,9 +77,9 @@ def compare(
     # The vertices of a source that is compressed itself are the file's, copies included.
     is_plain = not is_compressed(before.primitive(mesh, index))
     if is_plain and is_same and (counts := comparison.topologies()):
-        whole, joined, decoded = counts
-        is_of_grid = decoded not in (whole, joined) and joins_vertices(source, record_format)
-        findings.add_topology(compressed, whole, decoded, is_of_grid, decoded == joined)
+        whole, weld, decoded = counts
+        is_of_grid = decoded not in (whole, weld) and joins_vertices(source, record_format)
+        findings.add_topology(compressed, whole, decoded, is_of_grid, decoded == weld)
     findings.rounding = before.import_rounding
     _compare_values(source, record_format, compressed, comparison, findings)
     _add_collapse(source, record_format, compressed, findings)

@@ -33,9 +33,9 @@ class Topology:
 def topologies(
     triangles: Triangles, joinable: Joinable, source_vertices: int, table: Bytes | None = None
 ) -> tuple[Topology, Topology, Topology]:
-    """Return the topology of the triangles of a source, the same joined, and what they decode to.
+    """Return the topology of the triangles of a source, of their weld, and of what they decode to.
 
-    In the joined one, equal vertices of the source are one. Triangles that have such a vertex twice
+    In the weld, equal vertices of the source are one. Triangles that have such a vertex twice
     do not count.
 
     Args:
@@ -49,8 +49,8 @@ def topologies(
     """
     corners, _, count = join_equal(triangles)
     has_area = ~has_repeats(corners)
-    joined = Topology(**topology(corners[has_area], count))
-    whole = joined
+    weld = Topology(**topology(corners[has_area], count))
+    whole = weld
     if count < len(triangles.records):
         vertices = source_vertices_of(triangles)
         corners = vertices[triangles.corners_between(0, triangles.count)[has_area]]
@@ -58,7 +58,7 @@ def topologies(
     decoded, (numbers,) = without_copies(
         joinable, [joinable.integers[0]], max(source_vertices, 1), table
     )
-    return whole, joined, Topology(**topology(decoded, len(numbers)))
+    return whole, weld, Topology(**topology(decoded, len(numbers)))
 
 
 def difference(before: Topology, after: Topology) -> str:
