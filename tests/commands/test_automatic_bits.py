@@ -245,13 +245,18 @@ def test_details_of_a_long_object_do_not_collapse(tmp_path, capsys):
     assert "collapsed by the grid" in printed.out and "the grid collapses" in printed.err
 
 
-def test_displacements_far_larger_than_the_mesh_fit(tmp_path):
+@pytest.mark.parametrize("options", [{}, {"lod": True}, {"position_bits": 16}], ids=str)
+@pytest.mark.parametrize("reach", [1e4, 1e7, 1e12])
+def test_displacements_far_larger_than_the_mesh_keep_their_floats(tmp_path, reach, options):
+    """The mesh has the steps that it has without them."""
     attributes, triangles = sheet()
-    far = {"POSITION": attributes["POSITION"] * np.float32(1e4)}
+    far = {"POSITION": attributes["POSITION"] * np.float32(reach)}
+    alone = compressed(tmp_path, built(attributes, triangles)[0], **options)[1]
     builder = built(attributes, triangles, targets=[far])[0]
-    _, bits, original, output = compressed(tmp_path, builder)
-    assert 9 <= bits["POSITION"] <= 10
-    assert gltf_ext.verify(original, output)["ok"]
+    _, bits, original, output = compressed(tmp_path, builder, **options)
+    assert bits["POSITION"] == alone["POSITION"] and bits["targets[0].POSITION"] == 32
+    assert gltf_ext.verify(original, output)["max_error"]["targets[0].POSITION"] == 0
+    assert gltf_ext.verify(original, output)["ok"] and gltf_ext.validate(output) == []
 
 
 def displaced_texcoords(reach):
