@@ -262,12 +262,7 @@ export class EXTMeshletEdgebreaker extends Extension {
       targets: targets.map(attributes),
     };
     try {
-      const arrays = this.#arrays(
-        json,
-        definition,
-        property.get('bytes'),
-        property.get('table'),
-      );
+      const arrays = this.#arrays(json, definition, property.get('bytes'), property.get('table'));
       return [...arrays].every(([number, array]) => sameBytes(array, accessors[number].getArray()));
     } catch {
       return false; // other types or counts than the blob's
