@@ -80,6 +80,11 @@ class Compressed:
         return len(minified(self.object))
 
     @property
+    def table_bytes(self) -> int:
+        """Size of the table of equal vertices; 0 for none."""
+        return 0 if self.equal_vertices is None else len(self.equal_vertices)
+
+    @property
     def named_streams(self) -> list[tuple[str, range, Format]]:
         """(name, streams, format) of each attribute and target, targets as "targets[i].NAME"."""
         return [
