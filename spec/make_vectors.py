@@ -2246,7 +2246,7 @@ GLTF_VALIDATORS_ONLY = (
     "not_in_extensions_required",
     "draco",
     "shared_accessors",
-    *("table_cut_off", "table_place", "table_copies", "table_vertex", "table_number"),
+    *("table_cut_off", "table_place", "table_copies", "table_vertex", "table_parameter"),
 )
 
 
@@ -2271,10 +2271,10 @@ def file_with_fallback(moved: float = 0.0) -> bytes:
 # Of tables of equal vertices: their bits, as text.
 COUNT_ONE = "1" + 31 * "0"
 MALFORMED_TABLES = {
-    "table_cut_off": COUNT_ONE[:8],
-    "table_place": COUNT_ONE + "00101" + 27 * "0",
-    "table_copies": COUNT_ONE + "1" + "000010000" + 22 * "0",
-    "table_number": COUNT_ONE + 64 * "0",
+    "table_cut_off": COUNT_ONE + 32 * "0",
+    "table_place": COUNT_ONE + 8 * "0" + "00001" + "1" + 18 * "0",
+    "table_copies": COUNT_ONE + 8 * "0" + "1" + "0000001" + 16 * "0",
+    "table_parameter": COUNT_ONE + "00000100" + 24 * "0",
 }
 
 
@@ -2295,10 +2295,8 @@ def sheet_with_table() -> bytes:
     """A sheet with a table in which a corner has the 4th of a place's three vertices."""
     view = encode(grid_triangles(4, 4), grid_positions(4, 4))
     middle = int(np.argmax(np.bincount(reference_decoder.decode_view(view).triangles.reshape(-1))))
-    length = (middle + 1).bit_length() - 1
-    gap = length * "0" + "1" + "".join(str((middle + 1) >> b & 1) for b in range(length))
-    bits = COUNT_ONE + gap + "010" + "11"
-    return file_with_table(bits + (64 - len(bits)) * "0", parts_of(positions_alone(view)))
+    bits = COUNT_ONE + 8 * "0" + middle * "0" + "1" + "01" + "11"
+    return file_with_table(bits + (96 - len(bits)) * "0", parts_of(positions_alone(view)))
 
 
 def malformed_files() -> dict[str, bytes]:

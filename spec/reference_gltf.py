@@ -101,15 +101,19 @@ def read_equal_vertices(table: bytes, decoded: Blob) -> list[tuple[int, int]]:
         corners.setdefault(places[vertex], []).append(corner)
     vertices = [0] * decoded.triangles.size
     bits = _Bits(table)
+    count, parameter = bits.take(32), bits.take(8)
+    _require(parameter <= 31, "The parameter of the table of equal vertices is above 31.")
+    quotients = [bits.zeros() for _ in range(count)]
+    gaps = [(quotient << parameter) + bits.take(parameter) for quotient in quotients]
+    copies = [2 + bits.zeros() for _ in range(count)]
     place = -1
-    for _ in range(bits.take(32)):
-        place += 1 + bits.number()
+    for gap, vertex_count in zip(gaps, copies):
+        place += 1 + gap
         _require(place in corners, "The table of equal vertices names a place that is not there.")
-        count = 2 + bits.number()
-        _require(count <= len(corners[place]), "A place has more vertices than corners.")
+        _require(vertex_count <= len(corners[place]), "A place has more vertices than corners.")
         for corner in corners[place][1:]:
-            vertices[corner] = bits.take((count - 1).bit_length())
-            _require(vertices[corner] < count, "A corner has a vertex that is not there.")
+            vertices[corner] = bits.take((vertex_count - 1).bit_length())
+            _require(vertices[corner] < vertex_count, "A corner has a vertex that is not there.")
     return [(places[v], vertices[c]) for c, v in enumerate(decoded.triangles.reshape(-1).tolist())]
 
 
@@ -124,12 +128,11 @@ class _Bits:
         self._left -= count
         return value
 
-    def number(self) -> int:
-        zeros = 0
+    def zeros(self) -> int:
+        count = 0
         while self.take(1) == 0:
-            zeros += 1
-            _require(zeros <= 31, "A number of the table of equal vertices is too long.")
-        return (1 << zeros) + self.take(zeros) - 1
+            count += 1
+        return count
 
 
 def _bytes_of_view(document: Json, buffer: bytes, extension: Json) -> bytes:

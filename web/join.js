@@ -33,10 +33,13 @@ export function separateVertices({ indices, vertexCount, streams }, table) {
   });
   const count = rows.length;
   const bits = new Bits(table);
+  const gaps = bits.unary().map((quotient) => quotient * 2 ** bits.parameter);
+  for (let n = 0; n < gaps.length; n++) gaps[n] += bits.take(bits.parameter);
+  const copies = bits.unary();
   let place = -1;
-  for (let n = bits.count; n > 0; n--) {
-    place += 1 + bits.number();
-    const vertices = 2 + bits.number();
+  for (let n = 0; n < gaps.length; n++) {
+    place += 1 + gaps[n];
+    const vertices = 2 + copies[n];
     if (!(place < count && vertices <= corners[place].length)) throw new MalformedError(NOT_THERE);
     const width = 32 - Math.clz32(vertices - 1);
     for (const corner of corners[place].slice(1)) {
@@ -50,31 +53,40 @@ export function separateVertices({ indices, vertexCount, streams }, table) {
 }
 
 const NOT_THERE = 'its table of equal vertices names vertices that are not there';
+const CUT_OFF = 'its table of equal vertices is cut off';
 
 class Bits {
   #table;
-  #at = 32;
+  #count;
+  #at = 40;
 
   constructor(table) {
+    if (table.length < 5) throw new MalformedError(CUT_OFF);
     this.#table = table;
-    if (table.length < 4) throw new MalformedError('its table of equal vertices is cut off');
-    this.count = new DataView(table.buffer, table.byteOffset).getUint32(0, true);
+    this.#count = new DataView(table.buffer, table.byteOffset).getUint32(0, true);
+    this.parameter = table[4];
+    if (this.parameter > 31) throw new MalformedError(NOT_THERE);
   }
 
   take(width) {
     let value = 0;
     for (let bit = 0; bit < width; bit++, this.#at++) {
       const byte = this.#table[this.#at >> 3];
-      if (byte === undefined) throw new MalformedError('its table of equal vertices is cut off');
+      if (byte === undefined) throw new MalformedError(CUT_OFF);
       value += ((byte >> (this.#at & 7)) & 1) * 2 ** bit;
     }
     return value;
   }
 
-  number() {
-    let zeros = 0;
-    while (this.take(1) === 0) if (++zeros > 31) throw new MalformedError(NOT_THERE);
-    return this.take(zeros) + 2 ** zeros - 1;
+  // Of each place, the zeros before a one.
+  unary() {
+    const numbers = [];
+    while (numbers.length < this.#count) {
+      let zeros = 0;
+      while (this.take(1) === 0) zeros++;
+      numbers.push(zeros);
+    }
+    return numbers;
   }
 }
 

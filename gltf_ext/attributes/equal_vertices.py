@@ -12,8 +12,10 @@ from gltf_ext._joinable import Joinable
 from gltf_ext.attributes.records import RecordFormat, Triangles, weld_rows
 from gltf_ext.ranges import begins, first_of_each, has_repeats, occurring
 
-MAX_LENGTH = 31  # zeros before the first 1 of a number
+MAX_LENGTH = 31  # low bits of a gap, at most
 COUNT_BYTES = 4
+CUT_OFF = "its table of equal vertices is cut off"
+NOT_THERE = "its table of equal vertices names vertices that are not there"
 
 
 # --- writing ---
@@ -111,20 +113,38 @@ def _encode(places: np.ndarray, vertices: np.ndarray, is_split: np.ndarray) -> b
     first = numbers[begin[:-1]]
     copies = np.diff(np.append(first, count))
     sizes = np.diff(begin)
-    field_begin = begins(sizes + 1)  # gap, copies, and the corners but the first
-    values = np.empty(field_begin[-1], np.uint64)
-    widths = np.empty(field_begin[-1], np.int64)
-    is_rank = np.ones(len(values), bool)
-    for column, of_places in enumerate((np.diff(split, prepend=-1) - 1, copies - 2)):
-        fields = field_begin[:-1] + column
-        values[fields], widths[fields] = _number_codes(of_places)
-        is_rank[fields] = False
-    is_first = np.zeros(len(corners), bool)
-    is_first[begin[:-1]] = True
-    values[is_rank] = (numbers - np.repeat(first, sizes))[~is_first]
-    widths[is_rank] = np.repeat(_lengths(copies - 1), sizes - 1)
-    data = len(split).to_bytes(COUNT_BYTES, "little") + _packed(values, widths)
+    gaps = np.diff(split, prepend=-1) - 1
+    parameter = _best_parameter(gaps)
+    ranks = (numbers - np.repeat(first, sizes))[_but_first(begin)]
+    bits = [
+        _unary(gaps >> parameter),
+        _fields_of(gaps, np.full(len(gaps), parameter)),
+        _unary(copies - 2),
+        _fields_of(ranks, np.repeat(_lengths(copies - 1), sizes - 1)),
+    ]
+    data = np.packbits(np.concatenate(bits), bitorder="little").tobytes()
+    data = len(split).to_bytes(COUNT_BYTES, "little") + bytes([parameter]) + data
     return data + bytes(-len(data) % 4)
+
+
+def _best_parameter(gaps: np.ndarray) -> int:
+    """Return the number of low bits with which gaps take the fewest bits."""
+    return min(range(MAX_LENGTH + 1), key=lambda k: int((gaps >> k).sum()) + k * len(gaps))
+
+
+def _unary(numbers: np.ndarray) -> np.ndarray:
+    """Return bits, uint8: as many zeros as each number says, and a one."""
+    ends = np.cumsum(numbers + 1)
+    bits = np.zeros(ends[-1], np.uint8)
+    bits[ends - 1] = 1
+    return bits
+
+
+def _fields_of(values: np.ndarray, widths: np.ndarray) -> np.ndarray:
+    """Return bits, uint8: of fields, one after the other, from the lowest bit on."""
+    shifts = np.arange(widths.sum()) - np.repeat(begins(widths)[:-1], widths)
+    bits: np.ndarray = np.repeat(values, widths) >> shifts & 1
+    return bits.astype(np.uint8)
 
 
 def _lengths(numbers: np.ndarray) -> np.ndarray:
@@ -132,20 +152,11 @@ def _lengths(numbers: np.ndarray) -> np.ndarray:
     return np.frexp(numbers.astype(np.float64))[1].astype(np.int64)
 
 
-def _number_codes(numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return (exp-Golomb codes: uint64, their widths)."""
-    following = (numbers + 1).astype(np.uint64)
-    zeros = _lengths(following) - 1
-    shift = zeros.astype(np.uint64)
-    one = np.uint64(1) << shift
-    return one | (following ^ one) << (shift + np.uint64(1)), 2 * zeros + 1
-
-
-def _packed(values: np.ndarray, widths: np.ndarray) -> bytes:
-    """Return the bits of fields, one after the other, from the lowest bit on."""
-    shifts = np.arange(widths.sum()) - np.repeat(begins(widths)[:-1], widths)
-    bits = np.repeat(values, widths) >> shifts.astype(np.uint64) & np.uint64(1)
-    return np.packbits(bits.astype(np.uint8), bitorder="little").tobytes()
+def _but_first(begin: np.ndarray) -> np.ndarray:
+    """Return bool: whether a corner is not the first one of its place."""
+    result = np.ones(begin[-1], bool)
+    result[begin[:-1]] = False
+    return result
 
 
 # --- reading ---
@@ -180,15 +191,23 @@ def _read(
     places: of all corners; count: of places. Returns (these corners, uint32: their vertices, from
     `count` on, the place of each of those). Raises ValueError.
     """
-    split, copies, ranks = _Bits(table).places(np.bincount(places, minlength=count))
+    bits = _Bits(table)
+    split = np.cumsum(bits.unary() << bits.parameter | bits.low_bits()) + np.arange(bits.count)
+    copies = bits.unary() + 2
+    corner_counts = np.bincount(places, minlength=count)
+    if bits.count and not (split[-1] < count and (copies <= corner_counts[split]).all()):
+        raise ValueError(NOT_THERE)
     is_split = np.zeros(count, bool)
     is_split[split] = True
     corners, begin = _corners_at(places, is_split)
-    rank = np.concatenate([np.empty(0, np.int64), *ranks])
-    extra = begins(copies - 1)
-    numbers = count + np.repeat(extra[:-1], np.diff(begin)) + rank - 1
-    of_place = np.repeat(split, copies - 1)
-    return corners[rank > 0], numbers[rank > 0].astype(np.uint32), of_place
+    sizes = np.diff(begin)
+    rank = np.zeros(len(corners), np.int64)
+    rank[_but_first(begin)] = bits.fields(np.repeat(_lengths(copies - 1), sizes - 1))
+    if (rank >= np.repeat(copies, sizes)).any():
+        raise ValueError(NOT_THERE)
+    numbers = count + np.repeat(begins(copies - 1)[:-1], sizes) + rank - 1
+    is_further = rank > 0
+    return corners[is_further], numbers[is_further], np.repeat(split, copies - 1)
 
 
 def _corners_at(places: np.ndarray, is_split: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -200,57 +219,49 @@ def _corners_at(places: np.ndarray, is_split: np.ndarray) -> tuple[np.ndarray, n
 
 
 class _Bits:
-    """Reads a table bit by bit."""
+    """Reads a table. Each method raises ValueError if it ends too early.
+
+    Attributes:
+        count: number of places; parameter: number of low bits of each gap.
+    """
 
     def __init__(self, table: memoryview | bytes) -> None:
-        self._count = int.from_bytes(table[:COUNT_BYTES], "little")
-        rest = np.frombuffer(table, np.uint8)[COUNT_BYTES:]
-        self._bits = np.unpackbits(rest, bitorder="little")
-        self._ones = self._bits.tobytes()
+        data = np.frombuffer(table, np.uint8)
+        if len(data) <= COUNT_BYTES:
+            raise ValueError(CUT_OFF)
+        self.count = int.from_bytes(data[:COUNT_BYTES].tobytes(), "little")
+        self.parameter = int(data[COUNT_BYTES])
+        if self.parameter > MAX_LENGTH:
+            raise ValueError("its table of equal vertices has too many low bits")
+        self._bits = np.unpackbits(data[COUNT_BYTES + 1 :], bitorder="little")
+        self._ones = np.flatnonzero(self._bits)
         self._at = 0
 
-    def places(self, corner_counts: np.ndarray) -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
-        """Return (places, number of vertices at each, those of its corners).
+    def unary(self) -> np.ndarray:
+        """Return int64[count]: the zeros before each of the next ones."""
+        first = int(np.searchsorted(self._ones, self._at))
+        ones = self._ones[first : first + self.count]
+        if len(ones) < self.count:
+            raise ValueError(CUT_OFF)
+        zeros: np.ndarray = np.diff(ones, prepend=self._at - 1) - 1
+        self._at = int(ones[-1]) + 1 if self.count else self._at
+        return zeros
 
-        corner_counts: of all places. Raises ValueError.
-        """
-        split, copies, ranks = [], [], []
-        last = -1
-        if self._count > len(corner_counts):
-            raise ValueError("its table of equal vertices has more places than vertices")
-        for _ in range(self._count):
-            last += 1 + self._number()
-            vertices = 2 + self._number()
-            if last >= len(corner_counts) or vertices > corner_counts[last]:
-                raise ValueError("its table of equal vertices names vertices that are not there")
-            split.append(last)
-            copies.append(vertices)
-            ranks.append(self._ranks(int(corner_counts[last]), vertices))
-        return np.array(split, np.intp), np.array(copies, np.int64), ranks
+    def low_bits(self) -> np.ndarray:
+        """Return int64[count]: of the gaps."""
+        return self.fields(np.full(self.count, self.parameter))
 
-    def _number(self) -> int:
-        first = self._ones.find(1, self._at, self._at + MAX_LENGTH + 1)
-        if first < 0:
-            raise ValueError("its table of equal vertices is cut off")
-        length = first - self._at
-        self._at = first + 1
-        return int(self._fields(1, length)[0]) + (1 << length) - 1
-
-    def _ranks(self, corners: int, vertices: int) -> np.ndarray:
-        """Return int64[corners]: which of so many vertices each corner of a place has."""
-        ranks = np.append(0, self._fields(corners - 1, (vertices - 1).bit_length()))
-        if ranks.max() >= vertices:
-            raise ValueError("its table of equal vertices names vertices that are not there")
-        return ranks
-
-    def _fields(self, count: int, width: int) -> np.ndarray:
-        end = self._at + count * width
-        if end > len(self._bits):
-            raise ValueError("its table of equal vertices is cut off")
-        fields = self._bits[self._at : end].reshape(count, width).astype(np.int64)
-        self._at = end
-        result: np.ndarray = (fields << np.arange(width)).sum(axis=1)
-        return result
+    def fields(self, widths: np.ndarray) -> np.ndarray:
+        """Return int64: the next fields."""
+        begin = begins(widths) + self._at
+        self._at = int(begin[-1])
+        if self._at > len(self._bits):
+            raise ValueError(CUT_OFF)
+        values = np.zeros(len(widths), np.int64)
+        for bit in range(int(widths.max(initial=0))):
+            wide = np.flatnonzero(widths > bit)
+            values[wide] |= self._bits[begin[wide] + bit].astype(np.int64) << bit
+        return values
 
 
 def integer_rows(integers: list[np.ndarray]) -> np.ndarray:
