@@ -51,10 +51,11 @@ def decode_view(
             doubled.
         table: of equal vertices, if there is one.
     """
-    has_copies = source_vertices is not None and source_vertices < _codec.Decoder(view).vertex_count
+    blobs = _codec.View(view)
+    has_copies = source_vertices is not None and source_vertices < blobs.vertex_count
     if not has_copies and table is None:
-        return _codec.decode_values(view)
-    joinable, values = _codec.decode_joinable(view)
+        return blobs.decode(threads=0, as_values=True)
+    joinable, values = blobs.decode_joinable(threads=0)
     return without_copies(joinable, values, max(source_vertices or 0, 1), table)
 
 
