@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from gltf_ext.errors import MeshletError
-from gltf_ext.portable import check_not_in_use, real_path, remove, replace
+from gltf_ext.portable import IS_WINDOWS, check_not_in_use, real_path, remove, replace
 from gltf_ext.work_files import release
 
 BLOCK_BYTES = 1 << 24
@@ -166,7 +166,9 @@ def rename_all(partials: Mapping[Path, Path]) -> None:
 
 def _keep_owner_and_mode(path: Path, partial: Path) -> None:
     """Give the file that replaces another one what it had, as if it had been written into it."""
-    if sys.platform == "win32":  # which has no modes, and could not remove what nobody may write
+    if (
+        sys.platform == "win32"
+    ):  # for mypy, too; it has no modes, and could not remove what nobody may write
         return
     with suppress(OSError):  # there is no other file, or its file system has no modes
         former = path.stat()
