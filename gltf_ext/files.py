@@ -166,9 +166,8 @@ def rename_all(partials: Mapping[Path, Path]) -> None:
 
 def _keep_owner_and_mode(path: Path, partial: Path) -> None:
     """Give the file that replaces another one what it had, as if it had been written into it."""
-    if (
-        sys.platform == "win32"
-    ):  # for mypy, too; it has no modes, and could not remove what nobody may write
+    # Windows has no modes, and could not remove what nobody may write. mypy wants these words.
+    if sys.platform == "win32":
         return
     with suppress(OSError):  # there is no other file, or its file system has no modes
         former = path.stat()
