@@ -102,8 +102,8 @@ docs: .venv/docs  ## build the documentation's site in build/site; a broken link
 wheel: .venv/wheel  ## wheels in dist for eight platforms that install without a compiler (some minutes each)
 	@$(BIN)/python -m tools.build_wheels
 
-# PLATFORM=here builds what this machine needs, in some two minutes instead of an hour.
-blender: .venv/wheel  ## the Blender extension as a zip per platform in dist; PLATFORM=here for this machine only
+# PLATFORM=here packs what this machine's compiler has built already, in seconds instead of an hour.
+blender: $(if $(filter here,$(PLATFORM)),.venv/installed,.venv/wheel)  ## the Blender extension as a zip per platform in dist; PLATFORM=here for this machine only
 	@$(BIN)/python -m tools.build_wheels --only $(or $(PLATFORM),blender)
 	@$(BIN)/python -m tools.build_blender --only $(or $(PLATFORM),blender)
 

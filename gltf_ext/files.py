@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import os
 import stat
+import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -78,7 +79,8 @@ def write_files(
     """Write each file beside its path, then rename all: all or none.
 
     Files that existed are as before if it fails. A link stays: the file that it leads to is
-    replaced. A file that is replaced keeps its mode.
+    replaced. A file that is replaced keeps its mode, and its owner and group where that is allowed;
+    further hard links to it keep the former file, as a backup made of them has to.
 
     Args:
         contents: path -> pieces of the file.
@@ -128,7 +130,7 @@ def _write(file: BinaryIO, piece: bytes | memoryview) -> None:
 def rename_all(partials: Mapping[Path, Path]) -> None:
     """Rename complete files to their paths, all or none, even if Ctrl-C interrupts it.
 
-    They get the modes of the files that they replace.
+    They get the modes and owners of the files that they replace.
 
     Call `refuse_overwriting` before, as `write_files` does.
 
@@ -139,7 +141,7 @@ def rename_all(partials: Mapping[Path, Path]) -> None:
         OSError: with the path as its filename.
     """
     for path, partial in partials.items():
-        _keep_mode(path, partial)
+        _keep_owner_and_mode(path, partial)
     *paths, last = partials
     backups: dict[Path, Path | None] = {}  # replaced path -> its file from before, if there was one
     try:
@@ -162,12 +164,17 @@ def rename_all(partials: Mapping[Path, Path]) -> None:
     _remove_all(backups.values())
 
 
-def _keep_mode(path: Path, partial: Path) -> None:
-    """Give the file that replaces another one its mode, as if it had been written into it."""
-    if IS_WINDOWS:  # which has none, and could not remove a file that nobody may write
+def _keep_owner_and_mode(path: Path, partial: Path) -> None:
+    """Give the file that replaces another one what it had, as if it had been written into it."""
+    # Windows has no modes, and could not remove what nobody may write. mypy wants these words.
+    if sys.platform == "win32":
         return
     with suppress(OSError):  # there is no other file, or its file system has no modes
-        partial.chmod(stat.S_IMODE(path.stat().st_mode))
+        former = path.stat()
+        for owner, group in ((-1, former.st_gid), (former.st_uid, -1)):
+            with suppress(OSError):  # only root gives files away
+                os.chown(partial, owner, group)
+        partial.chmod(stat.S_IMODE(former.st_mode))
 
 
 def _bring_back(backups: Mapping[Path, Path | None]) -> None:

@@ -17,6 +17,7 @@ import trimesh
 from trimesh.exchange.gltf.extensions import register_handler
 
 from gltf_ext import _codec
+from gltf_ext.attributes.extension import EQUAL_VERTICES
 from gltf_ext.attributes.join import decode_view
 from gltf_ext.attributes.streams import streams_of, to_accessor
 from gltf_ext.commands.decompress import decompress
@@ -67,10 +68,12 @@ def _decode(context: dict[str, Any]) -> dict[int, Any]:
     extension, primitive, accessors = context["data"], context["primitive"], context["accessors"]
     view = bytes(context["views"][extension["bufferView"]])
     blob = unpack(view) if is_packed(view) else view
+    table = extension.get(EQUAL_VERTICES)
+    equal_vertices = None if table is None else bytes(context["views"][table["bufferView"]])
     decoder = _codec.Decoder(blob)
     streams, indices = decoder.streams, primitive["indices"]
     _require_count(accessors[indices], 3 * decoder.triangle_count)
-    triangles, values = decode_view(blob, extension.get("sourceVertices"))
+    triangles, values = decode_view(blob, extension.get("sourceVertices"), equal_vertices)
     arrays = {indices: triangles.reshape(-1, *accessors[indices].shape[1:])}
     sets = [
         (extension["attributes"], primitive["attributes"]),

@@ -42,6 +42,12 @@ def sizes(report: Report) -> str:
 # --- compress ---
 
 
+def _joined_text(report: Report) -> str:
+    """Vertices of triangles that had none in common, which are one now."""
+    count = report["dropped"]["duplicate_vertices"]
+    return f"; {count:,} equal vertices joined" if count else ""
+
+
 def compress_summary(report: Report) -> str:
     """One line on the result of compress."""
     totals = report["totals"]
@@ -57,7 +63,7 @@ def compress_summary(report: Report) -> str:
         f"{sizes(report)}, {report['input_bytes'] / report['output_bytes']:.2f} times smaller; "
         f"geometry {totals['ratio']:.2f} times smaller than raw floats, "
         f"{totals['bits_per_triangle']['total']:.2f} bits per triangle, "
-        f"{plural(totals['triangles'], 'triangle')} in {parts}"
+        f"{plural(totals['triangles'], 'triangle')} in {parts}{_joined_text(report)}"
     )
 
 

@@ -2246,6 +2246,7 @@ GLTF_VALIDATORS_ONLY = (
     "not_in_extensions_required",
     "draco",
     "shared_accessors",
+    *("table_cut_off", "table_place", "table_copies", "table_vertex", "table_parameter"),
 )
 
 
@@ -2265,6 +2266,37 @@ def file_with_fallback(moved: float = 0.0) -> bytes:
     document["buffers"][0]["byteLength"] = len(buffer)
     del document["extensionsRequired"]
     return pack_glb(document, buffer)
+
+
+# Of tables of equal vertices: their bits, as text.
+COUNT_ONE = "1" + 31 * "0"
+MALFORMED_TABLES = {
+    "table_cut_off": COUNT_ONE + 32 * "0",
+    "table_place": COUNT_ONE + 8 * "0" + "00001" + "1" + 18 * "0",
+    "table_copies": COUNT_ONE + 8 * "0" + "1" + "0000001" + 16 * "0",
+    "table_parameter": COUNT_ONE + "00000100" + 24 * "0",
+}
+
+
+def file_with_table(bits: str, file: tuple[Document, bytes] | None = None) -> bytes:
+    """A file with a table of equal vertices. bits: its bytes', from the lowest bit of each on."""
+    table = bytes(int(bits[i : i + 8][::-1], 2) for i in range(0, len(bits), 8))
+    document, buffer = file or plain_file()
+    buffer += bytes(-len(buffer) % 4)
+    place = {"buffer": 0, "byteOffset": len(buffer), "byteLength": len(table)}
+    object_of(document)["equalVertices"] = {"bufferView": len(document["bufferViews"])}
+    document["bufferViews"].append(place)
+    buffer += table
+    document["buffers"][0]["byteLength"] = len(buffer)
+    return pack_glb(document, buffer)
+
+
+def sheet_with_table() -> bytes:
+    """A sheet with a table in which a corner has the 4th of a place's three vertices."""
+    view = encode(grid_triangles(4, 4), grid_positions(4, 4))
+    middle = int(np.argmax(np.bincount(reference_decoder.decode_view(view).triangles.reshape(-1))))
+    bits = COUNT_ONE + 8 * "0" + middle * "0" + "1" + "01" + "11"
+    return file_with_table(bits + (96 - len(bits)) * "0", parts_of(positions_alone(view)))
 
 
 def malformed_files() -> dict[str, bytes]:
@@ -2288,6 +2320,8 @@ def malformed_files() -> dict[str, bytes]:
     for name, view in zip(("indices_reach_the_largest_value", "indices_of_bytes"), sheets):
         result[name] = positions_alone(view, componentType=5121)
     result["fallback_with_other_values"] = file_with_fallback(1.0)
+    result.update((name, file_with_table(bits)) for name, bits in MALFORMED_TABLES.items())
+    result["table_vertex"] = sheet_with_table()
     return result
 
 

@@ -82,6 +82,57 @@ def check_primitive(document: Json, buffer: bytes, primitive: Json) -> None:
     _require(extension["attributes"].get("POSITION") == 0, "POSITION is not stream 0.")
     _check_streams(document, decoded, groups)
     _check_accessors(document, buffer, primitive, decoded, groups)
+    if "equalVertices" in extension:
+        table = _bytes_of_view(document, buffer, extension["equalVertices"])
+        read_equal_vertices(table, decoded)
+
+
+def read_equal_vertices(table: bytes, decoded: Blob) -> list[tuple[int, int]]:
+    """For each corner of the decoded triangles its place, and its vertex there.
+
+    Raises ValueError if the table is malformed.
+    """
+    place_of: dict[tuple[Any, ...], int] = {}
+    places = [
+        place_of.setdefault(tuple(map(tuple, row)), len(place_of)) for row in zip(*decoded.values)
+    ]
+    corners: dict[int, list[int]] = {}
+    for corner, vertex in enumerate(decoded.triangles.reshape(-1).tolist()):
+        corners.setdefault(places[vertex], []).append(corner)
+    vertices = [0] * decoded.triangles.size
+    bits = _Bits(table)
+    count, parameter = bits.take(32), bits.take(8)
+    _require(parameter <= 31, "The parameter of the table of equal vertices is above 31.")
+    quotients = [bits.zeros() for _ in range(count)]
+    gaps = [(quotient << parameter) + bits.take(parameter) for quotient in quotients]
+    copies = [2 + bits.zeros() for _ in range(count)]
+    place = -1
+    for gap, vertex_count in zip(gaps, copies):
+        place += 1 + gap
+        _require(place in corners, "The table of equal vertices names a place that is not there.")
+        _require(vertex_count <= len(corners[place]), "A place has more vertices than corners.")
+        for corner in corners[place][1:]:
+            vertices[corner] = bits.take((vertex_count - 1).bit_length())
+            _require(vertices[corner] < vertex_count, "A corner has a vertex that is not there.")
+    return [(places[v], vertices[c]) for c, v in enumerate(decoded.triangles.reshape(-1).tolist())]
+
+
+class _Bits:
+    def __init__(self, data: bytes) -> None:
+        self._value, self._left = int.from_bytes(data, "little"), 8 * len(data)
+
+    def take(self, count: int) -> int:
+        _require(count <= self._left, "A field reaches beyond the table of equal vertices.")
+        value = self._value & ((1 << count) - 1)
+        self._value >>= count
+        self._left -= count
+        return value
+
+    def zeros(self) -> int:
+        count = 0
+        while self.take(1) == 0:
+            count += 1
+        return count
 
 
 def _bytes_of_view(document: Json, buffer: bytes, extension: Json) -> bytes:

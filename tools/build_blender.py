@@ -35,8 +35,8 @@ REQUIREMENTS = ("pygltflib",)
 OLDEST_PYTHON = "3.11"
 # The end of a wheel's platform tag, in Blender's words.
 PLATFORMS = {
-    r"manylinux_.*_x86_64": "linux-x64",
-    r"manylinux_.*_aarch64": "linux-arm64",
+    r"(manylinux_.*|linux)_x86_64": "linux-x64",
+    r"(manylinux_.*|linux)_aarch64": "linux-arm64",
     r"macosx_.*_arm64": "macos-arm64",
     r"macosx_.*_x86_64": "macos-x64",
     r"win_amd64": "windows-x64",

@@ -1,9 +1,10 @@
 """Builds wheels that install without a compiler: python -m tools.build_wheels [FOLDER]
 
-One wheel per platform (--only PLATFORM ..), for all Pythons, by Zig on this machine; --only here is
-that of this machine, --only blender are those of Blender's platforms. FOLDER: default dist. They
-contain meshoptimizer's simplifier: levels of detail need no other package. A wheel that is there
-and made of the same files stays as it is.
+One wheel per platform (--only PLATFORM ..), for all Pythons, by Zig on this machine; --only blender
+are those of Blender's platforms. --only here is one for this machine alone, by its own compiler,
+which takes what `make` has compiled. FOLDER: default dist. They contain meshoptimizer's simplifier:
+levels of detail need no other package. A wheel that is there and made of the same files stays as it
+is.
 """
 
 from __future__ import annotations
@@ -12,11 +13,11 @@ import argparse
 import hashlib
 import importlib.metadata
 import os
-import platform
 import re
 import shlex
 import subprocess
 import sys
+import sysconfig
 import tarfile
 import tempfile
 from collections.abc import Iterator
@@ -56,17 +57,10 @@ PLATFORMS = {
 }
 
 
-def _here() -> list[str]:
-    """The tag of this machine; none if there is no wheel for it."""
-    system = {"Linux": "manylinux_.*", "Windows": "win", "Darwin": "macosx_.*"}
-    cpu = "amd64|x86_64" if platform.machine() in ("x86_64", "AMD64") else "aarch64|arm64"
-    pattern = f"{system.get(platform.system(), '-')}_({cpu})"
-    return [tag for tag in PLATFORMS if re.fullmatch(pattern, tag)]
-
-
+HERE = re.sub(r"[-.]", "_", sysconfig.get_platform())  # on Linux: for no other distribution
 # Name -> tags: of this machine, and of the platforms that Blender runs on, which has none for musl.
 GROUPS = {
-    "here": _here(),
+    "here": [HERE],
     "blender": [tag for tag in PLATFORMS if not tag.startswith("musllinux")],
 }
 
@@ -88,7 +82,7 @@ def main(arguments: list[str] | None = None) -> int:
     folder = options.folder.resolve()
     for tag in tags_of(options.only or list(PLATFORMS)):
         try:
-            sources = digest_of_sources()
+            sources = digest_of_sources(TOOLS if tag in PLATFORMS else ())
             path = current_wheel(tag, folder, sources)
             if path is None:
                 print(f"building {tag}", file=sys.stderr)
@@ -123,14 +117,14 @@ def tags_of(names: list[str]) -> list[str]:
     return list(dict.fromkeys(tag for name in names for tag in GROUPS.get(name, [name])))
 
 
-def digest_of_sources() -> str:
+def digest_of_sources(tools: tuple[str, ...]) -> str:
     """The fingerprint of all that wheels are made of: files, and the tools that build."""
     packages = re.search(
         r"^wheel\.packages = \[(.*)\]", (ROOT / "pyproject.toml").read_text(), re.M
     )
     names = [*SOURCES, *re.findall(r'"(\w+)"', packages[1])] if packages else SOURCES
     digest = hashlib.sha256(SIMPLIFIER_SHA256.encode())
-    for tool in TOOLS:
+    for tool in tools:
         digest.update(f"{tool} {importlib.metadata.version(tool)}\0".encode())
     for path in sorted(path for name in names for path in _files(ROOT / name)):
         digest.update(f"{path.relative_to(ROOT)} {_sha256(path)}\0".encode())
@@ -193,6 +187,20 @@ def find_simplifier() -> Path:
 
 def build(tag: str, folder: Path, simplifier: Path) -> Path:
     """Builds one wheel; returns its path. Raises CalledProcessError."""
+    pip = (sys.executable, "-m", "pip", "--disable-pip-version-check", "wheel", "-q", "--no-deps")
+    options, environment = _by_zig(tag, simplifier) if tag in PLATFORMS else _by_own(simplifier)
+    environment = {**os.environ, "SOURCE_DATE_EPOCH": "315532800", **environment}  # 1980: the same
+    _run(*pip, "--no-build-isolation", *options, "-w", _made(folder), ROOT, env=environment)
+    return max(folder.glob(f"gltf_meshlet-*-{tag}.whl"), key=os.path.getmtime)
+
+
+def _by_own(simplifier: Path) -> tuple[list[str], dict[str, str]]:
+    """Options of pip and environment for this machine's compiler, in the folder that make uses."""
+    return [f"--config-settings=cmake.define.MESHLET_SIMPLIFIER={simplifier}"], {}
+
+
+def _by_zig(tag: str, simplifier: Path) -> tuple[list[str], dict[str, str]]:
+    """The same for Zig and any platform."""
     import ziglang
 
     target = PLATFORMS[tag]
@@ -206,16 +214,11 @@ def build(tag: str, folder: Path, simplifier: Path) -> Path:
         "MESHLET_SIMPLIFIER": simplifier,
     }
     environment = {
-        **os.environ,
         "CXX": f"{zig} c++ -target {target.zig} -mcpu=baseline",
         "CMAKE_ARGS": shlex.join(f"-D{name}={value}" for name, value in definitions.items()),
-        "SOURCE_DATE_EPOCH": "315532800",  # 1980: the same bytes for the same files
         "_PYTHON_HOST_PLATFORM": tag,  # scikit-build-core takes the wheel's tag from it
     }
-    settings = f"--config-settings=build-dir={ROOT / 'build' / tag}"
-    pip = (sys.executable, "-m", "pip", "--disable-pip-version-check", "wheel", "-q", "--no-deps")
-    _run(*pip, "--no-build-isolation", settings, "-w", _made(folder), ROOT, env=environment)
-    return max(folder.glob(f"gltf_meshlet-*-{tag}.whl"), key=os.path.getmtime)
+    return [f"--config-settings=build-dir={ROOT / 'build' / tag}"], environment
 
 
 def _made(folder: Path) -> Path:

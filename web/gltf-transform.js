@@ -3,7 +3,7 @@
 // accessors otherwise. It cannot compress: gltf-meshlet compress does.
 import { Extension, ExtensionProperty, GLB_BUFFER, PropertyType } from '@gltf-transform/core';
 import { accessorArrays, EXTENSION, forCompressed } from './gltf.js';
-import { joinVertices } from './join.js';
+import { joinVertices, separateVertices } from './join.js';
 import { TRANSPORT } from './transport.js';
 
 export const DECODER = 'meshlet.decoder';
@@ -58,7 +58,12 @@ class CompressedPrimitive extends ExtensionProperty {
   }
 
   getDefaults() {
-    return Object.assign(super.getDefaults(), { bytes: null, object: null, vertexCount: 0 });
+    return Object.assign(super.getDefaults(), {
+      bytes: null,
+      table: null,
+      object: null,
+      vertexCount: 0,
+    });
   }
 
   // The values of getDefaults.
@@ -96,11 +101,12 @@ export class EXTMeshletEdgebreaker extends Extension {
     this.#needDecoder();
     const { json } = context.jsonDoc;
     forCompressed(json, (primitive, name) => {
-      const { bufferView } = primitive.extensions[EXTENSION];
+      const { bufferView, equalVertices } = primitive.extensions[EXTENSION];
       const buffer = context.buffers[json.bufferViews[bufferView].buffer];
       try {
         const view = context.bufferViews[bufferView];
-        for (const [number, array] of this.#arrays(json, primitive, view))
+        const table = equalVertices && context.bufferViews[equalVertices.bufferView];
+        for (const [number, array] of this.#arrays(json, primitive, view, table))
           context.accessors[number].setArray(array).setBuffer(buffer);
       } catch (error) {
         throw new Error(`${name}: ${error.message}`, { cause: error });
@@ -114,13 +120,14 @@ export class EXTMeshletEdgebreaker extends Extension {
       mesh.primitives.forEach(({ extensions }, p) => {
         const object = extensions?.[EXTENSION];
         if (!object) return;
-        const { bufferView, ...streams } = object;
+        const { bufferView, equalVertices, ...streams } = object;
         const bytes = context.bufferViews[bufferView];
         const blobs = this.#decoder.blobs(bytes);
         const property = new CompressedPrimitive(this.document.getGraph());
         property.fill({
           bytes,
           object: streams,
+          table: context.bufferViews[equalVertices?.bufferView] ?? null,
           vertexCount: blobs.reduce((sum, blob) => sum + blob.vertexCount, 0),
         });
         context.meshes[m].listPrimitives()[p].setExtension(EXTENSION, property);
@@ -129,27 +136,38 @@ export class EXTMeshletEdgebreaker extends Extension {
     return this;
   }
 
-  // Accessor number -> its components, each vertex of the source once.
-  #arrays(json, primitive, view) {
+  // Accessor number -> its components, each vertex of the source once. table: of equal vertices.
+  #arrays(json, primitive, view, table) {
     const decoded = this.#decoder.decodePrimitive(view);
     const arrays = accessorArrays(json, primitive, decoded);
     const { sourceVertices } = primitive.extensions[EXTENSION];
-    if (!(sourceVertices < decoded.vertexCount)) return arrays;
+    if (!table && !(sourceVertices < decoded.vertexCount)) return arrays;
+    const { indices, rows } = this.#sourceVertices(view, sourceVertices, table);
+    for (const [number, array] of arrays)
+      arrays.set(
+        number,
+        number === primitive.indices
+          ? new (rows.length > 0xffff ? Uint32Array : array.constructor)(indices)
+          : chosenRows(array, decoded.vertexCount, rows),
+      );
+    return arrays;
+  }
+
+  // {indices, rows}: a decoded vertex for each vertex of the source.
+  #sourceVertices(view, sourceVertices, table) {
     const integers = this.#decoder.decodePrimitive(view, { integers: true });
+    if (table) return separateVertices(integers, table);
     let vertices = 0;
     const firsts = this.#decoder.blobs(view).map(({ vertexCount }) => {
       vertices += vertexCount;
       return vertices - vertexCount;
     });
-    const { numbers, count } = joinVertices(integers, firsts, sourceVertices);
-    for (const [number, array] of arrays)
-      arrays.set(
-        number,
-        number === primitive.indices
-          ? array.map((v) => numbers[v])
-          : joinedRows(array, numbers, count),
-      );
-    return arrays;
+    const { numbers } = joinVertices(integers, firsts, sourceVertices);
+    const rows = [];
+    numbers.forEach((number, v) => {
+      if (number === rows.length) rows.push(v);
+    });
+    return { indices: integers.indices.map((v) => numbers[v]), rows };
   }
 
   // Called before accessors are written: those of a primitive that keeps its blob get no bytes.
@@ -166,12 +184,13 @@ export class EXTMeshletEdgebreaker extends Extension {
         if (accessor !== primitive.getIndices()) definition.count = property.get('vertexCount');
         accessors.push(definition);
       }
-      const bytes = property.get('bytes');
-      if (views.has(bytes)) continue;
-      views.add(bytes);
       const buffer = primitive.getIndices().getBuffer() ?? this.document.getRoot().listBuffers()[0];
-      const others = context.otherBufferViews.get(buffer) ?? [];
-      context.otherBufferViews.set(buffer, [...others, bytes]);
+      for (const bytes of [property.get('bytes'), property.get('table')]) {
+        if (!bytes || views.has(bytes)) continue;
+        views.add(bytes);
+        const others = context.otherBufferViews.get(buffer) ?? [];
+        context.otherBufferViews.set(buffer, [...others, bytes]);
+      }
     }
     return this;
   }
@@ -183,9 +202,11 @@ export class EXTMeshletEdgebreaker extends Extension {
       mesh.listPrimitives().forEach((primitive, p) => {
         const property = this.#kept.get(primitive);
         if (!property) return;
-        const bufferView = context.otherBufferViewsIndexMap.get(property.get('bytes'));
+        const viewOf = (name) => context.otherBufferViewsIndexMap.get(property.get(name));
+        const object = { bufferView: viewOf('bytes'), ...property.get('object') };
+        if (property.get('table')) object.equalVertices = { bufferView: viewOf('table') };
         primitives[p].extensions ??= {};
-        primitives[p].extensions[EXTENSION] = { bufferView, ...property.get('object') };
+        primitives[p].extensions[EXTENSION] = object;
       });
     }
     if (this.#kept.size > 0) return this;
@@ -248,7 +269,7 @@ export class EXTMeshletEdgebreaker extends Extension {
       targets: targets.map(attributes),
     };
     try {
-      const arrays = this.#arrays(json, definition, property.get('bytes'));
+      const arrays = this.#arrays(json, definition, property.get('bytes'), property.get('table'));
       return [...arrays].every(([number, array]) => sameBytes(array, accessors[number].getArray()));
     } catch {
       return false; // other types or counts than the blob's
@@ -256,17 +277,14 @@ export class EXTMeshletEdgebreaker extends Extension {
   }
 }
 
-// The rows of an array of vertices, one for each number.
-function joinedRows(array, numbers, count) {
-  const components = array.length / numbers.length;
-  const joined = new array.constructor(count * components);
-  let next = 0;
-  numbers.forEach((number, v) => {
-    if (number !== next) return; // an earlier vertex has this number
-    next++;
-    joined.set(array.subarray(components * v, components * (v + 1)), components * number);
+// Some rows of an array of vertices.
+function chosenRows(array, vertexCount, rows) {
+  const components = array.length / vertexCount;
+  const chosen = new array.constructor(components * rows.length);
+  rows.forEach((v, row) => {
+    chosen.set(array.subarray(components * v, components * (v + 1)), components * row);
   });
-  return joined;
+  return chosen;
 }
 
 function accessorsOf(primitive) {

@@ -2,6 +2,8 @@
 // vertices"). The rule is that of codec/common/join_vertices.cpp, which also knows which vertices
 // share a position by a reference.
 
+import { MalformedError } from './blob.js';
+
 const MOST_COMPARED = 16; // open edges of one place that are matched with care
 const MOST_TRIED = 8; // vertices of one place that another one may join
 
@@ -12,6 +14,80 @@ export function joinVertices(decoded, firsts, sourceVertices) {
   const joiner = new Joiner(decoded, firsts, Math.max(sourceVertices, 1));
   joiner.run();
   return joiner.numbered();
+}
+
+// Vertices that the source has apart although all their integers are equal (specification, "Equal
+// vertices"). decoded: as above; table: the bytes. Returns {indices, rows}: for each of the source's
+// vertices one that is decoded.
+export function separateVertices({ indices, vertexCount, streams }, table) {
+  const first = placesOf(streams, vertexCount);
+  const rows = [];
+  const places = new Uint32Array(vertexCount);
+  first.forEach((f, v) => {
+    places[v] = f === v ? rows.push(v) - 1 : places[f];
+  });
+  const corners = rows.map(() => []);
+  const separated = Uint32Array.from(indices, (v, corner) => {
+    corners[places[v]].push(corner);
+    return places[v];
+  });
+  const count = rows.length;
+  const bits = new Bits(table);
+  const gaps = bits.unary().map((quotient) => quotient * 2 ** bits.parameter);
+  for (let n = 0; n < gaps.length; n++) gaps[n] += bits.take(bits.parameter);
+  const copies = bits.unary();
+  let place = -1;
+  for (let n = 0; n < gaps.length; n++) {
+    place += 1 + gaps[n];
+    const vertices = 2 + copies[n];
+    if (!(place < count && vertices <= corners[place].length)) throw new MalformedError(NOT_THERE);
+    const width = 32 - Math.clz32(vertices - 1);
+    for (const corner of corners[place].slice(1)) {
+      const rank = bits.take(width);
+      if (rank >= vertices) throw new MalformedError(NOT_THERE);
+      if (rank > 0) separated[corner] = rows.length + rank - 1;
+    }
+    for (let copy = 1; copy < vertices; copy++) rows.push(rows[place]);
+  }
+  return { indices: separated, rows };
+}
+
+const NOT_THERE = 'its table of equal vertices names vertices that are not there';
+const CUT_OFF = 'its table of equal vertices is cut off';
+
+class Bits {
+  #table;
+  #count;
+  #at = 40;
+
+  constructor(table) {
+    if (table.length < 5) throw new MalformedError(CUT_OFF);
+    this.#table = table;
+    this.#count = new DataView(table.buffer, table.byteOffset).getUint32(0, true);
+    this.parameter = table[4];
+    if (this.parameter > 31) throw new MalformedError(NOT_THERE);
+  }
+
+  take(width) {
+    let value = 0;
+    for (let bit = 0; bit < width; bit++, this.#at++) {
+      const byte = this.#table[this.#at >> 3];
+      if (byte === undefined) throw new MalformedError(CUT_OFF);
+      value += ((byte >> (this.#at & 7)) & 1) * 2 ** bit;
+    }
+    return value;
+  }
+
+  // Of each place, the zeros before a one.
+  unary() {
+    const numbers = [];
+    while (numbers.length < this.#count) {
+      let zeros = 0;
+      while (this.take(1) === 0) zeros++;
+      numbers.push(zeros);
+    }
+    return numbers;
+  }
 }
 
 class Joiner {

@@ -8,16 +8,16 @@ normals and 12 for texture coordinates.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from gltf_ext._codec import GRID_MAX_BITS
 from gltf_ext.attributes.details import COLLAPSED_PERCENT, Sample, sample_of
-from gltf_ext.attributes.streams import EXACT, SMALLEST_STEP, Bits, Grid, extent_of, position_grid
+from gltf_ext.attributes.streams import EXACT, Bits, Grid, extent_of, position_grid
 from gltf_ext.document.looks import Look
-from gltf_ext.options import AUTO, MIN_POSITION_BITS, Options
+from gltf_ext.options import AUTO, Options
 from gltf_ext.sources.attribute_names import is_of_target, local_name, semantic
 from gltf_ext.sources.source import Box, Source
 
@@ -159,41 +159,10 @@ def choose_grid(choices: list[Choice], box: Box) -> Grid:
     def grid_of(bits: int) -> Grid:
         return position_grid(*box, bits, None)
 
-    most = _most_bits(choices, extent)
-    first = min(_edge_bits(samples, extent), most)
-    bits = _first_bits(first, most, lambda bits: _keeps_area(samples, grid_of(bits)))
-    last = max(bits, min(most, MOST_FOR_APART))
+    first = _edge_bits(samples, extent)
+    bits = _first_bits(first, GRID_MAX_BITS, lambda bits: _keeps_area(samples, grid_of(bits)))
+    last = max(bits, MOST_FOR_APART)
     return grid_of(_first_bits(bits, last, lambda bits: _keeps_each(samples, grid_of(bits))))
-
-
-def _most_bits(choices: list[Choice], extent: float) -> int:
-    """Return the bits with which a grid holds the displacements of morph targets, too."""
-    smallest = _smallest_step(choices)
-    if extent <= 0.0 or smallest <= 0.0:
-        return GRID_MAX_BITS
-    bits = math.floor(math.log2(extent / smallest + 1.0))
-    return min(max(bits, MIN_POSITION_BITS), GRID_MAX_BITS)
-
-
-def _smallest_step(choices: list[Choice]) -> float:
-    """Return the smallest step that leaves displacements of morph targets GRID_MAX_BITS bits."""
-    extents = [
-        extent_of(np.minimum(bounds[0], 0), np.maximum(bounds[1], 0))
-        for each in choices
-        for name, bounds in each.source.bounds.items()
-        if is_of_target(name) and local_name(name) == "POSITION" and bounds.dtype.kind == "f"
-    ]
-    return max(extents, default=0.0) / float(2**GRID_MAX_BITS - 2)
-
-
-def finer_grids(choices: list[Choice], grid: Grid, box: Box) -> Iterator[Grid]:
-    """Yield grids of half the step each, up to MOST_FOR_APART bits."""
-    extent = extent_of(*box)
-    smallest = max(_smallest_step(choices), SMALLEST_STEP)
-    step = grid.step / 2
-    while extent / step < 2**MOST_FOR_APART and step >= smallest:
-        yield Grid(grid.offset, step)
-        step /= 2
 
 
 def _first_bits(first: int, last: int, is_enough: Callable[[int], bool]) -> int:

@@ -26,9 +26,10 @@ from gltf_ext.sources.primitives import (
     is_compressed,
     place,
 )
-from gltf_ext.sources.source import Source, read_primitive, read_source
+from gltf_ext.sources.source import read_primitive
 from gltf_ext.work_files import release
 
+EQUAL_VERTICES = "equalVertices"  # a property of the extension's object
 PART_BYTES = 1 << 20  # of blobs that are decoded at a time: about 400,000 triangles
 
 
@@ -42,6 +43,7 @@ class Compressed:
         view, blob: the buffer view of the compressed bytes, and the bytes: one blob, or several
             back to back (pages).
         attributes, targets: name -> (first stream, accessor format).
+        equal_vertices: the table of attributes/equal_vertices.py; None without one.
     """
 
     mesh: int
@@ -55,6 +57,7 @@ class Compressed:
     vertex_count: int
     attributes: dict[str, tuple[int, Format]]
     targets: list[dict[str, tuple[int, Format]]]
+    equal_vertices: memoryview | None = None
 
     @property
     def where(self) -> str:
@@ -75,6 +78,11 @@ class Compressed:
     def json_bytes(self) -> int:
         """Size of the extension's JSON object."""
         return len(minified(self.object))
+
+    @property
+    def table_bytes(self) -> int:
+        """Size of the table of equal vertices; 0 for none."""
+        return 0 if self.equal_vertices is None else len(self.equal_vertices)
 
     @property
     def named_streams(self) -> list[tuple[str, range, Format]]:
@@ -181,13 +189,6 @@ def read_triangles(document: Document, mesh: int, index: int) -> tuple[Primitive
     return read_primitive(document, mesh, index)
 
 
-def source_of(document: Document, mesh: int, index: int) -> tuple[Source, DropCounts]:
-    """Return the same as a source in memory. Raises MeshletError."""
-    if is_compressed(document.primitive(mesh, index)):
-        return Source.of(read_compressed(document, mesh, index).decode()), DropCounts()
-    return read_source(document, mesh, index)
-
-
 def read_compressed(document: Document, mesh: int, index: int) -> Compressed:
     """Return the compressed primitive at this place. Raises MeshletError.
 
@@ -224,10 +225,18 @@ def read_compressed(document: Document, mesh: int, index: int) -> Compressed:
             view.vertex_count,
             attributes,
             targets,
+            bytes_of(document, extension[EQUAL_VERTICES]) if EQUAL_VERTICES in extension else None,
         )
         _check_streams(result)
         _check_counts(document, primitive, result)
         return result
+
+
+def bytes_of(document: Document, holder: Any) -> memoryview:
+    """Return the bytes of the buffer view that an object names. Raises MeshletError, ValueError."""
+    index = holder.get("bufferView") if isinstance(holder, dict) else None
+    require_plain(item(document.bufferViews, index, "bufferView"))
+    return document.bytes_of_view(index)
 
 
 def require_plain(view: gltf.BufferView) -> None:

@@ -12,9 +12,17 @@ import numpy as np
 
 from gltf_ext import _codec
 from gltf_ext._joinable import Joinable
-from gltf_ext.attributes.extension import Compressed, malformed_from, parts_of
+from gltf_ext.attributes.equal_vertices import separate
+from gltf_ext.attributes.extension import (
+    Compressed,
+    malformed_from,
+    parts_of,
+    read_compressed,
+)
+from gltf_ext.document.document import Document
 from gltf_ext.ranges import first_of_each, occurring, renumbered
-from gltf_ext.sources.primitives import Primitive
+from gltf_ext.sources.primitives import DropCounts, Primitive, is_compressed
+from gltf_ext.sources.source import Source, read_source
 from gltf_ext.work_files import Buckets, hashes
 
 Arrays = tuple[np.ndarray, list[np.ndarray]]  # uint32[T, 3], values of streams
@@ -24,23 +32,42 @@ VERTEX = np.dtype([("key", "<u8"), ("number", "<u4")])
 def decode(compressed: Compressed) -> Primitive:
     """All of a compressed primitive, each vertex of the source once. Raises MeshletError."""
     with malformed_from(compressed.where):
-        return compressed.as_primitive(*decode_view(compressed.blob, compressed.source_vertices))
+        return compressed.as_primitive(*_decode_whole(compressed))
 
 
-def decode_view(view: _codec.Bytes, source_vertices: int | None) -> Arrays:
+def _decode_whole(compressed: Compressed) -> Arrays:
+    table = compressed.equal_vertices
+    return decode_view(compressed.blob, compressed.source_vertices, table)
+
+
+def decode_view(
+    view: _codec.Bytes, source_vertices: int | None, table: _codec.Bytes | None = None
+) -> Arrays:
     """Decode a view, as _codec.decode_values gives it. Raises ValueError.
 
-    source_vertices: as in the extension's object; None where that has none: no vertex is doubled.
+    Args:
+        view: the bytes.
+        source_vertices: as in the extension's object; None where that has none: no vertex is
+            doubled.
+        table: of equal vertices, if there is one.
     """
     blobs = _codec.View(view)
-    if source_vertices is None or source_vertices >= blobs.vertex_count:
+    has_copies = source_vertices is not None and source_vertices < blobs.vertex_count
+    if not has_copies and table is None:
         return blobs.decode(threads=0, as_values=True)
     joinable, values = blobs.decode_joinable(threads=0)
-    return without_copies(joinable, values, max(source_vertices, 1))
+    return without_copies(joinable, values, max(source_vertices or 0, 1), table)
 
 
-def without_copies(joinable: Joinable, values: list[np.ndarray], source_vertices: int) -> Arrays:
-    """Triangles and values without the vertices that are doubled."""
+def without_copies(
+    joinable: Joinable,
+    values: list[np.ndarray],
+    source_vertices: int,
+    table: _codec.Bytes | None = None,
+) -> Arrays:
+    """Triangles and values without the vertices that are doubled. Raises ValueError."""
+    if table is not None:
+        return separate(joinable, values, table)
     if source_vertices >= len(joinable.integers[0]):
         return joinable.triangles, values
     numbers, count = joinable.join(source_vertices)
@@ -50,13 +77,21 @@ def without_copies(joinable: Joinable, values: list[np.ndarray], source_vertices
     return numbers[joinable.triangles], [v[first] for v in values]
 
 
+def source_of(document: Document, mesh: int, index: int) -> tuple[Source, DropCounts]:
+    """Return any triangle primitive in memory, each vertex once. Raises MeshletError."""
+    if is_compressed(document.primitive(mesh, index)):
+        return Source.of(decode(read_compressed(document, mesh, index))), DropCounts()
+    return read_source(document, mesh, index)
+
+
 class Parts:
     """The same for a primitive that need not fit memory.
 
     Decodes parts of it up to three times: for the integers' hashes; where the grid has made
     different vertices equal, for the triangles at vertices that may be doubled; and to read them.
     Hashes are in work files. In memory are, for each vertex that may be doubled, 16 bytes; and in
-    the second case the triangles around these vertices with their integers.
+    the second case the triangles around these vertices with their integers. A primitive with a
+    table of equal vertices is decoded whole: such a table is only made in memory.
 
     Attributes:
         triangle_count, vertex_count: of all parts.
@@ -69,12 +104,13 @@ class Parts:
         self._whole: Arrays | None = None
         self._copies = self._of_copies = np.empty(0, np.uint32)
         before, after = compressed.vertex_count, compressed.source_vertices
+        has_table = compressed.equal_vertices is not None
+        if has_table or (after < before and len(list(parts_of(compressed.blob))) == 1):
+            with malformed_from(compressed.where):
+                self._whole = _decode_whole(compressed)
+            self.vertex_count = len(self._whole[1][0])
+            return
         if after < before:
-            if len(list(parts_of(compressed.blob))) == 1:
-                with malformed_from(compressed.where):
-                    self._whole = decode_view(compressed.blob, after)
-                self.vertex_count = len(self._whole[1][0])
-                return
             numbers, originals = _equal_vertices(compressed, folder)
             distinct_count = int(np.count_nonzero(numbers == originals))
             if after > before - len(numbers) + distinct_count:

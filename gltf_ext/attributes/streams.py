@@ -186,7 +186,7 @@ def _is_within(bounds: np.ndarray, full_scale: float) -> bool:
 
 
 def _delta_grid(name: str, bounds: np.ndarray, step: float) -> Stream:
-    """Return a grid on which zero decodes to exactly zero.
+    """Return a grid on which zero decodes to exactly zero; floats if it would need too many bits.
 
     Its -offset is a power of two times the step.
     """
@@ -195,6 +195,8 @@ def _delta_grid(name: str, bounds: np.ndarray, step: float) -> Stream:
     if max(highest + below) >= 2**GRID_MAX_BITS:
         # No room for the power of two: zero decodes to within rounding.
         below = [int(-k) for k in lowest]
+    if max(highest + below) >= 2**GRID_MAX_BITS:  # displacements far larger than the mesh
+        return Stream(FLOAT32, bounds.shape[1], 32)
     offset = tuple(float(np.float32(-b * step)) for b in below)
     return _fit_bits(name, Stream(GRID, bounds.shape[1], 1, step, offset), bounds)
 

@@ -37,6 +37,7 @@ class Findings:
     extra_triangles: int = 0
     collapse: Collapse = field(default_factory=Collapse)
     differing_primitives: int = 0
+    joined_vertices: int = 0
     topology: tuple[Topology, Topology] | None = None
     is_torn: bool = False
     errors: dict[str, dict[int, list[Errors]]] = field(default_factory=dict)
@@ -97,13 +98,28 @@ class Findings:
             )
 
     def add_topology(
-        self, compressed: Compressed, before: Topology, after: Topology, is_of_grid: bool
+        self,
+        compressed: Compressed,
+        before: Topology,
+        after: Topology,
+        is_of_grid: bool,
+        is_joined: bool,
     ) -> None:
-        """Add the topology of a primitive. is_of_grid: whether the grid makes vertices equal."""
+        """Add the topology of a primitive.
+
+        is_of_grid: whether the grid makes vertices equal; is_joined: whether all that differs is
+        that equal vertices of the original are one.
+        """
         sums = self.topology or (Topology(), Topology())
-        self.topology = sums[0].plus(before), sums[1].plus(after)
+        self.topology = sums[0].plus(after if is_joined else before), sums[1].plus(after)
         changes = difference(before, after)
-        if changes:
+        if changes and is_joined:
+            self.joined_vertices += before.vertices - after.vertices
+            self.warnings.append(
+                f"{compressed.where}: vertices of the original that are equal in all values are "
+                f"joined: {changes}; compress it again, without --max-memory, to have them apart"
+            )
+        elif changes:
             self.is_torn |= not is_of_grid
             reason = (
                 BY_GRID if is_of_grid else "no vertices are equal on the grid: compress it again"
@@ -175,6 +191,7 @@ def report_of(findings: Findings) -> dict[str, Any]:
         "collapsed_area_percent": 100 * findings.collapse.share,
         "differing_primitives": findings.differing_primitives,
         "is_torn": findings.is_torn,
+        "joined_vertices": findings.joined_vertices,
         "topology": topology
         and {"original": vars(topology[0]).copy(), "compressed": vars(topology[1]).copy()},
         "max_error": each(lambda meshes: max(e.max for _, errors in meshes for e in errors)),

@@ -9,7 +9,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from gltf_ext.attributes.details import areas_of, collapse_of_source, joins_vertices, sample_of
-from gltf_ext.attributes.extension import Compressed, read_compressed, source_of
+from gltf_ext.attributes.extension import Compressed, read_compressed
+from gltf_ext.attributes.join import source_of
 from gltf_ext.attributes.ranges import visible_error
 from gltf_ext.attributes.records import RecordFormat
 from gltf_ext.attributes.streams import Grid
@@ -75,9 +76,10 @@ def compare(
     is_same = not (comparison.missing or comparison.extra)
     # The vertices of a source that is compressed itself are the file's, copies included.
     is_plain = not is_compressed(before.primitive(mesh, index))
-    if is_plain and is_same and (pair := comparison.topologies()):
-        is_of_grid = pair[0] != pair[1] and joins_vertices(source, record_format)
-        findings.add_topology(compressed, *pair, is_of_grid)
+    if is_plain and is_same and (counts := comparison.topologies()):
+        whole, weld, decoded = counts
+        is_of_grid = decoded not in (whole, weld) and joins_vertices(source, record_format)
+        findings.add_topology(compressed, whole, decoded, is_of_grid, decoded == weld)
     findings.rounding = before.import_rounding
     _compare_values(source, record_format, compressed, comparison, findings)
     _add_collapse(source, record_format, compressed, findings)

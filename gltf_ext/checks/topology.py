@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from gltf_ext._codec import Bytes
 from gltf_ext._joinable import Joinable, topology
+from gltf_ext.attributes.equal_vertices import source_vertices_of
 from gltf_ext.attributes.join import without_copies
 from gltf_ext.attributes.records import Triangles, join_equal
 from gltf_ext.ranges import has_repeats
@@ -29,19 +31,34 @@ class Topology:
 
 
 def topologies(
-    triangles: Triangles, joinable: Joinable, source_vertices: int
-) -> tuple[Topology, Topology]:
-    """Return the topology of the triangles of a source, and of what they decode to.
+    triangles: Triangles, joinable: Joinable, source_vertices: int, table: Bytes | None = None
+) -> tuple[Topology, Topology, Topology]:
+    """Return the topology of the triangles of a source, of their weld, and of what they decode to.
 
-    Equal vertices of the source are one; triangles that have a vertex twice do not count. Raises
-    ValueError.
+    In the weld, equal vertices of the source are one. Triangles that have such a vertex twice
+    do not count.
+
+    Args:
+        triangles: of the source.
+        joinable: what they decode to.
+        source_vertices: of the extension's object.
+        table: of equal vertices; None for none.
+
+    Raises:
+        ValueError: the table is malformed.
     """
     corners, _, count = join_equal(triangles)
-    decoded, (numbers,) = without_copies(joinable, [joinable.integers[0]], max(source_vertices, 1))
-    return (
-        Topology(**topology(corners[~has_repeats(corners)], count)),
-        Topology(**topology(decoded, len(numbers))),
+    has_area = ~has_repeats(corners)
+    weld = Topology(**topology(corners[has_area], count))
+    whole = weld
+    if count < len(triangles.records):
+        vertices = source_vertices_of(triangles)
+        corners = vertices[triangles.corners_between(0, triangles.count)[has_area]]
+        whole = Topology(**topology(corners, len(vertices)))
+    decoded, (numbers,) = without_copies(
+        joinable, [joinable.integers[0]], max(source_vertices, 1), table
     )
+    return whole, weld, Topology(**topology(decoded, len(numbers)))
 
 
 def difference(before: Topology, after: Topology) -> str:

@@ -68,13 +68,20 @@ class Comparison:
             self.missing += missing
             self.extra += extra
 
-    def topologies(self) -> tuple[Topology, Topology] | None:
-        """Return those of both sides; None if it is read in parts. Raises MeshletError."""
+    def topologies(self) -> tuple[Topology, Topology, Topology] | None:
+        """Return those of both sides, as checks/topology.py does; None if it is read in parts.
+
+        Raises MeshletError.
+        """
         if self.source_triangles is None or self.joinable is None:
             return None
         with malformed_from(self._compressed.where):
-            source_vertices = self._compressed.source_vertices
-            return topologies(self.source_triangles, self.joinable, source_vertices)
+            return topologies(
+                self.source_triangles,
+                self.joinable,
+                self._compressed.source_vertices,
+                self._compressed.equal_vertices,
+            )
 
     def _add_source(self, progress: Advance) -> None:
         for keys, positions, fraction in self._source_corners():

@@ -9,12 +9,14 @@ import numpy as np
 
 from gltf_ext import _codec
 from gltf_ext.attributes.extension import (
+    EQUAL_VERTICES,
     Compressed,
     compressed_primitives,
     has_compressed,
     read_compressed,
     require_unused_by_accessors,
 )
+from gltf_ext.attributes.join import decode
 from gltf_ext.checks.levels import lod_problems
 from gltf_ext.document import gltf, json_values
 from gltf_ext.document.accessors import accessor_format, bounds, read_accessor, stated_bounds
@@ -133,7 +135,9 @@ def _blob_problems(document: Document, mesh: int, index: int, advance: Advance |
         compressed = read_compressed(document, mesh, index)
         _codec.validate(compressed.blob)
         primitive = document.primitive(mesh, index)
-        require_unused_by_accessors(document, [compressed.view])
+        require_unused_by_accessors(document, _views_of(compressed))
+        if compressed.equal_vertices is not None:
+            decode(compressed)
         problems = [
             *_accessor_problems(document, primitive, compressed),
             *_decoded_problems(document, primitive, compressed, advance),
@@ -143,6 +147,11 @@ def _blob_problems(document: Document, mesh: int, index: int, advance: Advance |
         return [error.message]
     except ValueError as error:
         return [f"{compressed.where}: {error}"]
+
+
+def _views_of(compressed: Compressed) -> list[int]:
+    holder = compressed.object.get(EQUAL_VERTICES)
+    return [compressed.view, *([holder["bufferView"]] if holder else [])]
 
 
 def _value_problems(compressed: Compressed, values: list[np.ndarray]) -> list[str]:

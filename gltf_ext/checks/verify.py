@@ -69,6 +69,8 @@ def verify(
         collapsed_triangles, collapsed_area_percent: those without area on the grid; estimated of
             primitives that are read in parts.
         is_torn: whether the topology differs although the grid makes no vertices equal.
+        joined_vertices: how many vertices of the original are one with others that are equal in all
+            values; then the topology of "original" is that of the rest.
         area_error: attribute -> the error that 99.9 % of the area stays within, in the units of
             max_error, in the worst primitive; None where triangles are missing or read in parts.
         area_error_percent: the same in percent, as max_error_percent.

@@ -14,21 +14,20 @@ from typing import Any, ParamSpec, Protocol
 import numpy as np
 
 from gltf_ext import _codec
-from gltf_ext.attributes.choice import finer_grids
 from gltf_ext.attributes.details import Collapse, collapse_of_source, joins_vertices
-from gltf_ext.attributes.extension import read_compressed
+from gltf_ext.attributes.equal_vertices import is_soup, table_of
+from gltf_ext.attributes.extension import EQUAL_VERTICES, read_compressed
 from gltf_ext.attributes.records import RecordFormat
-from gltf_ext.attributes.streams import Grid, dequantise
+from gltf_ext.attributes.streams import dequantise
 from gltf_ext.checks.topology import topologies
 from gltf_ext.commands.inspect import inspect_document
-from gltf_ext.commands.jobs import Job, boxes_of, coarse_grids, jobs_of
+from gltf_ext.commands.jobs import Job, coarse_grids, jobs_of
 from gltf_ext.commands.losses import (
     collapse_warnings,
     limited,
     range_warnings,
     rounding_warnings,
     steps_of,
-    torn_warnings,
 )
 from gltf_ext.commands.order import drop_numbered
 from gltf_ext.commands.result import Result, output_path
@@ -242,7 +241,6 @@ def _encode_all(jobs: list[Job], options: Options, chunks: Runner, title: str) -
         raise NothingToCompress("holds no triangles with a POSITION", NOTHING)
     with progress_bar(title, options.progress) as advance:
         _encode_at_once(jobs, options, chunks, advance)
-        _mend_torn(jobs, options, chunks)
     encoded = [job for job in jobs if not job.reason_kept]
     if not encoded:
         reason = jobs[0].reason_kept
@@ -282,54 +280,27 @@ def _encode_at_once(
             raise
 
 
-def _mend_torn(jobs: list[Job], options: Options, chunks: Runner) -> None:
-    """Encode meshes again that a chosen grid has torn, with finer grids up to one that does not.
+def _equal_vertices(job: Job, record_format: RecordFormat) -> bytes:
+    """Return the table of equal vertices; empty if decoders need none to have them as the source.
 
-    Where none does, or it has no room for other values, the first stays. All primitives of a mesh
-    have the same grid.
+    With a table, none are joined: sets that count.
     """
-    by_grid: dict[Grid | None, list[Job]] = {}
-    for job in jobs:
-        by_grid.setdefault(job.grid, []).append(job)
-    for coarse, torn in by_grid.items():
-        if coarse is None or not any(job.is_torn for job in torn):
-            continue
-        if not all(job.source.is_in_memory for job in torn):  # some are gone
-            continue
-        box = boxes_of([(None, job.source) for job in torn])[None]
-        torn.sort(key=lambda job: not job.is_torn)
-        for grid in finer_grids([job.choice for job in torn], coarse, box):
-            try:
-                again = _encode_on(grid, torn, options, chunks)
-            except MeshletError:  # of values that need too many bits there
-                break
-            if not any(job.is_torn for job in again):
-                for job, mended in zip(torn, again):
-                    job.grid, job.collapse, job.result = grid, mended.collapse, mended.result
-                    job.is_torn = False
-                break
-
-
-def _encode_on(grid: Grid, jobs: list[Job], options: Options, chunks: Runner) -> list[Job]:
-    """Return jobs encoded on another grid, those that were torn first, up to where one is again."""
-    again = [Job(job.choice, job.users, DropCounts(), grid, scale=job.scale) for job in jobs]
-    count = sum(job.is_torn for job in jobs)
-    for some in (again[:count], again[count:]):
-        if some and not any(job.is_torn for job in again):
-            _encode_at_once(some, options, chunks, None)
-    return again
-
-
-def _is_torn(job: Job, record_format: RecordFormat) -> bool:
-    """Return whether a grid has made vertices equal so that the mesh decodes otherwise."""
-    result, source = job.result, job.source
+    result, source, counts = job.result, job.source, job.result.drop_counts
+    has_equal = counts.duplicate_vertices > 0 and not is_soup(
+        source.all_corners(), source.vertex_count
+    )
     has_copies = result.source_vertices < result.statistics["vertices"]
-    if not (has_copies and source.is_in_memory and joins_vertices(source, record_format)):
-        return False
+    if not has_equal and not (has_copies and joins_vertices(source, record_format)):
+        return b""
     triangles = record_format.triangles_of(source)
     joinable, _ = _codec.decode_joinable(result.view)
-    before, after = topologies(triangles, joinable, result.source_vertices)
-    return before != after
+    if has_equal:
+        counts.duplicate_vertices = 0
+    else:
+        whole, _, decoded = topologies(triangles, joinable, result.source_vertices)
+        if whole == decoded:
+            return b""
+    return table_of(triangles, record_format, joinable)
 
 
 def _finish_document(
@@ -384,7 +355,6 @@ def _losses(encoded: list[Job], rounding: float, is_auto: bool) -> tuple[Collaps
     lines = [
         *rounding_warnings(rounding, steps),
         *collapse_warnings(collapses, is_auto),
-        *torn_warnings([job.source.where for job in encoded if job.is_torn]),
     ]
     return total, [*lines, *limited(warnings)]
 
@@ -437,10 +407,10 @@ def _encode_job(
     if not job.result.statistics:
         _keep(job, DEGENERATE)
         return
+    if source.is_in_memory:
+        job.result.equal_vertices = _equal_vertices(job, record_format)
     if job.grid and job.choice.sample:
         job.collapse = collapse_of_source(source, job.grid, job.choice.sample)
-        if options.chooses_positions:
-            job.is_torn = _is_torn(job, record_format)
 
 
 def _keep(job: Job, reason: str) -> None:
@@ -466,6 +436,8 @@ def _replace(document: Document, job: Job, fallback: bool) -> None:
         extension["targets"] = targets
     if vertex_count != result.source_vertices:
         extension["sourceVertices"] = result.source_vertices
+    if result.equal_vertices:
+        extension[EQUAL_VERTICES] = {"bufferView": document.add_view(result.equal_vertices)}
     indices = describe_indices(document, result.statistics["triangles"], vertex_count)
     for user in job.users:
         if gltf.mode(user) != gltf.TRIANGLES:

@@ -39,9 +39,10 @@ SUMMED = (
     "raw_bytes",
     "blob_bytes",
     "json_bytes",
+    "table_bytes",
 )
 # Counts that the report does not show.
-INTERNAL = ("category_bits", "symbol_counts", "blob_bytes", "json_bytes")
+INTERNAL = ("category_bits", "symbol_counts", "blob_bytes", "json_bytes", "table_bytes")
 
 Statistics = Mapping[str, Any]  # of a view, as _codec.describe gives them
 
@@ -170,6 +171,7 @@ def _describe(compressed: Compressed, statistics: Statistics) -> dict[str, Any]:
         "raw_bytes": vertex_bytes * compressed.source_vertices + index_bytes,
         "blob_bytes": len(compressed.blob),
         "json_bytes": compressed.json_bytes,
+        "table_bytes": compressed.table_bytes,
         "attributes": attributes,
         "category_bits": category_bits,
         "symbol_counts": statistics["symbols"],
@@ -179,9 +181,10 @@ def _describe(compressed: Compressed, statistics: Statistics) -> dict[str, Any]:
 def _figures(described: dict[str, Any]) -> dict[str, Any]:
     """Ratios and shares from the counts of one primitive, or of all together."""
     triangles = described["triangles"]
-    compressed = described["blob_bytes"] + described["json_bytes"]
+    beside_blobs = described["json_bytes"] + described["table_bytes"]
+    compressed = described["blob_bytes"] + beside_blobs
     bits = {name: described["category_bits"][name] for name in CATEGORY_LABELS}
-    bits["references_and_headers"] += 8 * described["json_bytes"]
+    bits["references_and_headers"] += 8 * beside_blobs
     symbols = described["symbol_counts"]
     symbol_total = max(sum(symbols.values()), 1)
     return {

@@ -12,7 +12,7 @@ from gltf_ext import _codec
 from gltf_ext._codec import GRID_MAX_BITS
 from gltf_ext.attributes.choice import Choice, choose, choose_grid
 from gltf_ext.attributes.details import Collapse
-from gltf_ext.attributes.extension import source_of
+from gltf_ext.attributes.join import source_of
 from gltf_ext.attributes.streams import SMALLEST_STEP, Grid, extent_of, position_grid
 from gltf_ext.document import gltf
 from gltf_ext.document.document import Document
@@ -40,8 +40,7 @@ class Job:
         drop_counts: counts of vertices and triangles left out.
         grid: of its positions; None if they are integers.
         reason_kept: why it is not compressed; empty if it is.
-        collapse: its triangles that the grid collapses; is_torn: whether a grid that was chosen
-            changes its topology.
+        collapse: its triangles that the grid collapses.
         result: what it became.
         scale: the largest that nodes show it with.
         counts: of its vertices, triangles and corners, as in the document.
@@ -53,7 +52,6 @@ class Job:
     grid: Grid | None = None
     reason_kept: str = ""
     collapse: Collapse = field(default_factory=Collapse)
-    is_torn: bool = False
     result: Compression = field(default_factory=Compression)
     scale: float = 0.0
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from gltf_ext.attributes.choice import Choice
-from gltf_ext.attributes.details import BY_GRID, COLLAPSED_PERCENT, Collapse
+from gltf_ext.attributes.details import COLLAPSED_PERCENT, Collapse
 from gltf_ext.attributes.ranges import full_scale, visible_error
 from gltf_ext.attributes.streams import GRID, OCT, Plan, octahedral_bound
 from gltf_ext.document.document import Document
@@ -150,14 +150,6 @@ def collapse_warnings(collapses: dict[str, Collapse], is_auto: bool) -> list[str
         f"the position grid collapses {places}{more}; use {'' if is_auto else 'auto, '}"
         "more position bits, or split the model where its parts are far apart"
     ]
-
-
-def torn_warnings(places: list[str]) -> list[str]:
-    """Warn of primitives that a chosen grid connects differently. places: of the primitives."""
-    if not places:
-        return []
-    more = f" and {len(places) - MAX_NAMED:,} more" if len(places) > MAX_NAMED else ""
-    return [f"{', '.join(places[:MAX_NAMED])}{more}: connected differently, since {BY_GRID}"]
 
 
 def range_warnings(choice: Choice, plan: Plan) -> list[str]:

@@ -77,7 +77,8 @@ def _views_of_meshlets(document: Document) -> set[int]:
         for name, extension in primitive.get("extensions", {}).items()
         if name.startswith(OURS) and isinstance(extension, dict)
     ]
-    holders = [holder for one in extensions for holder in (one, member(one, "pages"))]
+    names = ("pages", "equalVertices")
+    holders = [h for one in extensions for h in (one, *(member(one, n) for n in names))]
     return {number for holder in holders if isinstance(number := holder.get("bufferView"), int)}
 
 

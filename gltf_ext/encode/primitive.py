@@ -42,6 +42,7 @@ class Compression:
         statistics: as _codec.encode gives them; empty if no triangle is left.
         source_vertices: number of different vertices; drop_counts: what is left out.
         levels: all others; None without levels of detail.
+        equal_vertices: the table of attributes/equal_vertices.py; empty for none.
     """
 
     plan: Plan = field(default_factory=Plan)
@@ -51,6 +52,7 @@ class Compression:
     source_vertices: int = 0
     drop_counts: DropCounts = field(default_factory=DropCounts)
     levels: Levels | None = None
+    equal_vertices: bytes = b""
 
 
 def encode(

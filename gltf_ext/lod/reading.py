@@ -12,15 +12,15 @@ from gltf_ext import _codec
 from gltf_ext._joinable import Joinable
 from gltf_ext.attributes.extension import (
     Compressed,
+    bytes_of,
     compressed_primitives,
     malformed,
     malformed_from,
     require_compressed,
-    require_plain,
 )
 from gltf_ext.attributes.join import decode, without_copies
 from gltf_ext.document import gltf
-from gltf_ext.document.document import Document, item
+from gltf_ext.document.document import Document
 from gltf_ext.document.gltf2 import Model, name_of
 from gltf_ext.errors import MeshletError, blaming
 from gltf_ext.lod.cuts import Cut
@@ -219,10 +219,10 @@ def read_lod(document: Document, compressed: Compressed) -> LodPrimitive | None:
         return None
     try:
         counts = [_count(extension, name) for name in COUNTS]
-        tables = read_tables(_bytes(document, extension), *counts)
+        tables = read_tables(bytes_of(document, extension), *counts)
         if extension.get("rootPageCount", tables.root_pages) != tables.root_pages:
             raise ValueError(f"{EXTENSION} has another rootPageCount than its groups")
-        coarse = _bytes(document, extension.get("pages"))
+        coarse = bytes_of(document, extension.get("pages"))
         _check_lengths(tables, coarse, compressed)
     except ValueError as error:
         text = error.message if isinstance(error, MeshletError) else str(error)
@@ -245,13 +245,6 @@ def _count(extension: dict[str, Any], name: str) -> int:
     if not isinstance(value, int) or isinstance(value, bool) or not 0 <= value < 1 << 32:
         raise MeshletError(f"{EXTENSION} has no valid {name}", "compress the original again")
     return value
-
-
-def _bytes(document: Document, holder: Any) -> memoryview:
-    """Return the bytes of the buffer view that an object names."""
-    index = holder.get("bufferView") if isinstance(holder, dict) else None
-    require_plain(item(document.bufferViews, index, "bufferView"))
-    return document.bytes_of_view(index)
 
 
 def _check_lengths(tables: Tables, coarse: memoryview, compressed: Compressed) -> None:

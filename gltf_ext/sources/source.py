@@ -297,6 +297,11 @@ class Source:
         """Return the names that share the numbers of an attribute, and these."""
         return next(numbering for numbering in self.numberings if name in numbering[0])
 
+    def all_corners(self) -> np.ndarray:
+        """Return [T, 3]: rows at the corners of all triangles, of a source in memory."""
+        ((names, numbers),) = self.numberings
+        return self.corners(names, numbers, 0, self.triangle_count)
+
     def corners(
         self, names: tuple[str, ...], numbers: Rows | None, first: int, last: int
     ) -> np.ndarray:

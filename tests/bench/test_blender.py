@@ -16,7 +16,7 @@ def test_the_extension_is_the_zip_of_this_machine(tmp_path, monkeypatch):
     (tag,) = build_wheels.GROUPS["here"]
     (tmp_path / f"gltf_meshlet-{gltf_ext.__version__}-py3-none-{tag}.whl").touch()
     monkeypatch.setattr(build_blender, "download", lambda folder: [])
-    (path,) = build_blender.build(tmp_path)
+    (path,) = build_blender.build(tmp_path, ["here"])
     assert blender.ROOT / "dist" / path.name == blender.EXTENSION
 
 

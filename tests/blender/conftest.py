@@ -1,7 +1,5 @@
 """Blender (bpy) with the extension, and a file for it."""
 
-import platform
-
 import pytest
 
 import gltf_ext
@@ -15,9 +13,8 @@ def extension(tmp_path_factory):
     """The zip for this machine, made of a wheel of this checkout."""
     blender_process.need_bpy()
     folder = tmp_path_factory.mktemp("extension")
-    tag = f"manylinux_2_17_{platform.machine()}"
-    assert build_wheels.main([str(folder), "--only", tag]) == 0
-    (path,) = build_blender.build(folder)
+    assert build_wheels.main([str(folder), "--only", "here"]) == 0
+    (path,) = build_blender.build(folder, ["here"])
     return path
 
 

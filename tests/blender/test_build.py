@@ -68,6 +68,7 @@ def test_every_platform_of_blender_has_a_zip(wheels, no_network, tmp_path):
 
 def test_one_platform_only(wheels, no_network, tmp_path, capsys):
     """As `make blender PLATFORM=here`, although the folder has other wheels."""
+    fake_wheel(tmp_path, build_wheels.HERE)
     for only, count in (["manylinux_2_17_aarch64"], 1), (["here"], 1), (["blender"], 6):
         assert len(build_blender.build(tmp_path, only)) == count
     assert build_blender.main([str(tmp_path), "--only", "win_amd64"]) == 0
@@ -82,21 +83,15 @@ def test_groups_of_platforms():
     assert build_wheels.tags_of(["blender"]) == blenders
 
 
-@pytest.mark.parametrize(
-    ("system", "machine", "tag"),
-    [
-        ("Linux", "x86_64", "manylinux_2_17_x86_64"),
-        ("Linux", "aarch64", "manylinux_2_17_aarch64"),
-        ("Darwin", "arm64", "macosx_11_0_arm64"),
-        ("Darwin", "x86_64", "macosx_11_0_x86_64"),
-        ("Windows", "AMD64", "win_amd64"),
-        ("Windows", "ARM64", "win_arm64"),
-    ],
-)
-def test_the_platform_of_a_machine(monkeypatch, system, machine, tag):
-    monkeypatch.setattr("platform.system", lambda: system)
-    monkeypatch.setattr("platform.machine", lambda: machine)
-    assert build_wheels._here() == [tag]
+def test_the_wheel_of_this_machine(no_network, tmp_path):
+    """Its own compiler makes it, for no other distribution; a zip of all platforms has none."""
+    tag = build_wheels.HERE
+    assert tag not in build_wheels.PLATFORMS and build_blender.blender_platform(tag)
+    name = fake_wheel(tmp_path, tag).name
+    (path,) = build_blender.build(tmp_path, ["here"])
+    assert manifest_of(path)["wheels"] == [f"./wheels/{name}"]
+    with pytest.raises(build_blender.BuildError):
+        build_blender.build(tmp_path)
 
 
 def test_index_describes_every_zip(wheels, no_network, tmp_path):

@@ -50,7 +50,7 @@ def test_own_meshes(blender, tmp_path, name, lod):
 def assert_same(blender, folder):
     """What the open file becomes has the topology of the plain export.
 
-    Vertices that are equal, or become so by the steps, are one vertex of ours: then less is open.
+    Equal vertices of a mesh whose faces share none are one vertex of ours: then less is open.
     """
     plain, ours = exported(blender, folder)
     first, second = topologies(blender, plain, ours)

@@ -10,7 +10,7 @@ import pytest
 from PIL import Image
 
 import gltf_ext
-from gltf_ext.attributes import choice, details
+from gltf_ext.attributes import details
 from gltf_ext.errors import MeshletError
 from gltf_ext.options import Options
 from gltf_meshlet.cli import main
@@ -245,13 +245,18 @@ def test_details_of_a_long_object_do_not_collapse(tmp_path, capsys):
     assert "collapsed by the grid" in printed.out and "the grid collapses" in printed.err
 
 
-def test_displacements_far_larger_than_the_mesh_fit(tmp_path):
+@pytest.mark.parametrize("options", [{}, {"lod": True}, {"position_bits": 16}], ids=str)
+@pytest.mark.parametrize("reach", [1e4, 1e7, 1e12])
+def test_displacements_far_larger_than_the_mesh_keep_their_floats(tmp_path, reach, options):
+    """The mesh has the steps that it has without them."""
     attributes, triangles = sheet()
-    far = {"POSITION": attributes["POSITION"] * np.float32(1e4)}
+    far = {"POSITION": attributes["POSITION"] * np.float32(reach)}
+    alone = compressed(tmp_path, built(attributes, triangles)[0], **options)[1]
     builder = built(attributes, triangles, targets=[far])[0]
-    _, bits, original, output = compressed(tmp_path, builder)
-    assert 9 <= bits["POSITION"] <= 10
-    assert gltf_ext.verify(original, output)["ok"]
+    _, bits, original, output = compressed(tmp_path, builder, **options)
+    assert bits["POSITION"] == alone["POSITION"] and bits["targets[0].POSITION"] == 32
+    assert gltf_ext.verify(original, output)["max_error"]["targets[0].POSITION"] == 0
+    assert gltf_ext.verify(original, output)["ok"] and gltf_ext.validate(output) == []
 
 
 def displaced_texcoords(reach):
@@ -293,13 +298,11 @@ def layers(gap, displacement):
     )[0]
 
 
-def test_a_mesh_that_no_grid_mends_keeps_the_first(tmp_path, monkeypatch):
+def test_a_mesh_that_no_grid_mends_is_apart_by_its_table(tmp_path):
     report, bits, original, output = compressed(tmp_path, layers(1e-6, 300), page_bytes=4096)
-    assert bits["POSITION"] == 14
-    assert "mesh 0 primitive 0: connected differently, since the grid" in report["warnings"][-1]
-    assert details.BY_GRID in gltf_ext.verify(original, output)["problems"][0]
-    monkeypatch.setattr(choice, "_smallest_step", lambda choices: 0.0)
-    assert compressed(tmp_path, layers(1e-6, 300), page_bytes=4096)[1] == bits
+    assert bits["POSITION"] == 14 and not report["warnings"]
+    verified = gltf_ext.verify(original, output)
+    assert verified["ok"] and verified["topology"]["compressed"]["islands"] == 2
 
 
 def test_huge_extents_do_not_overflow(tmp_path):

@@ -64,6 +64,40 @@ def test_a_file_keeps_its_mode(tmp_path, mode):
     assert contents_of(tmp_path) == {path.name: b"new" for path in paths}
 
 
+@pytest.mark.skipif(os.name == "nt" or os.geteuid() != 0, reason="only root gives files away")
+def test_a_file_keeps_its_owner(tmp_path):
+    path = tmp_path / "out.glb"
+    path.write_bytes(b"former")
+    path.chmod(0o640)
+    os.chown(path, 12345, 23456)
+    write_files({path: [b"new"]}, [])
+    status = path.stat()
+    assert (status.st_uid, status.st_gid) == (12345, 23456)
+    assert stat.S_IMODE(status.st_mode) == 0o640 and path.read_bytes() == b"new"
+
+
+@pytest.mark.skipif(not hasattr(os, "chown"), reason="Windows has no owners")
+def test_an_owner_who_cannot_be_kept_is_no_error(tmp_path, monkeypatch):
+    def refuse(*_):
+        raise PermissionError
+
+    monkeypatch.setattr(os, "chown", refuse)
+    path = tmp_path / "out.glb"
+    path.write_bytes(b"former")
+    path.chmod(0o604)
+    write_files({path: [b"new"]}, [])
+    assert stat.S_IMODE(path.stat().st_mode) == 0o604
+
+
+def test_other_hard_links_keep_the_former_file(tmp_path):
+    """As a backup made of them has to."""
+    path, backup = tmp_path / "out.glb", tmp_path / "backup.glb"
+    path.write_bytes(b"former")
+    os.link(path, backup)
+    write_files({path: [b"new"]}, [])
+    assert path.read_bytes() == b"new" and backup.read_bytes() == b"former"
+
+
 def test_links_to_the_same_file_are_refused(tmp_path):
     for name in ("one.bin", "two.bin"):
         (tmp_path / name).symlink_to("real.bin")

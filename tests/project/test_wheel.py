@@ -93,7 +93,7 @@ def test_wheel_works_without_a_compiler(wheel, tmp_path):
 def test_wheel_that_cannot_be_built_is_one_line(monkeypatch, capsys, tmp_path):
     monkeypatch.setattr(build_wheels, "SIMPLIFIER", "meshoptimizer-0.0.0")
     monkeypatch.setattr(build_wheels, "ROOT", tmp_path)
-    monkeypatch.setattr(build_wheels, "digest_of_sources", lambda: "")
+    monkeypatch.setattr(build_wheels, "digest_of_sources", lambda tools: "")
     monkeypatch.setenv("PIP_NO_INDEX", "1")
     assert build_wheels.main([str(tmp_path), "--only", "win_amd64"]) == 1
     lines = capsys.readouterr().err.splitlines()

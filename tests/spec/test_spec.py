@@ -126,6 +126,8 @@ def test_compressed_files_follow_the_document(validator, tmp_path):
         {"bufferView": 0, "attributes": {"POSITION": 0}, "targets": []},
         {"bufferView": 0, "attributes": {"POSITION": 0}, "targets": [{}]},
         {"bufferView": 0, "attributes": {"POSITION": 0}, "sourceVertices": 0},
+        {"bufferView": 0, "attributes": {"POSITION": 0}, "equalVertices": 1},
+        {"bufferView": 0, "attributes": {"POSITION": 0}, "equalVertices": {}},
     ],
 )
 def test_schema_refuses(validator, extension):

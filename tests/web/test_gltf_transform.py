@@ -76,6 +76,19 @@ def test_unchanged_blobs_are_kept(name, folder, model, tmp_path):
     assert_same_geometry(tmp_path / "out.glb", tmp_path / "in.glb")
 
 
+def test_equal_vertices_of_the_source_are_apart(folder, tmp_path):
+    """Two tori in one place, of one primitive; written as plain accessors."""
+    points, triangles = torus(24, 12)
+    both = np.concatenate([triangles, triangles + len(points)])
+    builder = Builder()
+    builder.mesh({"POSITION": np.concatenate([points, points])}, both.astype(np.uint32))
+    compress(builder.write(tmp_path / "in.glb"), tmp_path / "compressed.glb")
+    assert convert(folder, tmp_path / "compressed.glb", tmp_path / "moved.glb", "move") == ""
+    (moved,) = gltf_ext.load(tmp_path / "moved.glb")
+    assert topology(moved.indices) == topology(both)
+    assert moved.vertex_count == 2 * len(points)
+
+
 @pytest.mark.parametrize("bits", [7, 12])
 def test_each_vertex_of_the_source_is_there_once(bits, folder, tmp_path):
     positions, triangles = torus(120, 50)
