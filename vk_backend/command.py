@@ -104,12 +104,7 @@ def _render(options: argparse.Namespace) -> int:
             "first_picture_seconds": first_seconds,
             "pipelines": pipelines,
         }
-        kept = [asdict(picture.pool) for picture in drawn if picture.pool]
-        if kept:
-            report["levels" if scene.has_levels else "pool"] = kept
-        tasks = [asdict(picture.tasks) for picture in drawn if picture.tasks]
-        if tasks:
-            report["tasks"] = tasks
+        report |= _statistics(drawn, scene.has_levels)
         warnings = [f"{e}; a coarser level is shown" for e in renderer.refused_pages]
         said = list(dict.fromkeys(renderer.device.messages))
     write_files(_files(output, pictures), options.read)
@@ -119,6 +114,15 @@ def _render(options: argparse.Namespace) -> int:
         print(f"gltf-meshlet: validation: {' '.join(message.split())}", file=sys.stderr)
     print(json.dumps(report, indent=2) if options.json else _line(report))
     return 0
+
+
+def _statistics(pictures: list[Picture], levels: bool) -> dict[str, Any]:
+    """Of each frame, where its path has any."""
+    found = {
+        "levels" if levels else "pool": [asdict(p.pool) for p in pictures if p.pool],
+        "tasks": [asdict(p.tasks) for p in pictures if p.tasks],
+    }
+    return {name: frames for name, frames in found.items() if frames}
 
 
 def _median_steps(pictures: list[Picture]) -> dict[str, float]:

@@ -102,13 +102,14 @@ class RayTracer(Tracer):
             view = SceneView(device, scene, frozenset({"blobs"}), matrices=False)
             rays = RayPipeline(view, HIT, constants)
             serial = slots >= SERIAL_FILL
-            self._decoders = {serial: Decoder(device, layout, slots, constants, FILL[serial])}
+            decoder = Decoder(device, layout, slots, constants, FILL[serial])
             geometry = Geometry(view, constants=constants, part_meshlets=slots)
             super().__init__(view, geometry, rays, parts=geometry.parts, **light)
             self.meshlets, self.slots, self.slot_bytes = meshlets, slots, layout.bytes
             self.sweeps = slots < meshlets
             self._part = 0  # that the slots hold
-            self._own["cache"] = self._decoder(slots).buffers["slots"]
+            self._decoders = {serial: decoder}
+            self._own["cache"] = decoder.buffers["slots"]
             with device.commands() as commands:
                 self._record_fill(commands, 0, slots)
 
