@@ -1,14 +1,16 @@
-"""Ray tracing with Mitsuba: time and memory over the cache's size, beside Mitsuba's own mesh.
+"""Ray tracing with Mitsuba: time and memory of compressed shapes beside Mitsuba's own mesh.
+
+Shapes with resident triangles (`accel` = `triangles`), and with caches of several sizes.
 
 Writes the tables in docs/mitsuba.md and docs/mitsuba.png if all models and variants are measured;
 otherwise only prints.
 
-Each model and variant runs alone, in a process of its own. Times are of rendering with a warm cache
-and compiled kernels; the cost of loading, building and the first render is reported separately.
-Each round renders Mitsuba's own mesh and all cache sizes, so that a ratio compares two renders
-shortly after each other; the median of the rounds counts. Renders without a cache are slow: they
-and the mesh they are compared with get fewer samples. Memory is the growth of the process from
-before a scene is loaded to after it was rendered.
+Each model and variant runs alone, in a process of its own. Times are processor time of all threads,
+of rendering with a warm cache and compiled kernels; the cost of loading, building and the first
+render is reported separately. Each round renders Mitsuba's own mesh and all kinds of shapes, so
+that a ratio compares two renders shortly after each other; the median of the rounds counts. Renders
+without a cache are slow: they and the mesh they are compared with get fewer samples. Memory is the
+growth of the process from before a scene is loaded to after it was rendered.
 """
 
 from __future__ import annotations
@@ -33,12 +35,14 @@ PACKAGES = ("mitsuba", "drjit", "numpy")
 PARTS = ("models",)
 MODELS = ("bunny", "sponza_like", "dragon")
 VARIANTS = ("scalar_rgb", "llvm_ad_rgb")
-FRACTIONS = (1.0, 0.5, 0.25, 0.1, 0.0)
-STARTED = 0.25  # the fraction whose start is shown
+NATIVE, TRIANGLES = "native mesh", "triangles"
+CACHES = {f"cache {fraction:.0%}": fraction for fraction in (1.0, 0.25, 0.1, 0.0)}
+KINDS = (NATIVE, TRIANGLES, *CACHES)
+STARTED = (NATIVE, TRIANGLES, "cache 25%")  # whose start is shown
 WIDTH, HEIGHT = 1280, 720
 SPP = 16  # samples per pixel
 UNCACHED_SPP = 2  # without a cache, which is slow
-REPEATS = 2  # rounds of timing; their median counts
+REPEATS = 3  # rounds of timing; their median counts
 INTEGRATORS = {"depth": {"type": "depth"}, "path": {"type": "path", "max_depth": 3}}
 VIEW = (0.3, 0.4, 1.0)
 WARM_SPP = 2
@@ -83,23 +87,25 @@ def _use(variant: str) -> None:
     import mitsuba_plugin  # noqa: F401  registers the shape
 
 
-def _shapes(path: str, fraction: float | None) -> dict:
-    """Mitsuba's own meshes (None), or compressed shapes that share one cache."""
-    if fraction is None:
+def _shapes(path: str, kind: str) -> dict:
+    """Mitsuba's own meshes, or compressed shapes; those with a cache share it."""
+    if kind == NATIVE:
         from mitsuba_plugin.scene import ordinary_mesh
 
         return {
             f"shape_{i}": ordinary_mesh("native", p.indices, *map(p.attributes.get, ATTRIBUTES))
             for i, p in enumerate(gltf_ext.load(path.replace(".glb", ".plain.glb")))
         }
+    options: dict = {"accel": "triangles"}
+    if kind in CACHES:
+        options = {"accel": "cache", "cache": CACHES[kind], "cache_group": f"bench {kind}"}
     return {
         f"shape_{i}": {
             "type": "meshlet_edgebreaker",
             "filename": path,
             "mesh": m,
             "primitive": p,
-            "cache": fraction,
-            "cache_group": f"bench {fraction}",
+            **options,
         }
         for i, (m, p) in enumerate(_places(path))
     }
@@ -112,7 +118,10 @@ def _places(path: str) -> list[tuple[int, int]]:
 def _scene(shapes: dict, integrator: dict, size: tuple[int, int]):
     import mitsuba as mi
 
-    box = mi.load_dict({"type": "scene", **shapes}).bbox()
+    loaded = {k: mi.load_dict(s) if isinstance(s, dict) else s for k, s in shapes.items()}
+    box = loaded[next(iter(loaded))].bbox()
+    for shape in loaded.values():
+        box.expand(shape.bbox())
     center, extents = np.array(box.center()).ravel(), np.array(box.extents()).ravel()
     origin = center + np.array(VIEW) * np.linalg.norm(extents)
     film = {"type": "hdrfilm", "width": size[0], "height": size[1], "rfilter": {"type": "box"}}
@@ -125,26 +134,26 @@ def _scene(shapes: dict, integrator: dict, size: tuple[int, int]):
         "sampler": {"type": "independent", "sample_count": 1},
     }
     light = {"type": "constant"}
-    scene = {"type": "scene", **shapes, "integrator": integrator, "light": light, "sensor": sensor}
+    scene = {"type": "scene", **loaded, "integrator": integrator, "light": light, "sensor": sensor}
     return mi.load_dict(scene)
 
 
 def _render(scene, spp: int, seed: int) -> float:
     import mitsuba as mi
 
-    start = time.perf_counter()
+    start = time.process_time()
     np.array(mi.render(scene, spp=spp, seed=seed))
-    return time.perf_counter() - start
+    return time.process_time() - start
 
 
 def times(path: str, variant: str) -> list[dict]:
-    """A row per fraction: seconds, ratios to the native mesh's (None) seconds, the cache's hits."""
+    """A row per kind: seconds, ratios to the native mesh's seconds, the cache's hits."""
     _use(variant)
     rows, shapes = [], []
-    for fraction in (None, *FRACTIONS):
-        start = time.perf_counter()
-        shapes.append(_shapes(path, fraction))
-        rows.append({"fraction": fraction, "load": time.perf_counter() - start})
+    for kind in KINDS:
+        start = time.process_time()
+        shapes.append(_shapes(path, kind))
+        rows.append({"kind": kind, "load": time.process_time() - start})
     for name in INTEGRATORS:
         _time_rounds(name, [_built(name, s, row) for s, row in zip(shapes, rows)], rows)
     return rows
@@ -152,12 +161,12 @@ def times(path: str, variant: str) -> list[dict]:
 
 def _built(name: str, shapes: dict, row: dict):
     """A scene with a warm cache and compiled kernels; adds the seconds this took to the row."""
-    start = time.perf_counter()
+    start = time.process_time()
     scene = _scene(shapes, INTEGRATORS[name], (WIDTH, HEIGHT))
-    row[f"{name}_build"] = time.perf_counter() - start
+    row[f"{name}_build"] = time.process_time() - start
     cold = _render(scene, 1, 0)
     row[f"{name}_first"] = cold - _render(scene, 1, 0)
-    if row["fraction"]:
+    if CACHES.get(row["kind"]):
         _render(scene, WARM_SPP, 1)
     return scene
 
@@ -174,7 +183,7 @@ def _time_rounds(name: str, scenes: list, rows: list[dict]) -> None:
         native = {spp: _render(scenes[0], spp, seed) for spp in (SPP, UNCACHED_SPP)}
         seconds[0].append(native[SPP])
         for row, scene, own, to_native in list(zip(rows, scenes, seconds, ratios))[1:]:
-            spp = SPP if row["fraction"] else UNCACHED_SPP
+            spp = SPP if CACHES.get(row["kind"], 1.0) else UNCACHED_SPP
             time_taken = _render(scene, spp, seed)
             own.append(time_taken * SPP / spp)
             to_native.append(time_taken / native[spp])
@@ -188,19 +197,19 @@ def _time_rounds(name: str, scenes: list, rows: list[dict]) -> None:
 
 
 def memory(path: str, variant: str) -> list[dict]:
-    """A row per cache size. A process per scene: leftovers of one do not count for the next."""
-    rows, compiled = [], set()
-    for fraction in (None, *FRACTIONS):
+    """A row per kind. A process per scene: leftovers of one do not count for the next."""
+    rows = []
+    for kind in KINDS:
         # The first of each kind may have to compile kernels, which Dr.Jit keeps on disk.
-        if (fraction is None) not in compiled:
-            call_in_process("bench.mitsuba", "growth", path, variant, fraction)
-            compiled.add(fraction is None)
-        grown = call_in_process("bench.mitsuba", "growth", path, variant, fraction)
-        rows.append({"fraction": fraction, **grown})
+        if kind not in CACHES or kind == next(iter(CACHES)):
+            call_in_process("bench.mitsuba", "growth", path, variant, kind)
+        rows.append(
+            {"kind": kind, **call_in_process("bench.mitsuba", "growth", path, variant, kind)}
+        )
     return rows
 
 
-def growth(path: str, variant: str, fraction: float | None) -> dict:
+def growth(path: str, variant: str, kind: str) -> dict:
     """Bytes by which this process grows when it loads and renders a scene, and statistics."""
     _use(variant)
     import mitsuba as mi
@@ -212,12 +221,12 @@ def growth(path: str, variant: str, fraction: float | None) -> dict:
     _render(_scene(warm, INTEGRATORS["path"], size), 1, 0)
     _places(path)  # leftovers of reading glTF do not count for the scene
     before = resident_bytes()
-    shapes = _shapes(path, fraction)
+    shapes = _shapes(path, kind)
     scene = _scene(shapes, INTEGRATORS["path"], size)
     for seed in range(4):
         _render(scene, 4, seed)
     after = resident_bytes()
-    figures = mitsuba_plugin.statistics(scene) if fraction is not None else {}
+    figures = mitsuba_plugin.statistics(scene) if kind != NATIVE else {}
     return {"bytes": after - before, **figures}
 
 
@@ -229,32 +238,36 @@ def resident_bytes() -> int:
 
 # --- report ---
 
-Row = tuple[str, str, float | None, dict, dict]  # model, variant, fraction, times, memory
+Row = tuple[str, str, str, dict, dict]  # model, variant, kind, times, memory
 Cell = Callable[[Row], str]
 
 
+def kind_of(row: dict) -> str:
+    """Older results have shares of a cache in place of kinds."""
+    fraction = row.get("fraction")
+    return row.get("kind") or (NATIVE if fraction is None else f"cache {fraction:.0%}")
+
+
 def _rows(result: dict) -> Iterator[Row]:
-    """(model, variant, fraction, row of times, row of memory); the native mesh (None) first."""
+    """(model, variant, kind, row of times, row of memory); the native mesh first."""
     runs = {(r["model"], r["variant"], r["task"]): r["rows"] for r in result["runs"]}
     for model, variant in dict.fromkeys((r["model"], r["variant"]) for r in result["runs"]):
         # zip drops the times of another policy of eviction, which older results have at the end.
         for timed, grown in zip(runs[model, variant, "time"], runs[model, variant, "memory"]):
-            yield model, variant, timed["fraction"], timed, grown
+            yield model, variant, kind_of(timed), timed, grown
 
 
 def _name(row: Row) -> str:
-    model, variant, fraction, *_ = row
-    cache = "native mesh" if fraction is None else f"cache {fraction:.0%}"
-    return f"{model}, {variant}, {cache}"
+    return ", ".join(row[:3])
 
 
 def _table(result: dict) -> str:
-    native = {row[:2]: row[4]["bytes"] for row in _rows(result) if row[2] is None}
+    native = {row[:2]: row[4]["bytes"] for row in _rows(result) if row[2] == NATIVE}
 
     def time_of(name: str) -> Cell:
         def cell(row: Row) -> str:
             times, seconds = row[3], f"{row[3][name]:.2f} s"
-            if row[2] is None:
+            if row[2] == NATIVE:
                 return seconds
             low, high = times[f"{name}_ratio_range"]
             return f"{seconds} ({times[f'{name}_ratio']:.2f}x, {low:.2f} to {high:.2f})"
@@ -268,12 +281,13 @@ def _table(result: dict) -> str:
         "": _name,
         **{name: time_of(name) for name in INTEGRATORS},
         "memory": memory,
-        "hits (path)": lambda row: "" if row[2] is None else f"{row[3]['path_hit_share']:.1%}",
+        "hits (path)": lambda row: f"{row[3]['path_hit_share']:.1%}" if "cache" in row[2] else "",
     }
     return common.table(_rows(result), columns)
 
 
 MEMORY_USES = {
+    "blocks": "block_bytes",
     "compressed": "compressed_bytes",
     "boxes, tables": "table_bytes",
     "cache": "resident_bytes",
@@ -281,18 +295,29 @@ MEMORY_USES = {
 }
 
 
+def _used(row: Row, use: str) -> int:
+    """Bytes of a use. Resident shapes have given their compressed bytes and decoders back."""
+    if row[2] == TRIANGLES and use != "block_bytes":
+        return 0
+    return int(row[4].get(use, 0))
+
+
 def _memory_table(result: dict) -> str:
     """The memory of the compressed scenes by use; the rest is Embree's and Mitsuba's."""
 
     def megabytes(*keys: str) -> Cell:
-        return lambda row: f"{sum(row[4][key] for key in keys) / 1e6:.2f} MB"
+        return lambda row: f"{sum(_used(row, key) for key in keys) / 1e6:.2f} MB"
 
     def rest(row: Row) -> str:
-        known = sum(row[4][key] for key in MEMORY_USES.values())
+        known = sum(_used(row, key) for key in MEMORY_USES.values())
         return f"{(row[4]['bytes'] - known) / 1e6:.2f} MB"
 
-    uses = {use: megabytes(key) for use, key in MEMORY_USES.items()}
-    rows = (row for row in _rows(result) if row[2] is not None)
+    rows = [row for row in _rows(result) if row[2] != NATIVE]
+    uses = {
+        use: megabytes(key)
+        for use, key in MEMORY_USES.items()
+        if any(key in row[4] for row in rows)  # older results have no blocks
+    }
     return common.table(rows, {"": _name, **uses, "Embree and the rest": rest})
 
 
@@ -308,12 +333,16 @@ def _start_table(result: dict) -> str:
         "acceleration structure": milliseconds("path_build"),
         "first render beyond a later one": milliseconds("path_first"),
     }
-    rows = (row for row in _rows(result) if row[2] in (None, STARTED))
+    rows = (row for row in _rows(result) if row[2] in STARTED)
     return common.table(rows, columns)
 
 
 def save_plot(result: dict, path: Path) -> Path:
     """Time (above) and memory (below) over the size of the cache, one column per model."""
+
+    def share(kind: str) -> float:
+        return float(kind.removeprefix("cache ").rstrip("%")) / 100
+
     models = list(dict.fromkeys(run["model"] for run in result["runs"]))
     settings = {"layout": "constrained", "squeeze": False, "sharex": True}
     size = (4 * len(models), 7)
@@ -321,8 +350,8 @@ def save_plot(result: dict, path: Path) -> Path:
     columns = dict(zip(models, axes.T))
     for model, variant in dict.fromkeys((run["model"], run["variant"]) for run in result["runs"]):
         time_ax, memory_ax = columns[model]
-        (_, _, native), *points = (row[2:] for row in _rows(result) if row[:2] == (model, variant))
-        points.sort(key=lambda row: row[0])
+        rows = [row[2:] for row in _rows(result) if row[:2] == (model, variant)]
+        points = sorted((share(kind), *row) for kind, *row in rows if "cache" in kind)
         shares = [100 * fraction for fraction, *_ in points]
         color = f"C{VARIANTS.index(variant)}"
         for name, line in zip(INTEGRATORS, ("--s", "-o")):
@@ -331,8 +360,11 @@ def save_plot(result: dict, path: Path) -> Path:
             time_ax.plot(shares, ratios, line, color=color, label=label, markersize=4)
         megabytes = [memory["bytes"] / 1e6 for *_, memory in points]
         memory_ax.plot(shares, megabytes, "-o", color=color, label=variant, markersize=4)
-        drawn = {"color": color, "linestyle": ":", "label": f"{variant}, native mesh"}
-        memory_ax.axhline(native["bytes"] / 1e6, **drawn)
+        for kind, line in ((NATIVE, ":"), (TRIANGLES, "-.")):
+            for own, _, memory in rows:
+                drawn = {"color": color, "linestyle": line, "label": f"{variant}, {kind}"}
+                if own == kind:
+                    memory_ax.axhline(memory["bytes"] / 1e6, **drawn)
     for model, (time_ax, memory_ax) in columns.items():
         time_ax.set(title=model, yscale="log")
         time_ax.axhline(1, color="gray", linewidth=0.8)

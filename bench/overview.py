@@ -23,7 +23,7 @@ from bench.common import (
     table,
     versions,
 )
-from bench.mitsuba import INTEGRATORS, outdated
+from bench.mitsuba import INTEGRATORS, NATIVE, TRIANGLES, kind_of, outdated
 from bench.models import PAPER_MODELS
 
 OURS, PAPER = "ours", "the paper's encoding"
@@ -239,14 +239,14 @@ def _raytracing_standings(result: dict) -> Iterator[Standing]:
             )
 
 
-def mitsuba_rows(result: dict, task: str) -> dict[tuple[str, str], dict[float | None, dict]]:
-    """Rows of one task ("time", "memory"), by model and variant and then by the cache's share.
+def mitsuba_rows(result: dict, task: str) -> dict[tuple[str, str], dict[str, dict]]:
+    """Rows of one task ("time", "memory"), by model and variant and then by kind of shape.
 
-    Share None is Mitsuba's own mesh. Only rows of the default policy.
+    Only rows of the default policy.
     """
     # Reversed: the rows of the default policy come first, and replace those of the others.
     return {
-        (run["model"], run["variant"]): {row["fraction"]: row for row in reversed(run["rows"])}
+        (run["model"], run["variant"]): {kind_of(row): row for row in reversed(run["rows"])}
         for run in result["runs"]
         if run["task"] == task
     }
@@ -261,33 +261,36 @@ def _mitsuba_standings(result: dict) -> Iterator[Standing]:
     times, memory = mitsuba_rows(result, "time"), mitsuba_rows(result, "memory")
     note = " (outdated, see below)" if outdated(result) else ""
 
-    def paired(of_task: dict, variant: str, share: float, figures: Callable) -> Pairs:
+    shown = {TRIANGLES: "triangles", "cache 100%": "100% cached", "cache 25%": "25% cached"}
+
+    def paired(of_task: dict, variant: str, kind: str, figures: Callable) -> Pairs:
         return [
-            (model, figures(rows[share], rows[None]))
+            (model, figures(rows[kind], rows[NATIVE]))
             for (model, of), rows in of_task.items()
-            if of == variant and {share, None} <= rows.keys()
+            if of == variant and {kind, NATIVE} <= rows.keys()
         ]
 
     for variant in dict.fromkeys(variant for _, variant in times):
-        for share in (1.0, 0.25):
+        for kind, words in shown.items():
             for name in INTEGRATORS:
 
                 def seconds(row: dict, native: dict, name=name) -> tuple[float, float]:
                     return _times_native(row, native, name) * native[name], native[name]
 
                 yield _standing(
-                    f"Mitsuba {variant}, {name}, {share:.0%} cached, s"
-                    + (note if share < 1.0 else ""),
+                    f"Mitsuba {variant}, {name}, {words}, s"
+                    + (note if kind == "cache 25%" else ""),
                     NATIVE_MESH,
-                    paired(times, variant, share, seconds),
-                    headline=share == 0.25 and name == "path",
+                    paired(times, variant, kind, seconds),
+                    headline=kind != "cache 100%" and name == "path",
                 )
-        yield _standing(
-            f"Mitsuba {variant}, memory, 25% cached, MB",
-            NATIVE_MESH,
-            paired(memory, variant, 0.25, lambda r, n: (r["bytes"] / 1e6, n["bytes"] / 1e6)),
-            headline=True,
-        )
+        for kind in (TRIANGLES, "cache 25%"):
+            yield _standing(
+                f"Mitsuba {variant}, memory, {shown[kind]}, MB",
+                NATIVE_MESH,
+                paired(memory, variant, kind, lambda r, n: (r["bytes"] / 1e6, n["bytes"] / 1e6)),
+                headline=True,
+            )
 
 
 # --- sections ---

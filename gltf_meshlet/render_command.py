@@ -23,6 +23,7 @@ from gltf_ext.options import bytes_of
 from gltf_meshlet import STARTED
 
 BACKENDS = {"mitsuba": "mitsuba_plugin.command", "vulkan": "vk_backend.command"}
+ACCELS = ("auto", "triangles", "cache")
 PATHS = ("visibility", "stream", "mesh", "mesh-paper", "geometry", "vertex", "rt")
 
 
@@ -59,12 +60,20 @@ class BackendOption(NamedTuple):
 BACKEND_OPTIONS = {
     "mitsuba": {
         "variant": BackendOption(
-            "of Mitsuba: scalar_* or llvm_*, which needs LLVM (default {})",
+            "of Mitsuba: scalar_*; llvm_*, which needs LLVM; or cuda_*, on an NVIDIA GPU "
+            "(default {})",
             "scalar_rgb",
             type=str,
             metavar="NAME",
         ),
         "spp": BackendOption("samples per pixel (default {})", 64, minimum=1),
+        "accel": BackendOption(
+            f"how rays find triangles: {', '.join(ACCELS)} (default {{}}: cache with --cache or if "
+            "memory is short, else triangles)",
+            "auto",
+            type=str,
+            metavar="NAME",
+        ),
     },
     "vulkan": {
         "path": BackendOption(
@@ -98,9 +107,6 @@ PATHS_WITH: dict[str, tuple[str | None, ...]] = {
     "lod_error": ("visibility", "mesh", "mesh-paper", "rt", None),
     "pages": ("visibility", "mesh", "mesh-paper", None),
 }
-# Of the decoded geometry, with Mitsuba. Misses cost a GPU far more than a CPU. There, all decoded
-# meshlets take a third of the memory of uncompressed triangles, and path rt keeps all.
-CACHE = 0.25
 LARGEST_SIDE = 16384  # pixels
 
 
@@ -151,8 +157,8 @@ def _add_shared(command: argparse.ArgumentParser) -> None:
         type=_cache,
         metavar="SIZE",
         help="memory for decoded geometry: bytes (K, M or G may follow), or a share of all such as "
-        f"25%% (default {CACHE:.0%}% with Mitsuba; with Vulkan by --path rt 100%%, by others "
-        "see docs/vulkan.md)",
+        "25%% (default: with Mitsuba all, or 25%% by --accel cache; with Vulkan by --path rt "
+        "100%%, by others see docs/vulkan.md)",
     )
     command.add_argument(
         "--lod-error",
@@ -192,8 +198,6 @@ def _check(options: argparse.Namespace) -> None:
         if not 1 <= getattr(options, name) <= LARGEST_SIDE:
             raise _out_of_range(options, name, f"1 to {LARGEST_SIDE}")
     _check_path(options)
-    if options.cache is None and options.backend == "mitsuba":
-        options.cache = CACHE
     if options.lod_error is None:
         options.lod_error = 0.0
     if not 0 <= options.lod_error < math.inf:
@@ -205,6 +209,14 @@ def _check(options: argparse.Namespace) -> None:
             options=("pages",),
         )
     _fill_backend_options(options)
+    if options.accel not in ACCELS:
+        raise MeshletError(f"there is no accel {options.accel}", f"use one of {', '.join(ACCELS)}")
+    if options.cache is not None and options.accel == "triangles":
+        raise MeshletError(
+            "cache is not for --accel triangles",
+            "leave one of them out",
+            options=("cache",),
+        )
     if not Path(options.output).absolute().parent.is_dir():
         raise MeshletError("its folder does not exist", "create it first", options.output)
 

@@ -56,15 +56,16 @@ def main(options: argparse.Namespace) -> int:
     except RuntimeError as error:  # of Mitsuba and Dr.Jit
         raise MeshletError(str(error).strip().splitlines()[-1], path=options.input) from None
     write_files({output: [content]}, options.read)
-    meshes = sum(shape.face_count() for shape in scene.shapes() if shape.is_mesh())
+    meshes = sum(s.face_count() for s in scene.shapes() if isinstance(s, mi.Mesh))
     _report(options, seconds, statistics(scene), meshes)
     return 0
 
 
 def _set_variant(variant: str) -> None:
-    able = [name for name in mi.variants() if not name.startswith("cuda")]
-    if variant not in able:
-        raise MeshletError(f"there is no variant {variant}", f"use one of {' '.join(able)}")
+    if variant not in mi.variants():
+        raise MeshletError(
+            f"there is no variant {variant}", f"use one of {' '.join(mi.variants())}"
+        )
     if variant.startswith("llvm") and not llvm.choose():
         raise MeshletError(
             f"{variant} needs LLVM {llvm.LEAST_VERSION} or newer",
@@ -72,7 +73,15 @@ def _set_variant(variant: str) -> None:
             "or use --variant scalar_rgb",
         )
     mi.set_log_level(mi.LogLevel.Error)  # it warns whenever it rounds the number of samples
-    mi.set_variant(variant)
+    try:
+        mi.set_variant(variant)
+    except ImportError as error:
+        if not variant.startswith("cuda"):
+            raise
+        raise MeshletError(
+            f"{variant} needs an NVIDIA GPU and its driver: {str(error).splitlines()[0]}",
+            "use --variant scalar_rgb or llvm_ad_rgb",
+        ) from None
 
 
 def _encoded(picture: np.ndarray, suffix: str) -> bytes:
@@ -99,17 +108,22 @@ def _report(
         print(json.dumps(report, indent=2))
         return
     asked = max(figures["hits"] + figures["misses"], 1)
+    kept = (
+        f"{figures['block_bytes'] / 1e6:.2f} MB of blocks"
+        if figures["block_bytes"]
+        else f"cache {figures['resident_bytes'] / 1e6:.2f} MB, "
+        f"{100 * figures['hits'] / asked:.1f} % hits"
+    )
     print(
         f"{printable(options.output)}: {options.width} x {options.height}, "
         f"{options.spp} samples per pixel in {seconds['render']:.1f} s; "
-        f"{figures['triangles']:,} triangles in {figures['compressed_bytes'] / 1e6:.2f} MB, "
-        f"cache {figures['resident_bytes'] / 1e6:.2f} MB, "
-        f"{100 * figures['hits'] / asked:.1f} % hits"
+        f"{figures['triangles']:,} triangles in {figures['compressed_bytes'] / 1e6:.2f} MB, {kept}"
         + (f"; {meshes:,} triangles in ordinary meshes" if meshes else "")
     )
 
 
 def _load(options: argparse.Namespace) -> mi.Scene:
+    size = "cache" if isinstance(options.cache, float) else "cache_bytes"
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         scene = load_scene(
@@ -118,7 +132,8 @@ def _load(options: argparse.Namespace) -> mi.Scene:
             height=options.height,
             spp=options.spp,
             camera=options.camera,
-            **{"cache" if isinstance(options.cache, float) else "cache_bytes": options.cache},
+            accel=options.accel,
+            **{size: options.cache},
             lod_error=options.lod_error,
         )
     for warning in caught:

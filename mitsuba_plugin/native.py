@@ -49,6 +49,7 @@ SHAPE_FIGURES = (
     "compressed_bytes",
     "table_bytes",
     "decoded_bytes",
+    "block_bytes",
 )
 
 

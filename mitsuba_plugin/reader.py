@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import ctypes
-import weakref
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -69,8 +69,18 @@ class PlacedBlob:
     chosen: list[int] = field(default_factory=list)
 
 
-# Documents that `load_scene` holds while it loads them: their shapes do not read the file again.
-held: weakref.WeakValueDictionary[str, Document] = weakref.WeakValueDictionary()
+_held: dict[str, Document] = {}
+
+
+@contextmanager
+def holding(path: str, document: Document) -> Iterator[None]:
+    """While `load_scene` loads a document, its shapes do not read the file again."""
+    _held[path] = document
+    try:
+        yield
+    finally:
+        if _held.get(path) is document:  # two threads may load the same file
+            del _held[path]
 
 
 def read_blobs(
@@ -96,7 +106,7 @@ def read_blobs(
 
 def _sources(path: str, mesh: int | None, primitive: int | None) -> list[tuple[Source, np.ndarray]]:
     """Each compressed primitive that the parameters name, and its place: float64[4, 4]."""
-    document = held.get(path)
+    document = _held.get(path)
     if document is None:
         document = open_model(path)
     if mesh is None:

@@ -67,8 +67,8 @@ def load_scene(path: str | os.PathLike[str], **options: Any) -> mi.Scene:
     path = os.path.abspath(path)
     try:
         document = open_model(path)
-        reader.held[path] = document
-        scene: mi.Scene = mi.load_dict(_Builder(path, document, **options).result())
+        with reader.holding(path, document):
+            scene: mi.Scene = mi.load_dict(_Builder(path, document, **options).result())
         return scene
     except MeshletError as error:
         error.path = error.path or str(path)
@@ -82,8 +82,9 @@ def scene_dict(path: str | os.PathLike[str], **options: Any) -> dict[str, Any]:
     integrator: a dictionary ({"type": "path"}).
     camera: index of a camera in the order of the scene's nodes (0); a file without cameras is
     shown whole.
-    cache (0.25), cache_bytes: as the shape's, for all shapes together.
-    decoded: ordinary meshes instead of compressed ones (False); cuda variants trace only these.
+    accel: how rays find triangles ("auto"), as the shape's.
+    cache, cache_bytes: as the shape's, for all shapes together.
+    decoded: ordinary meshes instead of compressed ones (False).
     lod_error: show primitives with levels of detail with an error of at most so many pixels for
     the camera, each instance at its own detail (0: all triangles).
     two_sided: single-sided materials show their colour on both sides instead of a black back
@@ -133,7 +134,8 @@ class _Builder:
         spp: int = 64,
         integrator: dict[str, Any] | None = None,
         camera: int = 0,
-        cache: float = 0.25,
+        accel: str = "auto",
+        cache: float | None = None,
         cache_bytes: int | None = None,
         decoded: bool = False,
         lod_error: float = 0.0,
@@ -154,7 +156,10 @@ class _Builder:
         self._default_light, self._lod_error = default_light, lod_error
         self._lod: LodView | None = None  # set with the camera
         self._sources: dict[tuple[int, int], reader.Source] = {}
-        self._cache = {"cache": cache, "cache_group": f"load_scene {next(_group_numbers)}"}
+        self._accel = accel
+        self._cache: dict[str, Any] = {} if cache is None else {"cache": cache}
+        if accel == "cache" or cache is not None or cache_bytes is not None:
+            self._cache["cache_group"] = f"load_scene {next(_group_numbers)}"
         self._cache_bytes = cache_bytes
         self._scene: dict[str, Any] = {
             "type": "scene",
@@ -257,6 +262,8 @@ class _Builder:
             "mesh": placed.mesh,
             "primitive": placed.primitive,
             "to_world": mi.ScalarTransform4f(matrix),
+            "keep_outside": True,
+            "accel": self._accel,
             **_lod_parameters(lod),
             **self._cache,
             **limit,

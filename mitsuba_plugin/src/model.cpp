@@ -3,44 +3,19 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <fstream>
 #include <limits>
 #include <map>
 #include <set>
 #include <stdexcept>
+#include <string>
 
 namespace meshlet_shape {
 namespace {
 
-Models g_models;
-
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
 // Margin of boxes relative to the coordinates. Box traversal with fused multiply-adds errs by about
 // epsilon times the coordinates; this covers ray origins a few scene sizes away.
 constexpr float kRelativeMargin = 1.0f / (1 << 20);
-
-constexpr uint32_t kUvCells = 64;  // per axis
-
-// The cell of a texture coordinate on its axis. Texture coordinates repeat; in double, no finite
-// one overflows.
-uint32_t uv_cell(float coordinate) {
-  const double cell = std::floor(double(coordinate) * kUvCells);
-  return uint32_t(cell - kUvCells * std::floor(cell / kUvCells));
-}
-
-// The number of cells between two texture coordinates, both included: each cell once.
-uint32_t uv_cells(float low, float high) {
-  const double cells = std::floor(double(high) * kUvCells) - std::floor(double(low) * kUvCells) + 1;
-  return uint32_t(std::min(cells, double(kUvCells)));
-}
-
-const Box kEmpty = {{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
-
-void expand(Box& box, Vec3 p) {
-  for (int i = 0; i < 3; i++) {
-    box.lower[i] = std::min(box.lower[i], p[i]);
-    box.upper[i] = std::max(box.upper[i], p[i]);
-  }
-}
 
 float largest_coordinate(const Box& box) {
   float largest = 0;
@@ -72,70 +47,103 @@ std::shared_ptr<Store> store_for(const Options& options) {
 
 }  // namespace
 
-Model::Model(std::vector<Primitive> primitives, const Options& options)
-    : primitives_(std::move(primitives)), options_(options), box_(kEmpty) {
-  if (primitives_.empty()) throw std::runtime_error("there is no compressed primitive");
-  std::set<const Blob*> blobs;
-  uint64_t meshlets = 0;
-  for (Primitive& primitive : primitives_) {
-    PrimitiveFacts facts = check_primitive(primitive);
-    first_meshlet_.push_back(uint32_t(meshlets));
-    meshlets += facts.meshlets;
-    facts_.triangles += facts.triangles;
-    facts_.vertices += facts.vertices;
-    if (blobs.insert(primitive.blob.get()).second)
-      facts_.compressed_bytes += primitive.blob->bytes.size();
+Listings& listings() {
+  static Listings all;
+  return all;
+}
+
+Listing::Listing(const ModelFacts* facts_, Store* cache_)
+    : facts(facts_), cache(cache_), id([] {
+        static std::atomic<uint64_t> next{1};
+        return next.fetch_add(1);
+      }()) {
+  std::lock_guard lock(listings().mutex);
+  listings().by_id[id] = this;
+}
+
+Listing::~Listing() {
+  std::lock_guard lock(listings().mutex);
+  listings().by_id.erase(id);
+}
+
+bool fits_memory(uint64_t triangles) {
+  constexpr uint64_t kBytes = 110;  // of a triangle, as measured
+  std::ifstream file("/proc/meminfo");
+  for (std::string name, unit; file >> name;) {
+    uint64_t kilobytes = 0;
+    if (!(file >> kilobytes)) break;
+    if (name == "MemAvailable:") return triangles * kBytes <= kilobytes * 1024 / 2;
+    std::getline(file, unit);
   }
-  if (meshlets * kMeshletTriangles > std::numeric_limits<uint32_t>::max())
+  return true;  // unknown
+}
+
+ModelFacts check_primitives(std::vector<Primitive>& primitives) {
+  if (primitives.empty()) throw std::runtime_error("there is no compressed primitive");
+  ModelFacts facts;
+  std::set<const Blob*> blobs;
+  for (Primitive& primitive : primitives) {
+    const PrimitiveFacts own = check_primitive(primitive);
+    facts.meshlets += own.meshlets;
+    facts.triangles += own.triangles;
+    facts.vertices += own.vertices;
+    if (blobs.insert(primitive.blob.get()).second)
+      facts.compressed_bytes += primitive.blob->bytes.size();
+  }
+  if (facts.meshlets * kMeshletTriangles > std::numeric_limits<uint32_t>::max())
     throw std::runtime_error("there are too many meshlets");
-  first_meshlet_.push_back(uint32_t(meshlets));
-  facts_.meshlets = meshlets;
-  measure();
+  return facts;
+}
+
+Model::Model(std::vector<Primitive> primitives, const Options& options, const Parallel& parallel)
+    : primitives_(std::move(primitives)), options_(options), box_(kEmptyBox) {
+  facts_ = check_primitives(primitives_);
+  first_meshlet_.push_back(0);
+  for (const Primitive& primitive : primitives_)
+    first_meshlet_.push_back(first_meshlet_.back() + primitive.meshlet_count());
+  measure(parallel);
   std::shared_ptr<Store> store = store_for(options);
   uint64_t limit = options.cache_bytes >= 0
                        ? uint64_t(options.cache_bytes)
                        : uint64_t(std::ceil(options.cache_fraction * double(facts_.decoded_bytes)));
   table_ = std::make_unique<Table>(std::move(store), kEntryKinds * facts_.meshlets, limit);
   facts_.table_bytes =
-      meshlets * (sizeof(Boxes) + sizeof(float) + kEntryKinds * sizeof(std::atomic<Entry*>));
-  std::lock_guard lock(g_models.mutex);
-  g_models.by_uid[uid()] = this;
+      facts_.meshlets * (sizeof(Boxes) + sizeof(float) + kEntryKinds * sizeof(std::atomic<Entry*>));
+  listing_ = std::make_unique<Listing>(&facts_, &table_->store());
 }
 
-Model::~Model() {
-  std::lock_guard lock(g_models.mutex);
-  g_models.by_uid.erase(uid());
-}
-
-Models& models() { return g_models; }
-
-// Visits the triangles twice: the margin depends on the size of the model.
-void Model::measure() {
-  ThreadSlot& thread = this_thread();
-  auto decode = [&](uint32_t m) {
-    const Place place = place_of(m);
-    return decode_triangles(thread, place.primitive, place.meshlet);
-  };
+void Model::measure(const Parallel& parallel) {
+  constexpr uint32_t kPart = 64;
+  std::vector<GroupBounds> bounds(facts_.meshlets);
+  std::atomic<uint64_t> bytes{0};
   areas_.assign(facts_.meshlets, 0.0f);
-  for (uint32_t m = 0; m < facts_.meshlets; m++) {
-    Entry* entry = decode(m);
-    const auto& triangles = *static_cast<const Triangles*>(entry->payload());
-    facts_.decoded_bytes += entry->bytes;
-    for (uint32_t triangle = 0; triangle < triangles.count; triangle++) {
-      Vec3 c[3] = {triangles.corner(triangle, 0), triangles.corner(triangle, 1),
-                   triangles.corner(triangle, 2)};
-      for (Vec3 p : c) expand(box_, p);
-      Vec3 n = cross(c[1] - c[0], c[2] - c[0]);
-      areas_[m] += 0.5f * length(n);
-    }
+  auto measure_one = [&](uint32_t m) {
     const Place place = place_of(m);
-    if (place.primitive.width)
-      facts_.decoded_bytes += decode_attributes(thread, place.primitive, place.meshlet)->bytes;
-  }
-  float margin = largest_coordinate(box_) * kRelativeMargin;
-  boxes_.reserve(facts_.meshlets);
-  for (uint32_t m = 0; m < facts_.meshlets; m++)
-    boxes_.push_back(static_cast<const Triangles*>(decode(m)->payload())->boxes(margin));
+    uint32_t vertices;
+    const Entry* entry = decode_whole(this_thread(), place.primitive, place.meshlet, vertices);
+    const auto& triangles = *static_cast<const Triangles*>(entry->payload());
+    bounds[m] = triangles.bounds();
+    for (uint32_t t = 0; t < triangles.count; t++) {
+      const Vec3 a = triangles.corner(t, 0);
+      areas_[m] += 0.5f * length(cross(triangles.corner(t, 1) - a, triangles.corner(t, 2) - a));
+    }
+    const uint32_t width = place.primitive.width;
+    bytes += entry->bytes + (width ? attributes_bytes(vertices, width) : 0);
+  };
+  const uint32_t count = uint32_t(facts_.meshlets);
+  parallel((count + kPart - 1) / kPart, [&](size_t part) {
+    const uint32_t first = uint32_t(part) * kPart;
+    for (uint32_t m = first; m < std::min(first + kPart, count); m++) measure_one(m);
+  });
+  facts_.decoded_bytes = bytes;
+  for (const GroupBounds& b : bounds)
+    for (uint32_t g = 0; g < b.groups; g++) {
+      expand(box_, {b.low[0][g], b.low[1][g], b.low[2][g]});
+      expand(box_, {b.high[0][g], b.high[1][g], b.high[2][g]});
+    }
+  const float margin = largest_coordinate(box_) * kRelativeMargin;
+  boxes_.reserve(count);
+  for (const GroupBounds& b : bounds) boxes_.push_back(Boxes::around(b, margin));
 }
 
 Box Model::box(uint32_t meshlet) const {
@@ -241,41 +249,25 @@ uint32_t Model::sample(uint32_t meshlet, float u1, float u2, SurfacePoint& out) 
 }
 
 void Model::index_texcoords() {
-  std::vector<std::vector<uint32_t>> cells(size_t(kUvCells) * kUvCells);
   for (uint32_t m = 0; m < facts_.meshlets; m++) {
     if (!place_of(m).primitive.texcoord.exists()) continue;
-    float low[2] = {kInfinity, kInfinity}, high[2] = {-kInfinity, -kInfinity};
-    const Triangles& t = triangles(m);
-    for (uint32_t triangle = 0; triangle < t.count; triangle++)
-      for (uint32_t k = 0; k < 3; k++)
-        for (int i = 0; i < 2; i++) {
-          float value = texcoord_of(m, triangle, k)[i];
-          if (!std::isfinite(value)) continue;
-          low[i] = std::min(low[i], value);
-          high[i] = std::max(high[i], value);
-        }
-    if (low[0] > high[0] || low[1] > high[1]) continue;  // no number is finite
-    const uint32_t x = uv_cell(low[0]), columns = uv_cells(low[0], high[0]);
-    const uint32_t y = uv_cell(low[1]), rows = uv_cells(low[1], high[1]);
-    for (uint32_t row = y; row < y + rows; row++)
-      for (uint32_t column = x; column < x + columns; column++)
-        cells[row % kUvCells * kUvCells + column % kUvCells].push_back(m);
+    std::vector<float> corners;
+    for (uint32_t corner = 0; corner < 3 * triangles(m).count; corner++) {
+      const float* uv = texcoord_of(m, corner / 3, corner % 3);
+      corners.insert(corners.end(), uv, uv + 2);
+    }
+    cells_.add(m, corners);
   }
-  cell_first_.assign(1, 0);
-  cell_meshlets_.clear();
-  for (const auto& cell : cells) {
-    cell_meshlets_.insert(cell_meshlets_.end(), cell.begin(), cell.end());
-    cell_first_.push_back(uint32_t(cell_meshlets_.size()));
-  }
-  facts_.table_bytes += sizeof(uint32_t) * (cell_first_.size() + cell_meshlets_.size());
+  cells_.sort();
+  facts_.table_bytes += sizeof(uint32_t) * (cells_.first.size() + cells_.items.size());
 }
 
 bool Model::at_texcoord(const float (&uv)[2], uint32_t& meshlet, uint32_t& triangle,
                         SurfacePoint& out) const {
-  if (cell_first_.empty() || !std::isfinite(uv[0]) || !std::isfinite(uv[1])) return false;
-  const size_t cell = uv_cell(uv[1]) * kUvCells + uv_cell(uv[0]);
-  for (uint32_t i = cell_first_[cell]; i < cell_first_[cell + 1]; i++) {
-    meshlet = cell_meshlets_[i];
+  if (cells_.first.empty() || !std::isfinite(uv[0]) || !std::isfinite(uv[1])) return false;
+  const uint32_t cell = TexcoordCells::cell(uv);
+  for (uint32_t i = cells_.first[cell]; i < cells_.first[cell + 1]; i++) {
+    meshlet = cells_.items[i];
     const Triangles& t = triangles(meshlet);
     for (triangle = 0; triangle < t.count; triangle++) {
       const float *a = texcoord_of(meshlet, triangle, 0), *b = texcoord_of(meshlet, triangle, 1),

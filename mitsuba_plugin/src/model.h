@@ -1,5 +1,6 @@
 // Compressed geometry that rays can hit: the Mitsuba shape without Mitsuba.
 #pragma once
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -8,13 +9,10 @@
 
 #include "primitive.h"
 #include "cache.h"
+#include "texcoord_cells.h"
 #include "triangles.h"
 
 namespace meshlet_shape {
-
-struct Box {
-  float lower[3], upper[3];
-};
 
 // A point on the surface: everything that depends on the geometry alone.
 struct SurfacePoint {
@@ -26,11 +24,15 @@ struct SurfacePoint {
 static_assert(sizeof(SurfacePoint) == 23 * sizeof(float));
 
 struct Options {
+  std::string accel = "auto";    // or "cache" or "triangles"
+  bool cache_is_given = false;   // any of the next three
   double cache_fraction = 0.25;  // of the size of all meshlets decoded
   int64_t cache_bytes = -1;      // unless negative: used instead of the fraction
   std::string cache_group;       // shapes with the same name share a cache; "": no sharing
   bool face_normals = false;
   bool flip_normals = false;
+  bool flip_texcoords = false;
+  bool smooth_normals = false;  // where the file has none
 };
 
 struct ModelFacts {
@@ -39,13 +41,40 @@ struct ModelFacts {
   uint64_t compressed_bytes = 0;  // of the blobs, each counted once
   uint64_t table_bytes = 0;       // boxes, areas, the cache's tables
   uint64_t decoded_bytes = 0;     // of all entries together
+  uint64_t block_bytes = 0;       // of all meshlets, if they are resident
 };
+
+// Runs a function for each number below `count`, on several threads.
+using Parallel = std::function<void(size_t count, const std::function<void(size_t)>& run)>;
+
+// Checks the primitives of a shape and adds up the first four facts. Throws std::runtime_error.
+ModelFacts check_primitives(std::vector<Primitive>& primitives);
+
+// Whether half of the memory that is free holds so many triangles with an acceleration structure.
+bool fits_memory(uint64_t triangles);
+
+// A shape in the list of all that exist, for statistics. cache: null without one.
+struct Listing {
+  Listing(const ModelFacts* facts, Store* cache);
+  ~Listing();
+  Listing(const Listing&) = delete;
+
+  const ModelFacts* const facts;
+  Store* const cache;
+  const uint64_t id;
+};
+
+// Hold the mutex while using one.
+struct Listings {
+  std::mutex mutex;
+  std::map<uint64_t, const Listing*> by_id;
+};
+Listings& listings();
 
 class Model {
  public:
   // Decodes every meshlet for its box and area. Throws std::runtime_error.
-  Model(std::vector<Primitive> primitives, const Options& options);
-  ~Model();
+  Model(std::vector<Primitive> primitives, const Options& options, const Parallel& parallel);
   Model(const Model&) = delete;
 
   const ModelFacts& facts() const { return facts_; }
@@ -53,7 +82,7 @@ class Model {
   const Box& box() const { return box_; }
   const std::vector<float>& areas() const { return areas_; }  // per meshlet
   Store& cache() const { return table_->store(); }
-  uint64_t uid() const { return table_->uid(); }
+  uint64_t id() const { return listing_->id; }
   const Attribute* attribute(const std::string& name, uint32_t& index) const;
   const std::vector<Attribute>& attributes() const { return primitives_[0].others; }
   const std::vector<Primitive>& primitives() const { return primitives_; }
@@ -109,7 +138,7 @@ class Model {
   const Triangles& triangles(uint32_t meshlet, uint32_t rays = 1) const;
   const VertexAttributes& vertex_attributes(uint32_t meshlet) const;
   const float* texcoord_of(uint32_t meshlet, uint32_t triangle, uint32_t k) const;
-  void measure();
+  void measure(const Parallel& parallel);
   void shading(const Primitive& primitive, const VertexAttributes& values, uint32_t triangle,
                const float* b, const Vec3* corner, SurfacePoint& out) const;
 
@@ -119,18 +148,10 @@ class Model {
   ModelFacts facts_;
   std::vector<Boxes> boxes_;  // per meshlet
   std::vector<float> areas_;
-  // A grid over wrapped texture coordinates, [0, 1)^2. Meshlets of cell c:
-  // cell_meshlets_[cell_first_[c] .. cell_first_[c + 1]).
-  std::vector<uint32_t> cell_first_, cell_meshlets_;
+  TexcoordCells cells_;  // of meshlets
   Box box_;
   std::unique_ptr<Table> table_;
+  std::unique_ptr<Listing> listing_;
 };
-
-// All models that exist, by the uid of their cache table. Hold the mutex while using one.
-struct Models {
-  std::mutex mutex;
-  std::map<uint64_t, const Model*> by_uid;
-};
-Models& models();
 
 }  // namespace meshlet_shape

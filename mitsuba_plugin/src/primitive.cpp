@@ -51,56 +51,6 @@ void read_stream(const Stream& s, const uint32_t* q, float* out) {
   }
 }
 
-// Reads attribute `a` of vertex `id`, whose streams must be decoded.
-void read(const DecodedMeshlet& d, const std::vector<Stream>& streams, const Attribute& a,
-          uint32_t id, float* out) {
-  float stored[kMaxStored];
-  for (uint32_t s = a.stream, done = 0; done < a.stored; done += value_count(streams[s]), s++)
-    read_stream(streams[s], d.vertex(s, id), stored + done);
-  for (uint32_t c = 0; c < a.components; c++) out[c] = clamped(a, stored[a.skipped + c]);
-}
-
-// Reads the positions of all vertices: out[axis][id].
-void read_positions(const DecodedMeshlet& d, const std::vector<Stream>& streams, const Attribute& a,
-                    float (*out)[64]) {
-  const Stream& stream = streams[a.stream];
-  if (stream.kind != gltf_meshlet_codec::kGrid || a.integer || stream.elements != 3) {
-    for (uint32_t id = 0; id < 64; id++) {
-      float p[3] = {};
-      if (id < d.vertex_count) read(d, streams, a, id, p);
-      for (int i = 0; i < 3; i++) out[i][id] = p[i];
-    }
-    return;
-  }
-  const uint32_t* q = d.vertex(a.stream, 0);
-  for (int i = 0; i < 3; i++) {
-    const double offset = stream.offset[i], step = stream.step;
-    for (uint32_t id = 0; id < 64; id++)
-      out[i][id] = gltf_meshlet_codec::grid_value(q[4 * id + i], step, offset);
-  }
-}
-
-// Decodes meshlet m of a blob. Each thread has a decoder, open on the last blob that it asked for.
-// Throws std::runtime_error.
-DecodedMeshlet decode(const Blob& blob, uint32_t m, gltf_meshlet_codec::StreamRange streams) {
-  static thread_local const std::unique_ptr<gltf_meshlet_codec::Decoder> decoder =
-      gltf_meshlet_codec::make_decoder();
-  static thread_local uint64_t open = 0;
-  if (!decoder) throw std::bad_alloc();
-  if (open != blob.id) {
-    open = 0;
-    decoder->open(blob.checked());
-    open = blob.id;
-  }
-  DecodedMeshlet decoded;
-  gltf_meshlet_codec::throw_if(decoder->meshlet(m, decoded, streams));
-  return decoded;
-}
-
-uint32_t corner_of(uint32_t packed, uint32_t k, bool flip) {
-  return packed >> (8 * (flip && k ? 3 - k : k)) & 255u;
-}
-
 uint32_t stream_end(const Attribute& a, const BlobHeader& header) {
   uint32_t s = a.stream;
   if (a.stored > kMaxStored || a.skipped > a.stored || a.components > a.stored - a.skipped)
@@ -146,7 +96,52 @@ Vec3 world_normal(const Affine& m, Vec3 n) {
 
 std::atomic<uint64_t> g_next_blob{1};
 
+// Reads the positions of all vertices: out[axis][id].
+void read_positions(const DecodedMeshlet& d, const std::vector<Stream>& streams, const Attribute& a,
+                    float (*out)[64]) {
+  const Stream& stream = streams[a.stream];
+  if (stream.kind != gltf_meshlet_codec::kGrid || a.integer || stream.elements != 3) {
+    for (uint32_t id = 0; id < 64; id++) {
+      float p[3] = {};
+      if (id < d.vertex_count) read_attribute(d, streams, a, id, p);
+      for (int i = 0; i < 3; i++) out[i][id] = p[i];
+    }
+    return;
+  }
+  const uint32_t* q = d.vertex(a.stream, 0);
+  for (int i = 0; i < 3; i++) {
+    const double offset = stream.offset[i], step = stream.step;
+    for (uint32_t id = 0; id < 64; id++)
+      out[i][id] = gltf_meshlet_codec::grid_value(q[4 * id + i], step, offset);
+  }
+}
+
 }  // namespace
+
+void read_attribute(const DecodedMeshlet& d, const std::vector<Stream>& streams, const Attribute& a,
+                    uint32_t id, float* out) {
+  float stored[kMaxStored];
+  for (uint32_t s = a.stream, done = 0; done < a.stored; done += value_count(streams[s]), s++)
+    read_stream(streams[s], d.vertex(s, id), stored + done);
+  for (uint32_t c = 0; c < a.components; c++) out[c] = clamped(a, stored[a.skipped + c]);
+}
+
+// Each thread has a decoder, open on the last blob that it asked for.
+DecodedMeshlet decode_meshlet(const Blob& blob, uint32_t m,
+                              gltf_meshlet_codec::StreamRange streams) {
+  static thread_local const std::unique_ptr<gltf_meshlet_codec::Decoder> decoder =
+      gltf_meshlet_codec::make_decoder();
+  static thread_local uint64_t open = 0;
+  if (!decoder) throw std::bad_alloc();
+  if (open != blob.id) {
+    open = 0;
+    decoder->open(blob.checked());
+    open = blob.id;
+  }
+  DecodedMeshlet decoded;
+  gltf_meshlet_codec::throw_if(decoder->meshlet(m, decoded, streams));
+  return decoded;
+}
 
 Blob::Blob(const uint8_t* data, size_t size)
     : bytes(data, data + size), id(g_next_blob.fetch_add(1)) {}
@@ -202,9 +197,8 @@ PrimitiveFacts check_primitive(Primitive& primitive) {
     primitive.others_end = std::max(primitive.others_end, stream_end(a, header));
     primitive.width += a.components;
   });
-  if (primitive.chosen.empty())
-    return {header.triangle_count, header.vertex_count, header.meshlet_count};
-  return {chosen_triangles(primitive), header.vertex_count, uint32_t(primitive.chosen.size())};
+  return {primitive.chosen.empty() ? header.triangle_count : chosen_triangles(primitive),
+          header.vertex_count, primitive.meshlet_count()};
 }
 
 size_t triangles_bytes(uint32_t triangles) { return sizeof(Entry) + Triangles::bytes(triangles); }
@@ -212,9 +206,9 @@ size_t attributes_bytes(uint32_t vertices, uint32_t width) {
   return sizeof(Entry) + sizeof(VertexAttributes) + sizeof(float) * size_t(vertices) * width;
 }
 
-Entry* decode_triangles(ThreadSlot& thread, const Primitive& primitive, uint32_t m) {
-  const DecodedMeshlet d = decode(*primitive.blob, primitive.number_in_blob(m),
-                                  {primitive.position.stream, primitive.position_end});
+namespace {
+
+Entry* to_triangles(ThreadSlot& thread, const Primitive& primitive, const DecodedMeshlet& d) {
   float local[3][64], world[3][64];
   read_positions(d, primitive.blob->header().streams, primitive.position, local);
   for (int i = 0; i < 3; i++) {
@@ -236,9 +230,25 @@ Entry* decode_triangles(ThreadSlot& thread, const Primitive& primitive, uint32_t
   return entry;
 }
 
+}  // namespace
+
+Entry* decode_triangles(ThreadSlot& thread, const Primitive& primitive, uint32_t m) {
+  return to_triangles(thread, primitive,
+                      decode_meshlet(*primitive.blob, primitive.number_in_blob(m),
+                                     {primitive.position.stream, primitive.position_end}));
+}
+
+Entry* decode_whole(ThreadSlot& thread, const Primitive& primitive, uint32_t m,
+                    uint32_t& vertex_count) {
+  const DecodedMeshlet d =
+      decode_meshlet(*primitive.blob, primitive.number_in_blob(m), primitive.streams());
+  vertex_count = d.vertex_count;
+  return to_triangles(thread, primitive, d);
+}
+
 Entry* decode_attributes(ThreadSlot& thread, const Primitive& primitive, uint32_t m) {
-  const DecodedMeshlet d = decode(*primitive.blob, primitive.number_in_blob(m),
-                                  {primitive.others_first, primitive.others_end});
+  const DecodedMeshlet d = decode_meshlet(*primitive.blob, primitive.number_in_blob(m),
+                                          {primitive.others_first, primitive.others_end});
   const std::vector<Stream>& streams = primitive.blob->header().streams;
   const Affine normal_matrix = primitive.to_world.normal_matrix();
   const uint32_t width = primitive.width;
@@ -252,8 +262,9 @@ Entry* decode_attributes(ThreadSlot& thread, const Primitive& primitive, uint32_
   for (uint32_t id = 0; id < d.vertex_count; id++) {
     float* v = out->values() + id * width;
     for_each_vertex_attribute(primitive, [&](const Attribute& a) {
-      read(d, streams, a, id, v);
+      read_attribute(d, streams, a, id, v);
       if (&a == &primitive.normal) store(world_normal(normal_matrix, load(v)), v);
+      if (&a == &primitive.texcoord && primitive.flip_texcoords) v[1] = 1 - v[1];
       v += a.components;
     });
   }

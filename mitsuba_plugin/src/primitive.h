@@ -1,11 +1,13 @@
 // The plugin's interface to the codec: compressed primitives, and their meshlets as floats.
 #pragma once
+#include <algorithm>
 #include <memory>
 #include <mutex>
 #include <string>
 #include <vector>
 
 #include "cache.h"
+#include "decode/decoder.h"
 #include "format/blob.h"
 #include "triangles.h"
 
@@ -62,14 +64,22 @@ struct Primitive {
   Attribute position, normal, texcoord;
   std::vector<Attribute> others;
   Affine to_world;
-  bool flip_winding = false;  // to_world mirrors
+  bool flip_winding = false;    // to_world mirrors
+  bool flip_texcoords = false;  // v becomes 1 - v; only for a cache
 
   // Set by check_primitive: streams to decode for triangles, [0, position_end), and for attributes,
   // [others_first, others_end).
   uint32_t position_end = 0, others_first = 0, others_end = 0;
   uint32_t width = 0;  // floats per vertex in VertexAttributes
 
+  uint32_t meshlet_count() const {
+    return chosen.empty() ? blob->header().meshlet_count : uint32_t(chosen.size());
+  }
   uint32_t number_in_blob(uint32_t m) const { return chosen.empty() ? m : chosen[m]; }
+  // All streams that it needs, and perhaps others between them.
+  gltf_meshlet_codec::StreamRange streams() const {
+    return {std::min(position.stream, others_first), std::max(position_end, others_end)};
+  }
 };
 
 // Vertex attributes of a decoded meshlet: this header, then count x width floats. Per vertex:
@@ -94,6 +104,21 @@ struct PrimitiveFacts {
 // malformed or lacks the primitive's streams or meshlets.
 PrimitiveFacts check_primitive(Primitive& primitive);
 
+// Decodes meshlet m of a blob; the result is valid until the thread decodes another one. Throws
+// std::runtime_error.
+gltf_meshlet_codec::DecodedMeshlet decode_meshlet(const Blob& blob, uint32_t m,
+                                                  gltf_meshlet_codec::StreamRange streams);
+
+// Reads attribute `a` of a vertex, whose streams must be decoded.
+void read_attribute(const gltf_meshlet_codec::DecodedMeshlet& d,
+                    const std::vector<gltf_meshlet_codec::Stream>& streams, const Attribute& a,
+                    uint32_t vertex, float* out);
+
+// Corner k of a packed triangle, after a change of its winding.
+inline uint32_t corner_of(uint32_t packed, uint32_t k, bool flip) {
+  return packed >> (8 * (flip && k ? 3 - k : k)) & 255u;
+}
+
 // Bytes of a cache entry, by kind.
 size_t triangles_bytes(uint32_t triangles);
 size_t attributes_bytes(uint32_t vertices, uint32_t width);
@@ -101,6 +126,9 @@ size_t attributes_bytes(uint32_t vertices, uint32_t width);
 // Decode meshlet `m` of the primitive into the thread's scratch memory. The payload is Triangles or
 // VertexAttributes. Throw std::runtime_error.
 Entry* decode_triangles(ThreadSlot& thread, const Primitive& primitive, uint32_t m);
+// Decodes all of a meshlet, which finds damage; also returns its number of vertices.
+Entry* decode_whole(ThreadSlot& thread, const Primitive& primitive, uint32_t m,
+                    uint32_t& vertex_count);
 Entry* decode_attributes(ThreadSlot& thread, const Primitive& primitive, uint32_t m);
 
 }  // namespace meshlet_shape

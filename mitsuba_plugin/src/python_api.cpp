@@ -25,7 +25,7 @@ Reader g_reader = nullptr;
 struct StatisticsRow {
   Statistics cache;
   ModelFacts shape;
-  uint64_t cache_number;  // equal for shapes that share a cache
+  uint64_t cache_number;  // equal for shapes that share a cache, 0 without one
 };
 
 }  // namespace
@@ -67,20 +67,21 @@ EXPORT void meshlet_add_primitive(Request* request, uint32_t blob, const float* 
 // Statistics of the shape with this cache_id, or of its cache group. Returns 0 if there is no such
 // shape.
 EXPORT int meshlet_statistics(uint64_t cache_id, StatisticsRow* row, int reset) {
-  std::lock_guard lock(models().mutex);
-  auto found = models().by_uid.find(cache_id);
-  if (found == models().by_uid.end()) return 0;
-  Store& cache = found->second->cache();
-  *row = {cache.statistics(), found->second->facts(), reinterpret_cast<uintptr_t>(&cache)};
-  if (reset) cache.reset_statistics();
+  std::lock_guard lock(listings().mutex);
+  auto found = listings().by_id.find(cache_id);
+  if (found == listings().by_id.end()) return 0;
+  Store* cache = found->second->cache;
+  *row = {cache ? cache->statistics() : Statistics(), *found->second->facts,
+          reinterpret_cast<uintptr_t>(cache)};
+  if (cache && reset) cache->reset_statistics();
   return 1;
 }
 
 // Writes up to `capacity` cache_ids of existing shapes; returns the number of shapes.
 EXPORT uint32_t meshlet_shapes(uint64_t* ids, uint32_t capacity) {
-  std::lock_guard lock(models().mutex);
+  std::lock_guard lock(listings().mutex);
   uint32_t n = 0;
-  for (auto& entry : models().by_uid) {
+  for (auto& entry : listings().by_id) {
     if (n < capacity) ids[n] = entry.first;
     n++;
   }

@@ -175,7 +175,7 @@ void answer_lanes(const int* valid, void* model_, void*, uint32_t* rows) {
   };
   static thread_local Recent recent[W];
   const Model& model = *(const Model*)model_;
-  const uint64_t uid = model.uid();
+  const uint64_t uid = model.id();
   for (int l = 0; l < W; l++) {
     if (!valid[l]) continue;
     uint32_t chunk = rows[11 * W + l] >> 8;

@@ -14,14 +14,15 @@
 #include "python_api.h"
 #include "model.h"
 #include "queries.h"
+#include "resident_shape.h"
 #include "variants.h"
 
 NAMESPACE_BEGIN(mitsuba)
 
 using namespace meshlet_shape;
 
-// docs/mitsuba.md lists the parameters. Each meshlet is one primitive of the acceleration
-// structure. A ray that meets its box decodes the meshlet, unless it is in the cache.
+// The shape of `accel` = `cache`. Each meshlet is one primitive of the acceleration structure. A
+// ray that meets its box decodes the meshlet, unless it is in the cache.
 template <typename Float, typename Spectrum>
 class MeshletEdgebreaker final : public Shape<Float, Spectrum> {
  public:
@@ -45,14 +46,14 @@ class MeshletEdgebreaker final : public Shape<Float, Spectrum> {
 
   void traverse(TraversalCallback* cb) override {
     Base::traverse(cb);
-    m_cache_id = double(m_model->uid());  // for mitsuba_plugin.statistics
+    m_cache_id = double(m_model->id());  // for mitsuba_plugin.statistics
     cb->put("cache_id", m_cache_id, ParamFlags::NonDifferentiable | ParamFlags::ReadOnly);
   }
 
   ScalarSize primitive_count() const override { return m_model->facts().meshlets; }
-  ScalarBoundingBox3f bbox() const override { return to_bbox(m_model->box()); }
+  ScalarBoundingBox3f bbox() const override { return to_bbox<ScalarBoundingBox3f>(m_model->box()); }
   ScalarBoundingBox3f bbox(ScalarIndex index) const override {
-    return to_bbox(m_model->box(index));
+    return to_bbox<ScalarBoundingBox3f>(m_model->box(index));
   }
   bool has_flipped_normals() const override { return m_model->options().flip_normals; }
 
@@ -234,11 +235,6 @@ class MeshletEdgebreaker final : public Shape<Float, Spectrum> {
   MI_TRAVERSE_CB(Base, m_area_pmf, m_queries.function, m_queries.model_handle)
 
  private:
-  static ScalarBoundingBox3f to_bbox(const Box& box) {
-    return {ScalarPoint3f(box.lower[0], box.lower[1], box.lower[2]),
-            ScalarPoint3f(box.upper[0], box.upper[1], box.upper[2])};
-  }
-
   using Words = typename Queries<Float>::Words;
 
   // Three words of an answer from word `first` on.
@@ -284,13 +280,21 @@ namespace {
 
 // --- construction ---
 
+// docs/mitsuba.md lists the parameters.
 Options read_options(const Properties& props) {
   Options options;
+  options.accel = props.get<std::string>("accel", options.accel);
+  if (options.accel != "auto" && options.accel != "cache" && options.accel != "triangles")
+    Throw("meshlet_edgebreaker: accel must be auto, cache or triangles, not \"%s\"", options.accel);
+  options.cache_is_given = props.has_property("cache") || props.has_property("cache_bytes") ||
+                           props.has_property("cache_group");
   options.cache_fraction = props.get<double>("cache", options.cache_fraction);
   options.cache_bytes = props.get<int64_t>("cache_bytes", options.cache_bytes);
   options.cache_group = props.get<std::string>("cache_group", "");
   options.face_normals = props.get<bool>("face_normals", false);
   options.flip_normals = props.get<bool>("flip_normals", false);
+  options.flip_texcoords = props.get<bool>("flip_tex_coords", false);
+  options.smooth_normals = props.get<bool>("smooth_normals", false);
   if (props.get<std::string>("cache_policy", "clock") != "clock")
     Throw("meshlet_edgebreaker: there is one cache_policy, clock; leave the parameter out");
   if (!(options.cache_fraction >= 0.0 && options.cache_fraction <= 1.0))
@@ -331,15 +335,25 @@ Selection read_selection(const Properties& props) {
   return selection;
 }
 
-std::vector<Primitive> read(const std::string& filename, const Selection& selection) {
+// Without the shape's own transform. As glTF has it, outsides stay outside under nodes that mirror;
+// under a transform of the shape that mirrors, only if keep_outside asks for it: as with Mitsuba's
+// meshes, geometric normals turn.
+std::vector<Primitive> read(const std::string& filename, const Selection& selection,
+                            bool keep_outside) {
   Affine to_world;
-  std::memcpy(to_world.m, selection.to_world, sizeof(to_world.m));
+  if (keep_outside) std::memcpy(to_world.m, selection.to_world, sizeof(to_world.m));
   std::vector<Primitive> primitives = read_primitives(filename, selection);
-  for (Primitive& primitive : primitives) {
-    primitive.to_world = to_world * primitive.to_world;
-    primitive.flip_winding = primitive.to_world.determinant() < 0.f;
-  }
+  for (Primitive& primitive : primitives)
+    primitive.flip_winding = (to_world * primitive.to_world).determinant() < 0.f;
   return primitives;
+}
+
+// Whether rays decode meshlets.
+bool uses_cache(const Options& options, std::vector<Primitive>& primitives) {
+  if (options.accel == "cache" && options.smooth_normals)
+    throw std::runtime_error("accel cache has no smooth_normals, since it decodes meshlets alone");
+  if (options.accel != "auto" || options.smooth_normals) return options.accel == "cache";
+  return options.cache_is_given || !fits_memory(check_primitives(primitives).triangles);
 }
 
 template <typename Float, typename Spectrum>
@@ -347,21 +361,27 @@ ref<Object> make(const Properties& props) {
   std::string given = props.get<std::string>("filename");
   if (props.has_property("decoded"))
     Throw("meshlet_edgebreaker: decoded was removed; use mitsuba_plugin.load_scene(decoded=True)");
-  if constexpr (dr::is_cuda_v<Float>) {
-    Throw(
-        "meshlet_edgebreaker: cuda variants cannot trace rays through compressed meshlets; load "
-        "\"%s\" by mitsuba_plugin.load_scene with decoded=True, or choose a scalar or llvm variant",
-        given);
-  } else {
-    Options options = read_options(props);
-    const Selection selection = read_selection<Float, Spectrum>(props);
-    std::string filename = file_resolver()->resolve(given).string();
-    try {
+  const Options options = read_options(props);
+  const Selection selection = read_selection<Float, Spectrum>(props);
+  std::string filename = file_resolver()->resolve(given).string();
+  try {
+    std::vector<Primitive> primitives =
+        read(filename, selection, props.get<bool>("keep_outside", false));
+    if constexpr (dr::is_cuda_v<Float>) {
+      if (options.accel == "cache") throw std::runtime_error("cuda variants have no accel cache");
+    } else if (uses_cache(options, primitives)) {
+      Affine to_world;
+      std::memcpy(to_world.m, selection.to_world, sizeof(to_world.m));
+      for (Primitive& primitive : primitives) {
+        primitive.to_world = to_world * primitive.to_world;
+        primitive.flip_texcoords = options.flip_texcoords;
+      }
       return new MeshletEdgebreaker<Float, Spectrum>(
-          props, std::make_unique<Model>(read(filename, selection), options));
-    } catch (const std::runtime_error& error) {
-      Throw("meshlet_edgebreaker: %s: %s", given, error.what());
+          props, std::make_unique<Model>(std::move(primitives), options, on_all_threads));
     }
+    return new ResidentMeshlets<Float, Spectrum>(props, std::move(primitives), options);
+  } catch (const std::runtime_error& error) {
+    Throw("meshlet_edgebreaker: %s: %s", given, error.what());
   }
 }
 

@@ -13,8 +13,6 @@ namespace {
 
 #define INLINE __attribute__((always_inline)) inline  // vectors as arguments must stay in registers
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
-
 // Shears that make rays run along z (Woop, Benthin, Wald: Watertight Ray/Triangle Intersection,
 // JCGT 2013).
 template <int N>
@@ -110,33 +108,43 @@ void Triangles::build(const float (*position)[kMeshletTriangles],
     }
 }
 
-Boxes Triangles::boxes(float margin) const {
-  Boxes b{};
+GroupBounds Triangles::bounds() const {
+  GroupBounds b;
   b.groups = uint8_t(groups(count));
-  float low[3][kMaxGroups], high[3][kMaxGroups];
-  for (int i = 0; i < 3; i++) {
+  for (int i = 0; i < 3; i++)
     for (uint32_t g = 0; g < b.groups; g++) {
-      const TriangleGroup& triangles = group()[g];
-      low[i][g] = kInfinity;
-      high[i][g] = -kInfinity;
+      b.low[i][g] = kInfinity;
+      b.high[i][g] = -kInfinity;
       for (int k = 0; k < 3; k++)
-        for (float value : triangles.vertex[k][i]) {
-          low[i][g] = std::min(low[i][g], value - margin);
-          high[i][g] = std::max(high[i][g], value + margin);
+        for (float value : group()[g].vertex[k][i]) {
+          b.low[i][g] = std::min(b.low[i][g], value);
+          b.high[i][g] = std::max(b.high[i][g], value);
         }
     }
-    float least = *std::min_element(low[i], low[i] + b.groups),
-          most = *std::max_element(high[i], high[i] + b.groups);
+  return b;
+}
+
+Boxes Boxes::around(const GroupBounds& bounds, float margin) {
+  Boxes b{};
+  b.groups = bounds.groups;
+  for (int i = 0; i < 3; i++) {
+    float low[kMaxGroups] = {}, high[kMaxGroups] = {};
+    for (uint32_t g = 0; g < b.groups; g++) {
+      low[g] = bounds.low[i][g] - margin;
+      high[g] = bounds.high[i][g] + margin;
+    }
+    float least = *std::min_element(low, low + b.groups),
+          most = *std::max_element(high, high + b.groups);
     b.origin[i] = least;
     b.step[i] = (most - least) / 255.0f;
     while (b.bound(true, i) < most) b.step[i] = std::nextafter(b.step[i], kInfinity);
     auto place = [&](int q) { return std::fma(float(q), b.step[i], b.origin[i]); };
     for (uint32_t g = 0; g < b.groups; g++) {
       float scale = b.step[i] > 0 ? 1.0f / b.step[i] : 0.0f;
-      int from = std::clamp(int((low[i][g] - least) * scale), 0, 255),
-          to = std::clamp(int((high[i][g] - least) * scale) + 1, 0, 255);
-      while (from > 0 && place(from) > low[i][g]) from--;
-      while (to < 255 && place(to) < high[i][g]) to++;
+      int from = std::clamp(int((low[g] - least) * scale), 0, 255),
+          to = std::clamp(int((high[g] - least) * scale) + 1, 0, 255);
+      while (from > 0 && place(from) > low[g]) from--;
+      while (to < 255 && place(to) < high[g]) to++;
       b.side[0][i][g] = uint8_t(from);
       b.side[1][i][g] = uint8_t(to);
     }

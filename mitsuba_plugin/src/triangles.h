@@ -5,6 +5,7 @@
 #pragma once
 #include <immintrin.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -20,6 +21,19 @@ using gltf_meshlet_codec::Vec3;
 inline Vec3 load(const float* v) { return {v[0], v[1], v[2]}; }
 inline void store(Vec3 v, float* out) {
   for (int i = 0; i < 3; i++) out[i] = v[i];
+}
+
+struct Box {
+  float lower[3], upper[3];
+};
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr Box kEmptyBox = {{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
+
+inline void expand(Box& box, Vec3 p) {
+  for (int i = 0; i < 3; i++) {
+    box.lower[i] = std::min(box.lower[i], p[i]);
+    box.upper[i] = std::max(box.upper[i], p[i]);
+  }
 }
 
 constexpr uint32_t kMeshletTriangles = MESHLET_TRIANGLES;
@@ -58,12 +72,21 @@ struct Meetings {
   uint32_t any = 0;  // mask of the rays that meet any group
 };
 
+// The bounds of a meshlet's groups.
+struct GroupBounds {
+  float low[3][kMaxGroups], high[3][kMaxGroups];
+  uint8_t groups;
+};
+
 // The boxes of a meshlet's groups, on a grid of 255 steps over the meshlet's box: the item of
 // the acceleration structure, always in memory: most rays that miss a meshlet do not decode it.
 struct Boxes {
   float origin[3], step[3];
   uint8_t side[2][3][kMaxGroups];  // [lower, upper][axis][group]
   uint8_t groups;
+
+  // Boxes around bounds, enlarged by `margin`.
+  static Boxes around(const GroupBounds& bounds, float margin);
 
   float bound(bool upper_end, int axis) const {
     return upper_end ? origin[axis] + 255.0f * step[axis] : origin[axis];
@@ -141,8 +164,7 @@ struct alignas(32) Triangles {
   void build(const float (*position)[kMeshletTriangles], const uint8_t (*corner)[kMeshletTriangles],
              uint32_t count);
 
-  // Boxes around the triangles, enlarged by `margin`.
-  Boxes boxes(float margin) const;
+  GroupBounds bounds() const;
 
   Vec3 corner(uint32_t triangle, int k) const;
 

@@ -387,6 +387,10 @@ OTHERS = {
         "an empty picture takes 0.4 ms and decoding a batch at least 0.1 to 0.25 ms",
         "3.7 ms for 3.5 million triangles as a compute shader and 110 ms as a mesh shader",
     ],
+    "docs/mitsuba.md": [
+        # Measured once, on a card that was lent.
+        "On an NVIDIA H200 (driver 580.159.04; a card without ray tracing cores), `cuda_ad_rgb`",
+    ],
     "docs/vulkan-raytracing.md": [
         # The bound that the rows are compared with.
         'is not "missed" if it takes at most a full cache and 0.3 ms for each pass',

@@ -528,8 +528,9 @@ def test_render_passes_its_options_on(compressed, tmp_path, rendered):
         picture,
         7,
         "scalar_rgb",
-        0.25,
+        None,
     )
+    assert first.accel == "auto"
     assert (
         second.cache,
         second.path,

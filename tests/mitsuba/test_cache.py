@@ -143,7 +143,7 @@ def test06_counts_keep_what_is_popular(tmp_path):
 def test07_statistics_while_rendering(tmp_path):
     _mi, plugin = require("scalar_rgb")
     path, primitives = sheet(tmp_path)
-    s = scene(shapes_of(path, primitives), PATH, size=(256, 256))
+    s = scene(shapes_of(path, primitives, cache=0.25), PATH, size=(256, 256))
     shape, seen, done = s.shapes()[0], [], threading.Event()
 
     def watch():

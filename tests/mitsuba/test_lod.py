@@ -102,13 +102,18 @@ def shape(path, max_pixels, **options):
 
 @pytest.mark.parametrize("variant", VARIANTS)
 @pytest.mark.parametrize("max_pixels", ERRORS)
-def test01_surfaces(variant, max_pixels, sheet):
+@pytest.mark.parametrize(
+    "accel, error",
+    [({"cache": 0.1}, 1e-4), ({"accel": "triangles"}, 1e-3)],  # from the grid in one step or in two
+    ids=["cache", "triangles"],
+)
+def test01_surfaces(variant, max_pixels, accel, error, sheet):
     """The whole scene: each place has its own cut."""
     mi, plugin = require(variant)
     (primitive,) = open_lod(sheet)
     cuts = [cut_at(primitive, matrix, max_pixels) for matrix in PLACES]
     reference = meshes_of(primitive, cuts)
-    found = {"shape": shape(sheet, max_pixels, cache=0.1)}
+    found = {"shape": shape(sheet, max_pixels, **accel)}
     count = sum(triangles_of(primitive, cut) for cut in cuts)
     shown = plugin.statistics(mi.load_dict(found["shape"]))["triangles"]
     assert shown == count < len(PLACES) * primitive.compressed.triangle_count
@@ -117,7 +122,7 @@ def test01_surfaces(variant, max_pixels, sheet):
     # Derivatives by texture coordinates are noise where those of a triangle are nearly equal.
     regular = np.abs(expected).max(axis=2) < 1e3
     assert regular.mean() > 0.999
-    np.testing.assert_allclose(seen[regular], expected[regular], rtol=1e-4, atol=1e-4)
+    np.testing.assert_allclose(seen[regular], expected[regular], rtol=error, atol=error)
 
 
 @pytest.mark.parametrize("variant", VARIANTS)
@@ -135,7 +140,8 @@ def test02_colours(variant, sheet):
 
 @pytest.mark.parametrize("variant", VARIANTS)
 def test03_primitive_numbers(variant, sheet):
-    """prim_index is 64 times the number of a drawn meshlet, in the order of pages, + triangle."""
+    """With a cache prim_index is 64 times the number of a drawn meshlet, in the order of pages, +
+    triangle."""
     require(variant)
     (primitive,) = open_lod(sheet)
     cut = cut_at(primitive, np.eye(4), ERRORS[0])
@@ -143,7 +149,8 @@ def test03_primitive_numbers(variant, sheet):
     for page in cut.pages:
         decoder = _codec.Decoder(primitive.page(page))
         drawn += [decoder.decode_meshlet(int(m)) for m in primitive.drawn_of_page(page, cut.drawn)]
-    found = picture(scene({"shape": shape(sheet, ERRORS[0], mesh=0, primitive=0)}, IDS))
+    shown = shape(sheet, ERRORS[0], mesh=0, primitive=0, accel="cache")
+    found = picture(scene({"shape": shown}, IDS))
     seen = (found[..., :3] != 0).any(axis=2)
     stream = primitive.compressed.attributes["POSITION"][0]
     grid = primitive.compressed.streams[stream]

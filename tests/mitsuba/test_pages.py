@@ -45,7 +45,9 @@ def shape(path, **options) -> dict:
 
 
 @pytest.mark.parametrize("variant", VARIANTS)
-@pytest.mark.parametrize("options", [{"cache": 0.1}, {"cache": 1.0}, {"mesh": 0, "primitive": 0}])
+@pytest.mark.parametrize(
+    "options", [{"cache": 0.1}, {"cache": 1.0}, {"accel": "triangles"}, {"mesh": 0, "primitive": 0}]
+)
 def test01_surfaces(variant, options, files):
     require(variant)
     expected, found = (picture(scene(shape(path, **options), AOVS)) for path in files)
@@ -76,9 +78,9 @@ def test03_statistics(variant, files):
 
 @pytest.mark.parametrize("variant", VARIANTS)
 def test04_primitive_numbers_count_on(variant, files):
-    """prim_index is meshlet * 64 + triangle, with meshlets numbered through all pages."""
+    """With a cache, prim_index is meshlet * 64 + triangle; meshlets count on through all pages."""
     _mi, _ = require(variant)
-    found = picture(scene(shape(files[1], mesh=0, primitive=0), IDS))
+    found = picture(scene(shape(files[1], mesh=0, primitive=0, accel="cache"), IDS))
     seen = (found[..., :3] != 0).any(axis=2)
     (decoder, _) = gltf_ext.decoders(files[1])
     for position, number in zip(found[seen][:, :3], found[seen][:, 3].astype(int)):

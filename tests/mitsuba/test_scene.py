@@ -6,6 +6,7 @@ import base64
 import io
 import json
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
 
 import numpy as np
 import pytest
@@ -86,10 +87,12 @@ def scene_file(folder, change=lambda properties: None, compress=True):
 @pytest.mark.parametrize("variant", VARIANTS)
 def test01_load(variant, tmp_path):
     _, plugin = require(variant)
-    s = plugin.load_scene(scene_file(tmp_path), width=32, height=24, spp=4)
-    image = picture(s)
-    assert image.shape == (24, 32, 3) and np.isfinite(image).all() and image.std() > 0
-    assert plugin.statistics(s)["misses"] > 0
+    path = scene_file(tmp_path)
+    for accel, sign in (("auto", "block_bytes"), ("cache", "misses")):
+        s = plugin.load_scene(path, width=32, height=24, spp=4, accel=accel)
+        image = picture(s)
+        assert image.shape == (24, 32, 3) and np.isfinite(image).all() and image.std() > 0
+        assert plugin.statistics(s)[sign] > 0
 
 
 @pytest.mark.parametrize("variant", VARIANTS[:1])
@@ -190,6 +193,20 @@ def test04_materials(variant, tmp_path):
 
     image = picture(plugin.load_scene(scene_file(tmp_path, change), width=32, height=24), spp=16)
     assert np.isfinite(image).all() and image.mean() > 0
+
+
+def test04b_a_file_mended_after_an_error(tmp_path):
+    """An exception that is still alive, as in a notebook, does not keep the old file alive."""
+    mi, plugin = require("scalar_rgb")
+    path = scene_file(tmp_path)
+    good = path.read_bytes()
+    path.write_bytes(good[:-200] + b"\xff" * 200)
+    with pytest.raises(gltf_ext.MeshletError) as caught:
+        plugin.load_scene(path, width=8, height=8)
+    assert caught.tb is not None
+    path.write_bytes(good)
+    shape = mi.load_dict({"type": "meshlet_edgebreaker", "filename": str(path)})
+    assert shape.primitive_count() > 0
 
 
 def test05_cache_bytes(tmp_path):
@@ -350,7 +367,9 @@ def test14_render_what_is_not_compressed(tmp_path, capsys):
     "arguments, message",
     [
         (["--camera", "1"], "camera 1 does not exist; there are none"),
-        (["--variant", "cuda_ad_rgb"], "there is no variant cuda_ad_rgb; use one of scalar_rgb"),
+        (["--variant", "scalar_double"], "there is no variant scalar_double; use one of "),
+        (["--accel", "bvh"], "there is no accel bvh; use one of auto, triangles, cache"),
+        (["--accel", "triangles", "--cache", "9"], "is not for --accel triangles"),
         (["-o", "out.gif"], "out.gif: the output has an unknown format; use one of .png"),
     ],
 )
@@ -363,6 +382,20 @@ def test15_render_errors(arguments, message, tmp_path, capsys):
     (line,) = capsys.readouterr().err.splitlines()
     assert line.startswith("gltf-meshlet: ") and message in line
     assert not (tmp_path / "out.png").exists()
+
+
+def test15b_without_a_gpu(tmp_path, capsys, monkeypatch):
+    mi, _ = require("scalar_rgb")
+    arguments = ["render", str(scene_file(tmp_path)), "-o", str(tmp_path / "out.png")]
+
+    def refuse(_variant):
+        raise ImportError("the CUDA backend hasn't been initialized.\nMore lines")
+
+    monkeypatch.setattr(mi, "set_variant", refuse)
+    assert main([*arguments, "--variant", "cuda_ad_rgb"]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "cuda_ad_rgb needs an NVIDIA GPU and its driver" in line
+    assert "use --variant scalar_rgb or llvm_ad_rgb" in line
 
 
 def test16_without_llvm(tmp_path, capsys, monkeypatch):
@@ -495,11 +528,10 @@ def test23_a_document_is_kept_until_its_own_load_ends(tmp_path):
     _, plugin = require("scalar_rgb")
     path, reader = str(scene_file(tmp_path)), plugin.native.reader
     first, second = open_model(path), open_model(path)
-    reader.held[path] = first
-    reader.held[path] = second
-    (tmp_path / "scene.compressed.glb").unlink()
-    del first
-    assert reader.read_blobs(path, None, None)
-    del second
+    with ExitStack() as inner:
+        with reader.holding(path, first):
+            inner.enter_context(reader.holding(path, second))
+            (tmp_path / "scene.compressed.glb").unlink()
+        assert reader.read_blobs(path, None, None)
     with pytest.raises(OSError):
         reader.read_blobs(path, None, None)

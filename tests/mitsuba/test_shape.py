@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 import pytest
 
@@ -15,9 +17,9 @@ from tests.helpers.mitsuba_reference import (
     picture,
     require,
     scene,
-    shapes_of,
     sheet,
 )
+from tests.helpers.mitsuba_reference import shapes_of as compressed_shapes
 
 MODELS = (
     "bunny.glb",
@@ -31,6 +33,12 @@ SMALL = ("bunny.glb", "DamagedHelmet.glb")
 CLOSED = ("igea.glb", "chinesedragon.glb")
 POSITION, NORMAL, UV = 1e-5, 1e-3, 1e-4  # allowed errors; POSITION of the bounding box's diagonal
 EQUAL_PIXELS = 0.9999
+
+
+@pytest.fixture(params=["triangles", "cache"])
+def shapes_of(request):
+    """Makes compressed shapes of one way to find triangles."""
+    return functools.partial(compressed_shapes, accel=request.param)
 
 
 def compare_aovs(
@@ -88,11 +96,11 @@ def test02_xml(variant, tmp_path):
 
 
 @pytest.mark.parametrize("variant", VARIANTS)
-def test03_surface_interaction(variant, tmp_path):
+def test03_surface_interaction(variant, tmp_path, shapes_of):
     _mi, _ = require(variant)
     path, primitives = sheet(tmp_path)
     expected = scene(meshes_of(primitives), AOVS)
-    found = scene(shapes_of(path, primitives, cache=0.1), AOVS)
+    found = scene(shapes_of(path, primitives), AOVS)
     a, b = picture(expected), picture(found)
     assert np.isfinite(b).all() and (b[..., :3] != 0).any()
     assert compare_aovs(a, b, diagonal_of(expected)) == 1
@@ -104,7 +112,7 @@ def test03_surface_interaction(variant, tmp_path):
     "options",
     [{"flip_normals": True}, {"face_normals": True}, {"flip_normals": True, "face_normals": True}],
 )
-def test04_normals(variant, options, tmp_path):
+def test04_normals(variant, options, tmp_path, shapes_of):
     require(variant)
     path, primitives = sheet(tmp_path)
     a = picture(
@@ -117,7 +125,7 @@ def test04_normals(variant, options, tmp_path):
 
 
 @pytest.mark.parametrize("variant", VARIANTS[:2])
-def test05_to_world(variant, tmp_path):
+def test05_to_world(variant, tmp_path, shapes_of):
     mi, _ = require(variant)
     path, primitives = sheet(tmp_path)
     to_world = (
@@ -130,7 +138,7 @@ def test05_to_world(variant, tmp_path):
 
 
 @pytest.mark.parametrize("variant", VARIANTS)
-def test06_vertex_color(variant, tmp_path):
+def test06_vertex_color(variant, tmp_path, shapes_of):
     require(variant)
     path, primitives = sheet(tmp_path)
     bsdf = {"type": "diffuse", "reflectance": {"type": "mesh_attribute", "name": "vertex_color"}}
@@ -141,7 +149,7 @@ def test06_vertex_color(variant, tmp_path):
 
 
 @pytest.mark.parametrize("variant", VARIANTS[:2])
-def test07_custom_attributes(variant, tmp_path):
+def test07_custom_attributes(variant, tmp_path, shapes_of):
     mi, _ = require(variant)
     path, primitives = sheet(
         tmp_path, ("POSITION", "_HEAT", "COLOR_0", "COLOR_1", "COLOR_2", "_FRAME", "_ID")
@@ -176,7 +184,7 @@ def test07_custom_attributes(variant, tmp_path):
 
 
 @pytest.mark.parametrize("variant", VARIANTS[:2])
-def test08_instances(variant, tmp_path):
+def test08_instances(variant, tmp_path, shapes_of):
     mi, _ = require(variant)
     path, primitives = sheet(tmp_path)
 
@@ -210,7 +218,7 @@ def test08_instances(variant, tmp_path):
 
 @pytest.mark.parametrize("variant", VARIANTS[:2])
 @pytest.mark.parametrize("radiance", ["constant", "textured"])
-def test09_area_emitter(variant, radiance, tmp_path):
+def test09_area_emitter(variant, radiance, tmp_path, shapes_of):
     mi, _ = require(variant)
     path, primitives = sheet(tmp_path)
     texture = {
@@ -255,7 +263,7 @@ def test09_area_emitter(variant, radiance, tmp_path):
 
 
 @pytest.mark.parametrize("scale", [1, 1e9])
-def test09_texture_coordinates_far_from_0(scale, tmp_path):
+def test09_texture_coordinates_far_from_0(scale, tmp_path, shapes_of):
     """An emitter finds points by texture coordinates that no int of its grid's cells can hold."""
     mi, _ = require("scalar_rgb")
     values, triangles, _ = everything(columns=8, rows=6)
@@ -271,7 +279,7 @@ def test09_texture_coordinates_far_from_0(scale, tmp_path):
 
 
 @pytest.mark.parametrize("variant", VARIANTS[:2])
-def test10_surface_area(variant, tmp_path):
+def test10_surface_area(variant, tmp_path, shapes_of):
     mi, _ = require(variant)
     path, primitives = sheet(tmp_path)
     p = primitives[0].attributes["POSITION"].astype(np.float64)[primitives[0].indices]
@@ -281,7 +289,7 @@ def test10_surface_area(variant, tmp_path):
 
 
 @pytest.mark.parametrize("variant", VARIANTS[:2])
-def test11_masks_and_textures(variant, tmp_path):
+def test11_masks_and_textures(variant, tmp_path, shapes_of):
     mi, _ = require(variant)
     path, primitives = sheet(tmp_path)
     random = np.random.default_rng(1)
@@ -308,7 +316,7 @@ def test11_masks_and_textures(variant, tmp_path):
 
 
 @pytest.mark.parametrize("variant", VARIANTS[:2])
-def test12_several_shapes(variant, tmp_path):
+def test12_several_shapes(variant, tmp_path, shapes_of):
     """Several compressed shapes and Mitsuba's own in one scene: kernels call many shapes."""
     mi, _ = require(variant)
     path, primitives = sheet(tmp_path)
@@ -349,7 +357,9 @@ def test13_errors(tmp_path):
         ({"filename": str(path), "cache": 2.0}, "between 0 and 1"),
         ({"filename": str(path), "cache_policy": "counts"}, "leave the parameter out"),
         ({"filename": str(path), "decoded": True}, "load_scene"),
+        ({"filename": str(path), "accel": "bvh"}, "auto, cache or triangles"),
         ({"filename": str(damaged)}, "damaged"),
+        ({"filename": str(damaged), "accel": "cache"}, "damaged"),
     ):
         with pytest.raises(RuntimeError, match=words):
             mi.load_dict({"type": "meshlet_edgebreaker", **parameters})
@@ -359,7 +369,7 @@ def test13_errors(tmp_path):
 @pytest.mark.parametrize(
     "name", [m if m in SMALL else pytest.param(m, marks=pytest.mark.full) for m in MODELS]
 )
-def test20_models(variant, name, model, tmp_path, request):
+def test20_models(variant, name, model, tmp_path, request, shapes_of):
     require(variant)
     path, primitives = compressed(model(name), tmp_path)
     size = (640, 360) if request.config.getoption("--full") else (128, 72)
@@ -380,7 +390,7 @@ def test20_models(variant, name, model, tmp_path, request):
 @pytest.mark.parametrize(
     "name", [pytest.param(m, marks=[] if m == CLOSED[1] else pytest.mark.full) for m in CLOSED]
 )
-def test30_no_cracks(name, model, tmp_path, request):
+def test30_no_cracks(name, model, tmp_path, request, shapes_of):
     """No ray from inside a closed model leaves it."""
     mi, _ = require("llvm_ad_rgb")
     import drjit as dr
