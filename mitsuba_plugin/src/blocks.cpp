@@ -303,7 +303,10 @@ void smooth(Blocks& b) {
       for (int a = 0; a < 3; a++) b.normals[3 * size_t(v) + a] = bits_of(n[a]);
     }
   }
-  for (Grid& grid : b.grids) grid.normals = true;
+  for (Grid& grid : b.grids) {
+    grid.smooth = !grid.normals;
+    grid.normals = true;
+  }
 }
 
 }  // namespace
@@ -353,7 +356,7 @@ Place place_of(const Grid& grid, const double (&to_world)[3][4], bool flip_texco
   const double determinant = m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) -
                              m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
                              m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
-  const double sign = !grid.normals ? 0.0 : determinant < 0 ? -1.0 : 1.0;
+  const double sign = !grid.normals ? 0.0 : determinant < 0 && !grid.smooth ? -1.0 : 1.0;
   for (int i = 0; i < 3; i++)  // the inverse transpose, but for its length
     for (int j = 0; j < 3; j++) {
       const int i1 = (i + 1) % 3, i2 = (i + 2) % 3, j1 = (j + 1) % 3, j2 = (j + 2) % 3;
