@@ -265,7 +265,7 @@ void Model::index_texcoords() {
 bool Model::at_texcoord(const float (&uv)[2], uint32_t& meshlet, uint32_t& triangle,
                         SurfacePoint& out) const {
   if (cells_.first.empty() || !std::isfinite(uv[0]) || !std::isfinite(uv[1])) return false;
-  const uint32_t cell = TexcoordCells::cell(uv);
+  const uint32_t cell = cells_.cell(uv);
   for (uint32_t i = cells_.first[cell]; i < cells_.first[cell + 1]; i++) {
     meshlet = cells_.items[i];
     const Triangles& t = triangles(meshlet);

@@ -333,6 +333,8 @@ class ResidentMeshlets final : public Shape<Float, Spectrum> {
     m_areas = {};
     if (!this->emitter() && !this->sensor()) return;
     areas();
+    m_facts.table_bytes = sizeof(uint32_t) * (2 * areas().size() + m_blocks.cell_first.size() +
+                                              m_blocks.cell_triangles.size());
     m_blocks.index_texcoords();
   }
 
