@@ -149,7 +149,7 @@ struct ResidentBlocks {
     return uv;
   }
 
-  Mask has_texcoords(const Corners& c, const Mask&) const {
+  Mask has_texcoords(const Corners& c) const {
     return grids.size() > 1 ? placed(c.grid, offsetof(Place, texcoords)) != 0.f : Mask(true);
   }
 
@@ -272,11 +272,7 @@ struct ResidentBlocks {
   // In variants for CPUs at once, so that the host may read it.
   template <typename Array, typename Value>
   static Array array(const std::vector<Value>& from) {
-    if constexpr (dr::is_cuda_v<Float>) return dr::load<Array>(from.data(), from.size());
-    if (from.empty()) return Array();
-    Array to = dr::empty<Array>(from.size());
-    std::memcpy((void*)to.data(), from.data(), sizeof(Value) * from.size());
-    return to;
+    return from.empty() ? Array() : dr::load<Array>(from.data(), from.size());
   }
 
   std::vector<Place> place(const ScalarAffineTransform4f& transform, bool flip_texcoords) {

@@ -8,7 +8,6 @@
 #include <mitsuba/render/scene_ir.h>
 #include <mitsuba/render/shape.h>
 #include <mitsuba/render/srgb.h>
-#include <nanothread/nanothread.h>
 
 #include <atomic>
 #include <cstring>
@@ -56,7 +55,6 @@ class ResidentMeshlets final : public Shape<Float, Spectrum> {
 
   void parameters_changed(const std::vector<std::string>& keys) override {
     if (keys.empty() || string::contains(keys, "to_world")) {
-      if constexpr (dr::is_llvm_v<Float>) dr::sync_thread();  // kernels may read the old place
       m_to_world = m_to_world.value().update();
       drop_triangles();
       m_blocks.move(m_to_world.scalar(), m_options.flip_texcoords);
@@ -283,7 +281,7 @@ class ResidentMeshlets final : public Shape<Float, Spectrum> {
     Point2f uv[3];
     for (int k = 0; k < 3; k++) uv[k] = m_blocks.texcoord(c, k, active);
     const Float b0 = 1.f - b.x() - b.y();
-    const Mask there = m_blocks.has_texcoords(c, active);
+    const Mask there = m_blocks.has_texcoords(c);
     si.uv = dr::select(there, dr::fmadd(uv[0], b0, dr::fmadd(uv[1], b.x(), uv[2] * b.y())), b);
     if (!tangents) return;
     const Vector3f e1 = si.dp_du, e2 = si.dp_dv;
