@@ -51,6 +51,8 @@ class ResidentMeshlets final : public Shape<Float, Spectrum> {
     cb->put("to_world", m_to_world, ParamFlags::NonDifferentiable);
     cb->put("vertex_count", m_blocks.vertex_count, kFacts);
     cb->put("face_count", m_blocks.triangle_count, kFacts);
+    cb->put("bbox.min", m_blocks.bbox.min, kFacts);
+    cb->put("bbox.max", m_blocks.bbox.max, kFacts);
   }
 
   void parameters_changed(const std::vector<std::string>& keys) override {
