@@ -217,8 +217,19 @@ def _check(options: argparse.Namespace) -> None:
             "leave one of them out",
             options=("cache",),
         )
+    _check_cuda(options)
     if not Path(options.output).absolute().parent.is_dir():
         raise MeshletError("its folder does not exist", "create it first", options.output)
+
+
+def _check_cuda(options: argparse.Namespace) -> None:
+    """Raises MeshletError for a cache, which Mitsuba's variants for GPUs do not have."""
+    asks = options.cache is not None or options.accel == "cache"
+    if options.backend == "mitsuba" and options.variant.startswith("cuda") and asks:
+        raise MeshletError(
+            f"--variant {options.variant} has no cache",
+            "leave --cache and --accel out, or use --variant llvm_ad_rgb",
+        )
 
 
 def _out_of_range(options: argparse.Namespace, name: str, values: str) -> MeshletError:

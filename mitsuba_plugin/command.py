@@ -101,6 +101,7 @@ def _report(
     if options.json:
         names = ("output", "backend", "variant", "width", "height", "spp", "lod_error")
         report = {name: getattr(options, name) for name in names} | {
+            "accel": "triangles" if figures["block_bytes"] else "cache",
             "seconds": seconds,
             "statistics": figures,
             "mesh_triangles": meshes,

@@ -66,16 +66,27 @@ Listing::~Listing() {
   listings().by_id.erase(id);
 }
 
-bool fits_memory(uint64_t triangles) {
-  constexpr uint64_t kBytes = 110;  // of a triangle, as measured
+// The machine's free memory, but no more than a container's limit; the largest number if unknown.
+static uint64_t free_memory() {
+  uint64_t bytes = std::numeric_limits<uint64_t>::max();
   std::ifstream file("/proc/meminfo");
   for (std::string name, unit; file >> name;) {
     uint64_t kilobytes = 0;
     if (!(file >> kilobytes)) break;
-    if (name == "MemAvailable:") return triangles * kBytes <= kilobytes * 1024 / 2;
+    if (name == "MemAvailable:") bytes = kilobytes * 1024;
     std::getline(file, unit);
   }
-  return true;  // unknown
+  for (const char* path :
+       {"/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes"}) {
+    uint64_t limit;
+    if (std::ifstream(path) >> limit) bytes = std::min(bytes, limit);
+  }
+  return bytes;
+}
+
+bool fits_memory(uint64_t triangles) {
+  constexpr uint64_t kBytes = 110;  // of a triangle, as measured
+  return triangles <= free_memory() / 2 / kBytes;
 }
 
 ModelFacts check_primitives(std::vector<Primitive>& primitives) {

@@ -269,7 +269,7 @@ struct ResidentBlocks {
  private:
   using Head = dr::Array<UInt32, kHeadWords>;
 
-  // In variants for CPUs at once, so that the host may read it.
+  // Copied when it returns: in variants for CPUs the host may read it.
   template <typename Array, typename Value>
   static Array array(const std::vector<Value>& from) {
     return from.empty() ? Array() : dr::load<Array>(from.data(), from.size());

@@ -332,10 +332,9 @@ class ResidentMeshlets final : public Shape<Float, Spectrum> {
   void prepare_sampling() {
     m_areas = {};
     if (!this->emitter() && !this->sensor()) return;
-    areas();
+    m_blocks.index_texcoords();
     m_facts.table_bytes = sizeof(uint32_t) * (2 * areas().size() + m_blocks.cell_first.size() +
                                               m_blocks.cell_triangles.size());
-    m_blocks.index_texcoords();
   }
 
   // A table of all triangles, for emitters and who asks for the area.

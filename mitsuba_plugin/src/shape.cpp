@@ -377,7 +377,9 @@ ref<Object> make(const Properties& props) {
     std::vector<Primitive> primitives =
         read(filename, selection, props.get<bool>("keep_outside", false));
     if constexpr (dr::is_cuda_v<Float>) {
-      if (options.accel == "cache") throw std::runtime_error("cuda variants have no accel cache");
+      if (options.accel == "cache" || (options.accel == "auto" && options.cache_is_given))
+        throw std::runtime_error(
+            "cuda variants have no cache; leave it out, or use a scalar or llvm variant");
     } else if (uses_cache(options, primitives)) {
       Affine to_world;
       std::memcpy(to_world.m, selection.to_world, sizeof(to_world.m));
