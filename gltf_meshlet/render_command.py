@@ -136,7 +136,7 @@ def _add_shared(command: argparse.ArgumentParser) -> None:
         "--backend",
         choices=BACKENDS,
         default="mitsuba",
-        help="path tracing on the CPU, or the GPU (default %(default)s)",
+        help="path tracing by Mitsuba, or drawing on the GPU by Vulkan (default %(default)s)",
     )
     command.add_argument(
         "--width", type=int, default=800, metavar="N", help="pixels (default %(default)s)"

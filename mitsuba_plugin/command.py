@@ -79,7 +79,8 @@ def _set_variant(variant: str) -> None:
         if not variant.startswith("cuda"):
             raise
         raise MeshletError(
-            f"{variant} needs an NVIDIA GPU and its driver: {str(error).splitlines()[0]}",
+            f"{variant} needs an NVIDIA GPU and its driver: "
+            + str(error).splitlines()[0].split(". ")[0].rstrip("."),
             "use --variant scalar_rgb or llvm_ad_rgb",
         ) from None
 

@@ -252,7 +252,7 @@ bool fill(const std::vector<Primitive>& primitives, const Parallel& parallel, Bl
   for (const Part& part : parts) vertices += part.blocks.vertices.size();
   const uint32_t words = std::max(3u, 2 * all.form.attribute_words);  // with those of spectra
   if (vertices / all.form.vertex_words() * words > std::numeric_limits<uint32_t>::max())
-    throw std::runtime_error("there are too many vertices for accel triangles");
+    throw std::runtime_error("there are too many vertices for accel triangles; use cache");
   for (Part& part : parts) join(all, part, number_of(all.grids, part.grid));
   all.heads.insert(all.heads.end(), {0, 0, 0, all.vertex_count()});
   return true;

@@ -332,7 +332,7 @@ class ResidentMeshlets final : public Shape<Float, Spectrum> {
   void prepare_sampling() {
     m_areas = {};
     if (!this->emitter() && !this->sensor()) return;
-    m_blocks.index_texcoords();
+    if (m_blocks.cell_first.empty()) m_blocks.index_texcoords();
     m_facts.table_bytes = sizeof(uint32_t) * (2 * areas().size() + m_blocks.cell_first.size() +
                                               m_blocks.cell_triangles.size());
   }

@@ -405,12 +405,15 @@ def test15b_without_a_gpu(tmp_path, capsys, monkeypatch):
     arguments = ["render", str(scene_file(tmp_path)), "-o", str(tmp_path / "out.png")]
 
     def refuse(_variant):
-        raise ImportError("the CUDA backend hasn't been initialized.\nMore lines")
+        raise ImportError(
+            "the CUDA backend hasn't been initialized. Make sure to call it.\nMore lines"
+        )
 
     monkeypatch.setattr(mi, "set_variant", refuse)
     assert main([*arguments, "--variant", "cuda_ad_rgb"]) == 2
     (line,) = capsys.readouterr().err.splitlines()
-    assert "cuda_ad_rgb needs an NVIDIA GPU and its driver" in line
+    assert "cuda_ad_rgb needs an NVIDIA GPU and its driver: the CUDA backend" in line
+    assert "Make sure" not in line and ".;" not in line
     assert "use --variant scalar_rgb or llvm_ad_rgb" in line
 
 
