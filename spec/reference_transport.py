@@ -152,6 +152,20 @@ def token_of(x: int) -> int:
 # --- a page ---
 
 
+def stream_of(row: bytes) -> blob_writer.Stream:
+    """The stream of a row of the stream table."""
+    kind, elements, bits, predictor, chain, interior, anchor, zero, step, *offset = struct.unpack(
+        "<8B5f", row
+    )
+    require(1 <= elements <= 4 and 1 <= bits <= 32, "a stream is out of range.")
+    require(zero == 0, "a reserved byte is not zero.")
+    require(bits <= 24 or predictor == COPY, "a stream has too many bits to be predicted.")
+    require(predictor != GEO or (elements == 2 and 2 <= bits <= 16), "normals are out of range.")
+    return blob_writer.Stream(
+        kind, elements, bits, predictor, chain, interior, anchor, step, tuple(offset)
+    )
+
+
 @dataclass
 class Reference:
     """A reference. owner: of a foreign one; user: of an owned one, the last that points at it.
@@ -314,22 +328,8 @@ class Page:
             for i in range(7):
                 if self.reader.bits(1):
                     words[i] = self.reader.bits(32)
-            kind, elements, bits, predictor, chain, interior, anchor, zero, step, *offset = (
-                struct.unpack("<8B5f", struct.pack("<7I", *words))
-            )
-            require(
-                1 <= elements <= 4 and 1 <= bits <= 32 and zero == 0, "a stream is out of range."
-            )
-            require(bits <= 24 or predictor == COPY, "a stream is out of range.")
-            require(
-                predictor != GEO or (s > 0 and elements == 2 and 2 <= bits <= 16),
-                "a stream is out of range.",
-            )
-            streams.append(
-                blob_writer.Stream(
-                    kind, elements, bits, predictor, chain, interior, anchor, step, tuple(offset)
-                )
-            )
+            streams.append(stream_of(struct.pack("<7I", *words)))
+            require(streams[-1].predictor != GEO or s > 0, "normals come before positions.")
         return streams
 
     # --- connectivity ---
@@ -358,7 +358,7 @@ class Page:
             symbol = self.reader.symbol(
                 self.models["gate", p, q], self.models["before", one, two, p]
             )
-            require(symbol < 5, "a symbol is damaged.")
+            require(symbol < 5, "a symbol is out of range.")
             parts.add(symbol)
             symbols = SYMBOLS[symbol] + symbols
             one, two = symbol, one
@@ -386,7 +386,7 @@ class Page:
         while at < len(loop):
             left = len(loop) - at
             r = self._reference(m, meshlet, at == 0, left)
-            require(r.length <= left, "the references do not fit the loops.")
+            require(r.length <= left, "an owner is longer than the loop has room.")
             r.run = around[at : at + r.length + 1]
             at += r.length
             r.loop_end = at == len(loop)
@@ -401,10 +401,8 @@ class Page:
             state, candidate = self._candidate(previous)
         context = "first" if previous is None else previous.kind
         what = self.reader.symbol(self.models["kind", context, state])
-        require(
-            what <= FOREIGN_ONE and (what != CANDIDATE or candidate is not None),
-            "a reference is damaged.",
-        )
+        require(what <= FOREIGN_ONE, "a reference is out of range.")
+        require(what != CANDIDATE or candidate is not None, "a reference has no candidate.")
         r = Reference(m, len(meshlet.references), (OWNED, FOREIGN, PRIVATE, FOREIGN)[what])
         meshlet.references.append(r)
         if what == CANDIDATE:
@@ -426,13 +424,13 @@ class Page:
         length = 1 + self._unsigned(
             self.models["length", token_of(left)], self.models["length of", kind, fresh]
         )
-        require(length < left, "the references do not fit the loops.")
+        require(length < left, "a reference is longer than its loop.")
         return length
 
     def _owner(self, meshlet: Meshlet, r: Reference, context: int) -> None:
         """Sets the owner; only its slot if that may come later in the meshlet."""
         delta = self._unsigned(self.models["delta", context])
-        require(delta <= r.meshlet, "a reference has no owner.")
+        require(delta <= r.meshlet, "an owner is of a meshlet before the first.")
         members = self.meshlets[r.meshlet - delta].references
         owners = [q for q in members if q.open]
         if self.reader.flag(self.flags["taken",]):
@@ -444,7 +442,7 @@ class Page:
             r.slot = self.reader.bits(6)
         elif len(owners) > 1:
             r.slot = self.reader.symbol(self.models["slot", len(owners)])
-        require(r.slot < len(owners), "a reference has no owner.")
+        require(r.slot < len(owners), "a slot is not among the owners.")
         r.owner = owners[r.slot]
 
     def _resolve(self, meshlet: Meshlet) -> None:
@@ -452,10 +450,8 @@ class Page:
         owned = [q for q in meshlet.references if q.kind == OWNED]
         for r in meshlet.references:
             if r.kind == FOREIGN and r.owner is None:
-                require(
-                    r.slot < len(owned) and owned[r.slot].length == r.length,
-                    "a reference has no owner.",
-                )
+                require(r.slot < len(owned), "a slot is not among the owners of its meshlet.")
+                require(owned[r.slot].length == r.length, "an owner has another length.")
                 r.owner = owned[r.slot]
                 r.owner.user = r
         for r in meshlet.references:
@@ -731,7 +727,7 @@ class Parts:
             return
         self.triangles[p] += 1
         if symbol == S:
-            require(bool(self.gates), "a symbol is damaged.")
+            require(bool(self.gates), "an S has no two parts to join.")
             a = self.gates[-1]
             v = self.next[a]  # v and p are one vertex
             self.triangles[a] += 1
@@ -1054,13 +1050,17 @@ def vertex_count(page: Page) -> int:
     return count
 
 
-def unpack_page(data: bytes, resident: int) -> bytes:
-    """The blob of a packed page. resident: its length by the page table."""
-    page = Page(data, resident)
+def write_page(page: Page) -> bytes:
+    """The blob in canonical form."""
     meshlets = [written(page, meshlet) for meshlet in page.meshlets]
-    blob = blob_writer.write_blob(
+    return blob_writer.write_blob(
         page.streams, meshlets, vertex_count(page), lambda g: group_layout(meshlets[32 * g :][:32])
     )
+
+
+def unpack_page(data: bytes, resident: int) -> bytes:
+    """The blob of a packed page. resident: its length by the page table."""
+    blob = write_page(Page(data, resident))
     require(len(blob) == resident, "a packed page does not have the length that its table says.")
     return blob
 
