@@ -128,14 +128,14 @@ def _late(*_: object) -> None:
     raise TimeoutError
 
 
-def survivors(step: int = 1) -> tuple[list[str], int]:
-    """(changes that no vector notices, changes in all)."""
+def results(step: int = 1) -> Iterator[tuple[str, str]]:
+    """(change, name of the first vector that notices it, empty if none does)."""
     signal.signal(signal.SIGALRM, _late)
     tree = ast.parse(SOURCE.read_text())
-    for node in ast.walk(tree):  # annotations and doc strings are no rules
+    for node in ast.walk(tree):  # annotations are no rules
         if isinstance(node, ast.FunctionDef):
             node.returns = None
-    of, left, total = vectors(), [], 0
+    of = vectors()
     listed = [
         (p, number, words, change)
         for p, part in enumerate(parts(tree))
@@ -145,19 +145,19 @@ def survivors(step: int = 1) -> tuple[list[str], int]:
         changed = copy.deepcopy(tree)
         part = list(parts(changed))[p]
         node = list(ast.walk(part))[number]
-        line = getattr(node, "lineno", 0)
+        place = f"{SOURCE.name}:{getattr(node, 'lineno', 0)}: {getattr(part, 'name', '')}"
         change(node)
-        total += 1
-        name = noticed(unpacker(changed), of)
-        if not name:
-            left.append(f"{SOURCE.name}:{line}: {getattr(part, 'name', '')}: {words}")
-    return left, total
+        yield f"{place}: {words}", noticed(unpacker(changed), of)
 
 
 def main() -> None:
-    left, total = survivors(int(sys.argv[1]) if len(sys.argv) > 1 else 1)
-    print("\n".join(left))
-    print(f"{total - len(left)} of {total} changes are noticed")
+    total = left = 0
+    for change, name in results(int(sys.argv[1]) if len(sys.argv) > 1 else 1):
+        total += 1
+        if not name:
+            left += 1
+            print(change, flush=True)
+    print(f"{total - left} of {total} changes are noticed")
 
 
 if __name__ == "__main__":
