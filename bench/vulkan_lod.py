@@ -3,9 +3,11 @@
 Needs a GPU: python -m bench vulkan_lod. Makes the scenes itself: the dragon with each triangle cut
 into n x n and noise, alone or many times in a grid. --keep FOLDER keeps the compressed models for
 the next run, --make only makes them. A frame is timed by the GPU, and drawn with the pages that are
-there; the flight waits for none. While the host prepares a frame the GPU fills memory: without
-work its clock falls to a third. Pictures of EXACT are compared with full detail: points that pixels
-show, in either picture, with the surface of the other.
+there; the flight waits for none. Each scene is flown through twice: as fast as frames come, which
+times them, and at --rate frames a second, which shows how late pages are for a viewer. While the
+host prepares a frame the GPU fills memory: without work its clock falls to a third. Pictures of
+EXACT are compared with full detail: points that pixels show, in either picture, with the surface of
+the other.
 """
 
 from __future__ import annotations
@@ -29,7 +31,7 @@ from gltf_ext.files import write_files
 from gltf_ext.sources.importers import open_model
 
 PACKAGES = ("gltf-meshlet", "numpy", "vulkan")
-PARTS = ("scenes", "width", "make", "load")
+PARTS = ("scenes", "width", "make", "load", "rate")
 MODEL = "dragon"
 # (cuts of each edge, triangles of all instances): one instance of 1, 14 and 105 million triangles;
 # then 12 instances of each, which look alike, so that only the triangles behind a picture grow;
@@ -188,6 +190,13 @@ class Flight:
             **asdict(self.drawing.statistics),
         }
 
+    def settle(self) -> None:
+        """Draws the first view until nothing is missing, then some more, to wake the GPU."""
+        while not self.draw(0.0, wait=True)["is_finished"]:
+            pass
+        for _ in range(WAKE_FRAMES):
+            self.draw(0.0)
+
     def free(self) -> None:
         self.drawing.free()
         self._targets.free()
@@ -204,14 +213,11 @@ def measure_flight(
     warm.free()
     began = time.perf_counter()
     flight = Flight(device, path, pool, size, occlusion, options.load)
-    first = flight.draw(0.0)
+    flight.draw(0.0)
     first_seconds = time.perf_counter() - began
-    while not first["is_finished"]:
-        first = flight.draw(0.0, wait=True)
+    flight.settle()
     complete_seconds = time.perf_counter() - began
-    for _ in range(WAKE_FRAMES):
-        flight.draw(0.0)
-    frames = [flight.draw(n / (options.frames - 1)) for n in range(options.frames)]
+    free = flown(flight, options.frames, 0.0)
     result = {
         "triangles": flight.scene.triangles,
         "instances": len(flight.scene.instances),
@@ -222,10 +228,26 @@ def measure_flight(
         "device_bytes": flight.drawing.resident_bytes,
         "first_seconds": first_seconds,
         "complete_seconds": complete_seconds,
-        "frames": summarised(frames),
+        "frames": summarised(free),
     }
     flight.free()
+    # Anew: the pool holds nearly all pages of the first flight.
+    flight = Flight(device, path, pool, size, occlusion, options.load)
+    flight.settle()
+    result["paced"] = summarised(flown(flight, options.frames, options.rate))
+    flight.free()
     return result
+
+
+def flown(flight: Flight, count: int, rate: float) -> list[dict[str, Any]]:
+    """The frames of a flight. rate: frames a second; 0: as fast as they come."""
+    frames: list[dict[str, Any]] = []
+    begin = time.perf_counter()
+    for number in range(count):
+        frames.append(flight.draw(number / (count - 1)))
+        due = begin + (number + 1) / rate if rate else 0.0
+        time.sleep(max(0.0, due - time.perf_counter()))
+    return frames
 
 
 def compared(renderer: Any, path: Path, options: argparse.Namespace) -> dict:
@@ -276,6 +298,7 @@ def summarised(frames: list[dict]) -> dict:
     """The figures of a flight's frames that the tables show."""
     columns = {name: [frame[name] for frame in frames] for name in frames[0]}
     times, allowed = columns["milliseconds"], np.array(columns["allowed_pixels"])
+    shown = np.array(columns["shown_pixels"])
     return {
         "count": len(frames),
         "median": float(np.median(times)),
@@ -289,6 +312,8 @@ def summarised(frames: list[dict]) -> dict:
         "read_bytes": int(np.sum(columns["read_bytes"])),
         "share_at_error": float((allowed <= np.float32(PIXELS)).mean()),
         "worst_allowed": float(allowed.max()),
+        "share_shown": float((shown <= np.float32(PIXELS)).mean()),
+        "worst_shown": float(shown.max()),
         "share_complete": float((np.array(columns["missing_pages"]) == 0).mean()),
     }
 
@@ -319,6 +344,7 @@ def measure(options: argparse.Namespace) -> dict:
         "width": options.width,
         "height": options.height,
         "pixels": PIXELS,
+        "rate": options.rate,
         "rows": rows,
     }
 
@@ -346,6 +372,14 @@ def summary(result: dict) -> str:
         "first picture": lambda row: f"{1000 * row['first_seconds']:.0f} ms",
         "nothing missing": lambda row: f"{1000 * row['complete_seconds']:.0f} ms",
     }
+    if "paced" in result["rows"][0]:  # older results lack it
+        rate = f"{result['rate']:g} Hz"
+        flights |= {
+            "show one pixel": lambda row: f"{100 * row['frames']['share_shown']:.1f} %",
+            "worst shown": lambda row: f"{row['frames']['worst_shown']:.2f} px",
+            f"show one pixel at {rate}": lambda row: f"{100 * row['paced']['share_shown']:.1f} %",
+            f"worst shown at {rate}": lambda row: f"{row['paced']['worst_shown']:.2f} px",
+        }
     flights["pixels within one of full detail"] = lambda row: (
         f"{100 * row['exact']['least_share']:.2f} %" if "exact" in row else ""
     )
@@ -373,6 +407,13 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--device", metavar="DEVICE", help="number, or a part of the name")
     parser.add_argument("--frames", type=int, default=300, metavar="N", help="of a flight")
+    parser.add_argument(
+        "--rate",
+        type=float,
+        default=60.0,
+        metavar="N",
+        help="frames a second of the second flight; the first draws as fast as it can",
+    )
     parser.add_argument("--width", type=int, default=1920, metavar="N", help="pixels")
     parser.add_argument("--height", type=int, default=1080, metavar="N", help="pixels")
     parser.add_argument(

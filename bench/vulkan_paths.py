@@ -15,7 +15,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 import bench.compiled_shaders  # noqa: F401  before their structures
-from vk_backend.decode.bounds import fill_bounds
+from vk_backend.decode.bounds import Bounds
 from vk_backend.decode.decoder import Decoder, Method, Pass, Stage
 from vk_backend.decode.slots import SlotLayout
 from vk_backend.decode.structures import RASTER_PUSH
@@ -33,6 +33,7 @@ from vk_backend.raster.pipeline import MESH, TASK
 from vk_backend.raytrace.acceleration import Shape
 from vk_backend.raytrace.commands import MESHLET_LEVELS, FrameSubmissions
 from vk_backend.raytrace.geometry import Geometry, Piece, pieces_of
+from vk_backend.raytrace.pipeline import RayPipeline
 from vk_backend.raytrace.rays import Tracer
 from vk_backend.raytrace.tracer import BOX_TRIANGLES, RayTracer, ray_constants, require
 from vk_backend.renderer import PATHS
@@ -126,7 +127,7 @@ class PlainDrawing(Drawing):
         device.require(self.capability, self.name)
         super().__init__(SceneView(device, scene, frozenset({"blobs", "bounds", "vertices"})))
         buffers = self.view.buffers
-        fill_bounds(buffers)
+        Bounds(buffers).fill()
         buffers.blobs.free()  # only the culling bounds needed them
         self._model = self.own(PlainModel(buffers, meshlets=True))
         stages = (("bench:plain.task", TASK), ("bench:plain.mesh", MESH))
@@ -241,8 +242,9 @@ class PaperTracer(Tracer):
         constants = ray_constants(scene, layout, CONSTANTS["MESHLET_TRIANGLES"])
         with device.free_on_error():
             view = SceneView(device, scene, frozenset({"blobs"}), matrices=False)
+            rays = RayPipeline(view, PAPER_HIT, constants)
             geometry = Geometry(view, constants=constants, part_meshlets=meshlets)
-            super().__init__(view, geometry, PAPER_HIT, constants, **light)
+            super().__init__(view, geometry, rays, **light)
             self.slots, self._missing = slots, 0
             self._decoder = Decoder(device, layout, slots, constants, PAPER)
             table = np.zeros(meshlets, CACHED_MESHLET)
@@ -351,8 +353,9 @@ class TrianglesTracer(Tracer):
         with device.free_on_error():
             needs = frozenset({"vertices", "indices"})
             view = SceneView(device, scene, needs, matrices=False)
+            rays = RayPipeline(view, TRIANGLES_HIT, constants)
             geometry = TriangleGeometry(view, constants=constants, part_meshlets=meshlets)
-            super().__init__(view, geometry, TRIANGLES_HIT, constants, **light)
+            super().__init__(view, geometry, rays, **light)
             self._own["records"] = PlainModel(view.buffers, meshlets=False).table
 
     def meshlet_ids(self, hits: np.ndarray) -> np.ndarray:

@@ -87,8 +87,8 @@ def _number_of(name: str, names: Mapping[str, int], problem: str) -> int:
 # --- views ---
 
 
-class _View(Handle):
-    """Compressed bytes that are open. Raises ValueError, TypeError."""
+class View(Handle):
+    """Compressed bytes that are open. Checks headers and tables. Raises ValueError, TypeError."""
 
     def __init__(self, view: Bytes) -> None:
         super().__init__()
@@ -101,7 +101,7 @@ class _View(Handle):
         self.vertex_count: int = self._counts.vertices
         self.meshlet_count: int = self._counts.meshlets
 
-    @property
+    @functools.cached_property
     def streams(self) -> list[Stream]:
         """The stream table of the first blob. Predictors of others may differ."""
         streams, row = [], StreamRow()
@@ -164,7 +164,7 @@ class _View(Handle):
         }
 
 
-class Header(_View):
+class Header(View):
     """The header and tables of a blob. Decodes nothing."""
 
     def __init__(self, blob: Bytes) -> None:
@@ -176,7 +176,7 @@ class Header(_View):
         self.meshlet_triangles: UInt32s = np.diff(begins)  # of each meshlet
 
 
-class Decoder(_View):
+class Decoder(View):
     """Decodes single meshlets of a view, numbered on through its blobs.
 
     It holds a scratch, so only one thread may use it at a time; another one gets a ValueError.
@@ -236,7 +236,7 @@ def decode(view: Bytes, threads: int = 0) -> tuple[UInt32s, list[UInt32s]]:
 
     Returns (triangles: uint32[T, 3], [uint32[V, elements] per stream]).
     """
-    return _View(view).decode(threads, False)
+    return View(view).decode(threads, False)
 
 
 def decode_values(view: Bytes, threads: int = 0) -> tuple[UInt32s, list[NDArray[Any]]]:
@@ -245,22 +245,22 @@ def decode_values(view: Bytes, threads: int = 0) -> tuple[UInt32s, list[NDArray[
     Values are uint32[V, elements] for INTEGER, float32[V, 3] unit vectors for OCT, float32[V,
     elements] otherwise.
     """
-    return _View(view).decode(threads, True)
+    return View(view).decode(threads, True)
 
 
 def decode_joinable(view: Bytes, threads: int = 0) -> tuple[Joinable, list[NDArray[Any]]]:
     """Return (triangles and integers, to join vertices; values per stream, as decode_values)."""
-    return _View(view).decode_joinable(threads)
+    return View(view).decode_joinable(threads)
 
 
 def split(view: Bytes) -> list[tuple[int, int]]:
     """Return (offset, size) of each blob of a view. Checks all headers."""
-    return [(blob.offset, blob.bytes) for blob in _View(view).blobs()]
+    return [(blob.offset, blob.bytes) for blob in View(view).blobs()]
 
 
 def describe(view: Bytes) -> dict[str, Any]:
     """Return counts and numbers of bits; the entries of 'bits' sum to 8 * len(view)."""
-    handle, statistics = _View(view), Statistics()
+    handle, statistics = View(view), Statistics()
     functions.get_statistics(handle, statistics)
     return handle.description(statistics)
 
@@ -270,7 +270,7 @@ def validate(view: Bytes, threads: int = 0) -> None:
 
     Decodes every meshlet alone, and so detects errors that `decode` may accept.
     """
-    functions.validate(_View(view), threads)
+    functions.validate(View(view), threads)
 
 
 # --- views packed for download ---
@@ -431,7 +431,7 @@ def encode(
     _run(options, progress, lambda: function(mesh, options, statistics, result.out))
     view = result.array(0, np.uint8).tobytes()
     generation = {"histogram": tuple(statistics.histogram), "iterations": statistics.iterations}
-    return view, {**_View(view).description(statistics), "generation": generation}
+    return view, {**View(view).description(statistics), "generation": generation}
 
 
 def _order(meshlets: tuple[UInt32s | None, ...], triangle_count: int) -> dict[str, Any]:

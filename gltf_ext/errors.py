@@ -40,6 +40,8 @@ class NothingToCompress(MeshletError):
 
 def printable(text: str) -> str:
     """Return the text with names out of a file made harmless."""
+    if text.isprintable():  # at once: a report has megabytes of pictures
+        return text
     return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
 
 

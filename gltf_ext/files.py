@@ -17,6 +17,18 @@ from gltf_ext.work_files import release
 BLOCK_BYTES = 1 << 24
 
 
+def cache_folder() -> Path:
+    """Return the user's folder for what can be made again. Safe to delete at any time.
+
+    XDG_CACHE_HOME names its parent; by default that is LOCALAPPDATA on Windows, else ~/.cache.
+    """
+    for variable in ("XDG_CACHE_HOME", *(("LOCALAPPDATA",) if IS_WINDOWS else ())):
+        base = os.environ.get(variable, "")
+        if os.path.isabs(base):
+            return Path(base) / "gltf-meshlet"
+    return Path.home() / ".cache" / "gltf-meshlet"
+
+
 def check_output(path: Path, inputs: Iterable[str | os.PathLike[str]]) -> None:
     """Check an output path before any work. Raises MeshletError.
 

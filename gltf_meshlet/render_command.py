@@ -20,6 +20,7 @@ from typing import Any, NamedTuple
 from gltf_ext.errors import MeshletError, blaming, printable
 from gltf_ext.files import refuse_overwriting
 from gltf_ext.options import bytes_of
+from gltf_meshlet import STARTED
 
 BACKENDS = {"mitsuba": "mitsuba_plugin.command", "vulkan": "vk_backend.command"}
 PATHS = ("visibility", "stream", "mesh", "mesh-paper", "geometry", "vertex", "rt")
@@ -170,7 +171,12 @@ def run(options: argparse.Namespace) -> int:
     is_compressed, sources = _look_into(options.input)
     refuse_overwriting(sources, [options.output])  # before any work; write_files checks it again
     with _compressed_copy(options.input, is_compressed) as path:
-        updates = {"input": path, "source": options.input, "read": sources}
+        updates = {
+            "input": path,
+            "source": options.input,
+            "read": sources,
+            "started": STARTED,
+        }
         backend_arguments = argparse.Namespace(**{**vars(options), **updates})
         try:
             status: int = backend.main(backend_arguments)

@@ -22,6 +22,7 @@ from itertools import takewhile
 from pathlib import Path
 from typing import NoReturn, TextIO
 
+from gltf_ext.files import cache_folder
 from gltf_ext.progress import progress_bar
 
 LIBRARY = "meshlet_edgebreaker.so"
@@ -60,12 +61,6 @@ def library() -> Path:
             "set XDG_CACHE_HOME to a folder that is writable"
         ) from None
     return path
-
-
-def cache_folder() -> Path:
-    """The user's cache folder for compiled libraries. Safe to delete at any time."""
-    base = os.environ.get("XDG_CACHE_HOME", "")
-    return (Path(base) if os.path.isabs(base) else Path.home() / ".cache") / "gltf-meshlet"
 
 
 def _environment() -> str:

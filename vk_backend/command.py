@@ -7,6 +7,7 @@ import io
 import json
 import statistics
 import sys
+import time
 from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import asdict, replace
@@ -23,6 +24,7 @@ from gltf_ext.progress import progress_bar
 
 from .gpu import vk
 from .gpu.errors import VulkanError
+from .gpu.pipelines import Compiler
 from .renderer import PATHS, Picture, Renderer, cache_bytes
 from .scene.background import before_sky
 from .scene.camera import Camera
@@ -39,7 +41,8 @@ Draw = Callable[[Camera], "Picture | TracedPicture"]
 def main(options: argparse.Namespace) -> int:
     """Renders and writes the pictures; returns the exit status 0.
 
-    options: those of gltf_meshlet.render_command. Raises MeshletError or OSError; then it writes
+    options: those of gltf_meshlet.render_command; started: time.perf_counter() at the command's
+    start. Raises MeshletError or OSError; then it writes
     nothing.
     """
     try:
@@ -78,6 +81,9 @@ def _render(options: argparse.Namespace) -> int:
             picture = draw(camera)
             pictures.append(before_sky(picture.color, camera))
             times.append(picture.milliseconds)
+            if number == 1:
+                first_seconds = time.perf_counter() - options.started
+                pipelines = Compiler.of(renderer.device).statistics()
             if isinstance(picture, Picture):
                 drawn.append(picture)
             if advance:
@@ -95,6 +101,8 @@ def _render(options: argparse.Namespace) -> int:
             "triangles": scene.triangles,
             "compressed_bytes": scene.compressed_bytes,
             "resident_bytes": resident(),
+            "first_picture_seconds": first_seconds,
+            "pipelines": pipelines,
         }
         kept = [asdict(picture.pool) for picture in drawn if picture.pool]
         if kept:
@@ -234,10 +242,11 @@ def _animation(pictures: list[np.ndarray]) -> bytes:
 
 
 def _line(report: dict[str, Any]) -> str:
+    first, pipelines = report["first_picture_seconds"], report["pipelines"]["seconds"]
     frames = f"{report['frames']} frames, " if report["frames"] > 1 else ""
     if "levels" in report:
         last = report["levels"][-1]
-        levels = f"{last['triangles']:,} drawn at {last['allowed_pixels']:.3g} pixels of error, "
+        levels = f"{last['triangles']:,} drawn at {last['shown_pixels']:.3g} pixels of error, "
     else:
         levels = ""
     return (
@@ -245,5 +254,6 @@ def _line(report: dict[str, Any]) -> str:
         f"path {report['path']} on {report['device']}, {report['milliseconds']:.2f} ms a frame; "
         f"{report['triangles']:,} triangles, {levels}"
         f"{report['compressed_bytes'] / 1e6:.2f} MB compressed, "
-        f"{report['resident_bytes'] / 1e6:.2f} MB on the device"
+        f"{report['resident_bytes'] / 1e6:.2f} MB on the device; first picture after "
+        f"{first:.1f} s (pipelines {pipelines:.1f} s)"
     )

@@ -207,7 +207,7 @@ def read_compressed(document: Document, mesh: int, index: int) -> Compressed:
         first_streams = _first_streams(extension, formats, primitive)
         require_plain(item(document.bufferViews, extension["bufferView"], "bufferView"))
         blob = document.bytes_of_view(extension["bufferView"])
-        decoder = _codec.Decoder(blob)
+        view = _codec.View(blob)
         attributes, *targets = (
             {name: (first, forms[name]) for name, first in streams.items()}
             for streams, forms in zip(first_streams, formats)
@@ -219,9 +219,9 @@ def read_compressed(document: Document, mesh: int, index: int) -> Compressed:
             extension,
             extension["bufferView"],
             blob,
-            decoder.streams,
-            decoder.triangle_count,
-            decoder.vertex_count,
+            view.streams,
+            view.triangle_count,
+            view.vertex_count,
             attributes,
             targets,
         )

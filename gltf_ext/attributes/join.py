@@ -32,9 +32,10 @@ def decode_view(view: _codec.Bytes, source_vertices: int | None) -> Arrays:
 
     source_vertices: as in the extension's object; None where that has none: no vertex is doubled.
     """
-    if source_vertices is None or source_vertices >= _codec.Decoder(view).vertex_count:
-        return _codec.decode_values(view)
-    joinable, values = _codec.decode_joinable(view)
+    blobs = _codec.View(view)
+    if source_vertices is None or source_vertices >= blobs.vertex_count:
+        return blobs.decode(threads=0, as_values=True)
+    joinable, values = blobs.decode_joinable(threads=0)
     return without_copies(joinable, values, max(source_vertices, 1))
 
 

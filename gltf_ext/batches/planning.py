@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import os
+import sys
 import uuid
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -135,12 +136,14 @@ class Plan:
                     stamp = _Stamps(folders[folder_url], known_stamps)
                     # Of other stamps, the worker compares the bytes.
                     reason = job.changed_file(record, stamp, self.outputs.stamp)
-                if not reason:
-                    records[job.name] = {**record, "status": UNCHANGED}
+                if not reason:  # of ten thousand records, keys alone take 12 MB
+                    records[job.name] = {sys.intern(key): v for key, v in record.items()}
+                    records[job.name]["status"] = UNCHANGED
                 self.reasons[job.name] = reason
-                record = json.loads(texts.get(job.limit_name, "null"))
-                if reason and task.reached_limit(job, record, self.models[job.name].stamp):
-                    self.limited[job.name] = record
+                if reason and (text := texts.get(job.limit_name)):
+                    record = json.loads(text)
+                    if task.reached_limit(job, record, self.models[job.name].stamp):
+                        self.limited[job.name] = record
         return records
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import time
+from collections.abc import Iterator
 from typing import Any
 
 from gltf_ext.batches import task
@@ -79,10 +80,20 @@ def of_run(
 
 def write(folder: Folder, report: Report) -> None:
     """Write a report into the destination. Raises OSError."""
-    folder.write(REPORT, json.dumps(report).encode())
+    folder.write(REPORT, _pieces(report))
     for name, text in pages(report, PAGE):
         folder.write(name, text.encode())
     number = page_count(report)
     while folder.exists(name := page_name(PAGE, number)):  # of a larger batch before
         folder.fs.rm_file(folder.at(name))
         number += 1
+
+
+def _pieces(report: Report) -> Iterator[bytes]:
+    """Yield its JSON, file by file: as one string it would take as much memory as all else."""
+    others = json.dumps({name: value for name, value in report.items() if name != "files"})
+    separator = f'{others[:-1]}, "files": ['
+    for file in report["files"]:
+        yield f"{separator}{json.dumps(file)}".encode()
+        separator = ", "
+    yield b"]}"

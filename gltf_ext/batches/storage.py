@@ -9,7 +9,7 @@ import shutil
 import stat
 import time
 import uuid
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
@@ -102,20 +102,27 @@ class Folder:
     def read_all(self, names: list[str]) -> dict[str, bytes]:
         """Return name -> bytes of those that can be read."""
         contents: list[Any] = []
-        if names:  # cat would take brackets in names for patterns
+        if self.is_local:  # half the time that fsspec takes
+            contents = [_read_or_none(self.at(name)) for name in names]
+        elif names:  # cat would take brackets in names for patterns
             contents = self.fs.cat_ranges(
                 [self.at(n) for n in names], None, None, on_error="return"
             )
         return {n: data for n, data in zip(names, contents) if isinstance(data, bytes)}
 
-    def write(self, name: str, data: bytes) -> None:
-        """Write all of a file or nothing. Raises OSError, and what its storage raises."""
+    def write(self, name: str, data: bytes | Iterable[bytes]) -> None:
+        """Write all of a file or nothing. Raises OSError, and what its storage raises.
+
+        data: all of it, or pieces of it.
+        """
+        pieces = [data] if isinstance(data, bytes) else data
         if not self.is_local:
-            self.fs.pipe_file(self.at(name), data)  # one request: nobody sees a part
+            self.fs.pipe_file(self.at(name), b"".join(pieces))  # one request: nobody sees a part
             return
         with self._unfinished([name]) as partials:
-            for partial in partials.values():
-                partial.write_bytes(data)
+            (partial,) = partials.values()
+            with open(partial, "wb") as file:
+                file.writelines(pieces)
 
     def write_files(self, files: Mapping[str, Path]) -> None:
         """Write copies of files, by their names in this folder: on a disk all or none.
@@ -161,6 +168,17 @@ class Folder:
         """Return whether "a" and "A" are the same file. On a disk, its folder STATE must exist."""
         state = identity(self.at(STATE)) if self.is_local else None
         return state is not None and identity(self.at(STATE.upper())) == state
+
+
+def _read_or_none(path: str) -> bytes | None:
+    """Return the bytes of a file on a disk; None if it cannot be read, or is no file."""
+    try:
+        if not os.path.isfile(path):  # a pipe would wait for its writer
+            return None
+        with open(path, "rb") as file:
+            return file.read()
+    except OSError:
+        return None
 
 
 def fallback_name(output: str) -> str:

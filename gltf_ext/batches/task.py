@@ -19,12 +19,14 @@ from typing import Any
 
 from gltf_ext.batches.storage import STATE, UNSURE, Folder, fallback_name, folder_of
 from gltf_ext.batches.thumbnail import thumbnail
-from gltf_ext.checks.verify import verify
+from gltf_ext.checks.verify import compare_files
 from gltf_ext.commands.compress import compress
+from gltf_ext.document.document import Document
 from gltf_ext.errors import MeshletError
 from gltf_ext.files import refuse_overwriting
+from gltf_ext.options import Options
 from gltf_ext.portable import is_relative
-from gltf_ext.sources.importers import referenced_files
+from gltf_ext.sources.importers import open_model, referenced_files
 
 Record = dict[str, Any]
 VERSION = importlib.metadata.version("gltf-meshlet")
@@ -84,7 +86,10 @@ class Job:
     @property
     def outputs(self) -> list[str]:
         """Names of all files that it may write, but its record."""
-        return [self.output] + [fallback_name(self.output)] * bool(self.options.get("fallback"))
+        return [
+            self.output,
+            *([fallback_name(self.output)] if self.options.get("fallback") else ()),
+        ]
 
     def is_of_this_run(self, record: Record) -> bool:
         """Return whether this batch has written a record."""
@@ -205,8 +210,8 @@ def _run(job: Job, folder: Path, start: float) -> Record:
     old_digests = digests_of_record(old_record)
     _check_outputs(destination, job, old_digests)
     output = folder / posixpath.basename(job.output)
-    report, verification = _compress_and_verify(job, inputs, output, folder)
-    picture = _picture(output)  # before anything is written: it may kill the worker
+    report, verification, document = _compress_and_verify(job, inputs, output, folder)
+    picture = _picture(document)  # before anything is written: it may kill the worker
     outputs = _write_outputs(destination, job, inputs, folder, old_digests)
     record = {
         "name": job.name,
@@ -251,20 +256,24 @@ def _refresh_record(
 
 def _compress_and_verify(
     job: Job, inputs: _Inputs, output: Path, folder: Path
-) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Write and verifies the output on this machine; the reports. Raises MeshletError, OSError."""
+) -> tuple[dict[str, Any], dict[str, Any], Document]:
+    """Write and verify the output on this machine. Returns the reports, and the output as read.
+
+    Raises MeshletError, OSError.
+    """
     report = compress(inputs.model, output, **{"threads": 1, **job.options})
     if report["output"] != str(output):
         raise MeshletError("the result does not fit a .glb", "compress it by itself")
     names = ("max_memory", "work_dir", "obj_groups")
     of_verify = {"work_dir": str(folder), **job.options}
     of_verify = {name: of_verify[name] for name in names if name in of_verify}
-    verification = verify(inputs.model, output, **of_verify)
+    document = open_model(output)
+    verification = compare_files(inputs.model, output, Options.of(of_verify), document)
     if inputs.current_stamps() != inputs.stamps:
         raise MeshletError("changed while it was read", "run again")
     if verification["problems"]:  # losses that show are warned of by compress
         raise MeshletError("; ".join(["is not the same after decoding", *verification["problems"]]))
-    return report, verification
+    return report, verification, document
 
 
 def _write_outputs(
@@ -292,7 +301,7 @@ def _write_outputs(
     }
 
 
-def _picture(output: Path) -> bytes:
+def _picture(output: Document) -> bytes:
     """Return the thumbnail of an output; empty if there can be none: that is no reason to fail."""
     try:
         return thumbnail(output)

@@ -103,17 +103,23 @@ def verify(
             "progress": progress,
         }
     )
-    return _compare_files(original, compressed, options)
+    return compare_files(original, compressed, options)
 
 
-def _compare_files(original: Model, compressed: Model, options: Options) -> dict[str, Any]:
-    """Return the report of verify. options: max_memory, work_dir, obj_groups and progress."""
+def compare_files(
+    original: Model, compressed: Model, options: Options, document: Document | None = None
+) -> dict[str, Any]:
+    """Return the report of verify.
+
+    options: max_memory, work_dir, obj_groups and progress. document: of the compressed file, if it
+    has been read already; it stays as it is.
+    """
     original_name, compressed_name = name_of(original), name_of(compressed)
     with blaming(original_name):
         original_document, large = open_source(original, options)
         number_features(original_document, large)  # as `compress` does
     with blaming(compressed_name):
-        compressed_document = open_model(compressed)
+        compressed_document = document or open_model(compressed)
     if not has_compressed(compressed_document):
         raise _misplaced(original_document, compressed_name)
     looks = Looks(original_document)

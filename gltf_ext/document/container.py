@@ -11,7 +11,7 @@ from typing import Any
 from urllib.parse import quote
 
 from gltf_ext.document.buffer_layout import Pieces, pack
-from gltf_ext.document.document import CONVERT, DAMAGED, Document, read_file
+from gltf_ext.document.document import CONVERT, DAMAGED, Document, files_of, read_file
 from gltf_ext.document.lfs import refuse_pointer
 from gltf_ext.document.meshopt import unpack_meshopt
 from gltf_ext.document.references import note_orphans
@@ -36,24 +36,46 @@ EMPTY = "is empty"
 def read_document(path: str | os.PathLike[str]) -> Document:
     """Read a .glb or .gltf file. Raises MeshletError, OSError."""
     path = Path(path)
+    return parse_json(*_text_and_binary(path), path.parent)
+
+
+def referenced_files(path: Path) -> list[Path]:
+    """List the files that buffers and images of a .glb or .gltf name, whether they exist or not.
+
+    Of what is no valid glTF, which `read_document` refuses, as far as it can be told. Raises
+    MeshletError, OSError.
+    """
+    properties = _parsed(_text_and_binary(path)[0])
+    if not isinstance(properties, dict):
+        return []
+    lists = [properties.get(name) for name in ("buffers", "images")]
+    holders = [holder for items in lists if isinstance(items, list) for holder in items]
+    return files_of([h for h in holders if isinstance(h, dict)], path.parent)
+
+
+def _text_and_binary(path: Path) -> tuple[bytes, memoryview | None]:
+    """Return (JSON, binary chunk) of a file. Raises MeshletError, OSError."""
     data = read_file(path)
     if not data:
         raise MeshletError(EMPTY, EXPORT_AGAIN)
     refuse_pointer(data)
-    if data[:4] == b"glTF":
-        return parse_glb(data, path.parent)
-    return parse_json(bytes(data), None, path.parent)
+    return _main_chunks(data) if data[:4] == b"glTF" else (bytes(data), None)
 
 
 def parse_glb(data: bytes | memoryview, base: Path = Path()) -> Document:
     """Return a document from the bytes of a .glb file. Raises MeshletError."""
+    return parse_json(*_main_chunks(data), base)
+
+
+def _main_chunks(data: bytes | memoryview) -> tuple[bytes, memoryview | None]:
+    """Return (JSON, binary chunk) of a .glb. Raises MeshletError."""
     chunks = _chunks(memoryview(data))
     if not chunks or chunks[0][0] != JSON_CHUNK:
         raise MeshletError(
             "its first chunk is not JSON", "the file is not a valid .glb; export it again"
         )
     binary = chunks[1][1] if len(chunks) > 1 and chunks[1][0] == BIN_CHUNK else None
-    return parse_json(bytes(chunks[0][1]), binary, base)
+    return bytes(chunks[0][1]), binary
 
 
 def _chunks(data: memoryview) -> list[tuple[bytes, memoryview]]:
@@ -79,6 +101,15 @@ def _chunks(data: memoryview) -> list[tuple[bytes, memoryview]]:
 
 def parse_json(text: bytes, binary: memoryview | None, base: Path) -> Document:
     """Return a document from JSON and the bytes of the binary chunk. Raises MeshletError."""
+    document = Document(_parsed(text), binary, base)
+    unpack_meshopt(document)
+    document.was_packed = unpack_views(document)
+    note_orphans(document)
+    return document
+
+
+def _parsed(text: bytes) -> Any:
+    """Parse JSON that is not nested too deeply. Raises MeshletError."""
     try:
         # Some exporters pad the chunk with NUL instead of spaces.
         properties = json.loads(text.rstrip(b"\0").decode("utf-8-sig"))
@@ -92,11 +123,7 @@ def parse_json(text: bytes, binary: memoryview | None, base: Path) -> Document:
             f"its JSON is nested deeper than {MAX_JSON_DEPTH}",
             "the file is damaged; export it again",
         )
-    document = Document(properties, binary, base)
-    unpack_meshopt(document)
-    document.was_packed = unpack_views(document)
-    note_orphans(document)
-    return document
+    return properties
 
 
 def _depth(value: Any) -> int:

@@ -6,7 +6,7 @@ import base64
 import binascii
 import mmap
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
@@ -199,20 +199,11 @@ class Document:
 
     def path_of(self, uri: str) -> Path:
         """Return the file behind a relative uri. Raises ValueError when there can be none."""
-        path = path_beside(self.base, file_name(unquote_to_bytes(uri)))
-        if path is None:
-            raise ValueError
-        return path
+        return _path_of(uri, self.base)
 
     def files(self) -> list[Path]:
         """Return the files that buffers and images refer to, and those that an import has read."""
-        files = list(self.import_files)
-        for holder in (*self.buffers, *self.images):
-            uri = holder.get("uri")
-            if uri and not uri.startswith("data:"):
-                with suppress(ValueError):  # no path at all, so nothing reads it
-                    files.append(self.path_of(uri))
-        return files
+        return [*self.import_files, *files_of([*self.buffers, *self.images], self.base)]
 
     # --- extensions ---
 
@@ -227,6 +218,24 @@ class Document:
         for names in (self.extensionsUsed, self.extensionsRequired):
             if name in names:
                 names.remove(name)
+
+
+def files_of(holders: Iterable[Mapping[str, Any]], base: Path) -> list[Path]:
+    """Return the files that buffers or images refer to; base: the folder of relative uris."""
+    files = []
+    for holder in holders:
+        uri = holder.get("uri")
+        if isinstance(uri, str) and uri and not uri.startswith("data:"):
+            with suppress(ValueError):  # no path at all, so nothing reads it
+                files.append(_path_of(uri, base))
+    return files
+
+
+def _path_of(uri: str, base: Path) -> Path:
+    path = path_beside(base, file_name(unquote_to_bytes(uri)))
+    if path is None:
+        raise ValueError
+    return path
 
 
 def _require_version_2(properties: Any) -> None:

@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable
 from pathlib import Path
 
+from gltf_ext.document import container
 from gltf_ext.document.container import EMPTY, read_document
 from gltf_ext.document.document import Document
 from gltf_ext.document.gltf2 import Model, is_path, read_gltf2
@@ -62,7 +63,7 @@ def referenced_files(path: Path) -> list[Path]:
         with open(path, "rb") as file:
             texture = read_header(file).texture
         return beside(path.parent, texture) if texture else []
-    return read_document(path).files() if suffix in GLTF_SUFFIXES else []
+    return container.referenced_files(path) if suffix in GLTF_SUFFIXES else []
 
 
 def triangles_in_header(path: Path) -> int:

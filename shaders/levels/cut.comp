@@ -23,14 +23,15 @@ bool is_top(Group group) { return floatBitsToUint(group.error) == INFINITE_BITS;
 
 // The error of a group's replacement at the nearest point of its sphere that is seen. The least
 // distance is one for all groups, so that errors grow towards coarser ones.
-float pixels_of(Group group) {
+float pixels_from(vec4 eye, Group group) {
   if (is_top(group)) return uintBitsToFloat(INFINITE_BITS);
   float error = group.error * instance.scale * push.pixels_per_unit;
-  vec4 eye = Frame(push.frame).eye;
   if (eye.w == 0.0 || error == 0.0) return error;
   float center = distance((instance.object_to_world * vec4(group.sphere.xyz, 1.0)).xyz, eye.xyz);
   return error / max(center - group.sphere.w * instance.scale, push.near);
 }
+
+float pixels_of(Group group) { return pixels_from(Frame(push.frame).eye, group); }
 
 bool is_needed(Group group, float pixels) {
   return is_top(group) || pixels > Jobs(push.jobs).cut.max_pixels;
@@ -61,10 +62,24 @@ void put_group(Group group, Page page) {
   }
 }
 
-void request(uint page, float pixels) {
-  Requests requests = Requests(push.requests);
+// Whether the group's page is asked for: a little before it is needed.
+bool is_asked_for(Group group, float pixels) {
+  return is_top(group) || pixels > push.least_pixels;
+}
+
+void request(Requests requests, uint page, float pixels) {
   uint place = hierarchy.first_page + page, bits = floatBitsToUint(pixels);
   if (requests.at[place] < bits) atomicMax(requests.at[place], bits);
+}
+
+// Asks for the group's page if the camera will need it where it goes.
+void look_ahead(Group group) {
+  Ahead ahead = Aheads(push.ahead).at;
+  float pixels = pixels_from(ahead.eye, group);
+  if (!is_asked_for(group, pixels)) return;
+  mat4 to_clip = ahead.world_to_clip * instance.object_to_world;
+  if (outside_view(group.sphere.xyz, group.sphere.w, to_clip)) return;
+  request(Requests(ahead.requests), group.page, pixels);
 }
 
 void main() {
@@ -77,11 +92,12 @@ void main() {
   uint g = block.first_group + gl_LocalInvocationIndex;
   if (g >= hierarchy.groups) return;
   Group group = group_of(g);
+  if (push.ahead != uvec2(0u)) look_ahead(group);
   float pixels = pixels_of(group);
-  if (!(is_top(group) || pixels > push.least_pixels)) return;
+  if (!is_asked_for(group, pixels)) return;
   mat4 to_clip = Matrices(Frame(push.frame).object_to_clip).at[instance_number];
   if (outside_view(group.sphere.xyz, group.sphere.w, to_clip)) return;
-  request(group.page, pixels);
+  request(Requests(push.requests), group.page, pixels);
   Page page = page_of(group);
   if (page.row != NOT_RESIDENT && is_needed(group, pixels)) put_group(group, page);
 }

@@ -46,6 +46,14 @@ layout(buffer_reference, std430, buffer_reference_align = 8) readonly buffer Blo
 // Per page: the largest error of a visible group on the screen, as bits of a float.
 layout(buffer_reference, std430, buffer_reference_align = 4) buffer Requests { uint at[]; };
 
+// Where the camera will be soon, and what it will need.
+struct Ahead {
+  mat4 world_to_clip;
+  vec4 eye;  // as Frame.eye
+  uvec2 requests;
+};
+layout(buffer_reference, std430, buffer_reference_align = 16) readonly buffer Aheads { Ahead at; };
+
 layout(push_constant) uniform CutPush {
   uvec2 frame;
   uvec2 groups;
@@ -55,6 +63,7 @@ layout(push_constant) uniform CutPush {
   uvec2 blocks;
   uvec2 requests;
   uvec2 jobs;
+  uvec2 ahead;            // 0: the camera stands still
   float pixels_per_unit;  // of one unit at distance one, or at any if the camera is orthographic
   float least_pixels;     // the error from which on pages are asked for
   uint block_total;

@@ -7,14 +7,16 @@ import shutil
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections import Counter
+from types import SimpleNamespace
 
 import pytest
 
 import gltf_ext
 from gltf_ext import scheduler
-from gltf_ext.batches import dispatch, progress, task
+from gltf_ext.batches import dispatch, progress, task, worker
 from gltf_ext.batches.page import ROWS
 from gltf_ext.batches.storage import STATE, Folder
 from gltf_ext.batches.task import Job
@@ -193,6 +195,27 @@ def test_a_file_that_takes_too_long(source, tmp_path, compress_all, monkeypatch)
     assert statuses(compress_all(source, tmp_path / "out", time_limit=30))["b.glb"] == "done"
 
 
+def test_a_job_that_takes_too_long_ends_its_task(tmp_path, monkeypatch):
+    """Those before it are done, and none begins after it, though its thread goes on."""
+    begun, may_end = [], threading.Event()
+
+    def run(job, folder):
+        begun.append(job.name)
+        if job.name == "b":
+            may_end.wait(30)
+        return {"name": job.name, "status": "done"}
+
+    monkeypatch.setattr(task, "run", run)
+    place = SimpleNamespace(local_directory=str(tmp_path))
+    monkeypatch.setattr(distributed, "get_worker", lambda: place)
+    jobs = [Job("x", name, "out", name, {}, task.VERSION) for name in "abc"]
+    records = worker.work(jobs, 0.5)
+    assert [r["status"] for r in records] == ["done", "failed"] and records[1]["limit"] == 0.5
+    may_end.set()
+    time.sleep(0.2)
+    assert begun == ["a", "b"] and len(worker.work(jobs, 30)) == 3
+
+
 @pytest.mark.parametrize("limit", [0, -1, "1", float("nan"), float("inf")])
 def test_a_time_limit_that_is_none(source, tmp_path, limit):
     with pytest.raises(gltf_ext.MeshletError, match="use seconds above 0"):
@@ -320,6 +343,7 @@ def test_small_files_share_tasks(tmp_path, compress_all, monkeypatch):
         return submit(self, function, *arguments, **options)
 
     monkeypatch.setattr(scheduler.Workers, "submit", counting)
+    monkeypatch.setattr(worker, "LONGEST", 600)  # no rest goes back, however slow the machine is
     events = []
     report = compress_all(tmp_path / "many", tmp_path / "out", progress=events.append)
     assert [event for event in events if event["event"] == "lost"] == []

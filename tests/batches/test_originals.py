@@ -17,6 +17,7 @@ from gltf_ext.batches.finding import output_names
 from gltf_ext.batches.page import page
 from gltf_ext.batches.storage import OUTPUTS, STATE
 from gltf_ext.batches.task import Job
+from gltf_ext.sources.importers import open_model
 from gltf_meshlet import cli
 from tests.helpers.batch_reports import contents, errors, left_out, run_job, statuses
 from tests.helpers.gltf_builder import Builder, glb_json, grid_mesh, write_grid
@@ -432,15 +433,15 @@ def test_a_thumbnail_of_many_instances(tmp_path, monkeypatch):
     builder = Builder()
     builder.mesh({"POSITION": positions}, triangles)
     path = builder.write(tmp_path / "a.glb")
-    plain = thumbnail.thumbnail(path)
+    plain = thumbnail.thumbnail(open_model(path))
     gltf_ext.compress(path, tmp_path / "b.glb", page_bytes=4096)
-    assert len(thumbnail.thumbnail(tmp_path / "b.glb")) > len(plain) // 2
+    assert len(thumbnail.thumbnail(open_model(tmp_path / "b.glb"))) > len(plain) // 2
     decoded = []
     read = thumbnail._triangles
     monkeypatch.setattr(thumbnail, "_triangles", lambda *args: decoded.append(args) or read(*args))
     builder.properties["nodes"] = [{"mesh": 0, "translation": [i, 0, 0]} for i in range(5000)]
     builder.properties["scenes"] = [{"nodes": list(range(5000))}]
-    assert thumbnail.thumbnail(builder.write(tmp_path / "many.glb"))
+    assert thumbnail.thumbnail(open_model(builder.write(tmp_path / "many.glb")))
     ((_, _, _, most),) = decoded
     assert most == thumbnail.MAX_TRIANGLES // 455, "of every eleventh instance"
 
@@ -584,13 +585,13 @@ def test_a_web_server_is_no_scheduler(source, web, tmp_path, monkeypatch):
 def test_max_memory_reaches_verify(source, tmp_path, compress_all, monkeypatch):
     limits = []
 
-    def noting(*paths, **options):
+    def noting(original, output, options, document):
         limits.append(options)
-        return verify(*paths, **options)
+        return compare_files(original, output, options, document)
 
-    verify = task.verify
-    monkeypatch.setattr(task, "verify", noting)
+    compare_files = task.compare_files
+    monkeypatch.setattr(task, "compare_files", noting)
     compress_all(source, tmp_path / "out", max_memory="500M", work_dir=str(tmp_path))
     compress_all(source, tmp_path / "out")
-    assert limits[0] == {"max_memory": "500M", "work_dir": str(tmp_path)}
-    assert limits[1].get("max_memory") is None
+    assert (limits[0].max_memory, limits[0].work_dir) == ("500M", str(tmp_path))
+    assert limits[1].max_memory is None

@@ -279,9 +279,10 @@ CLAIMS: dict[str, list[tuple[str, Callable[[], Any]]]] = {
             "105 million triangles look alike: 10 million take {:.2f} ms, 167 million {:.2f}, 1.3 "
             "billion {:.2f}. The last draws {:.1f} times the triangles of the first at the same "
             "error, in {:.1f} times the clusters, but decodes {:.0f} clusters a frame where the "
-            "first decodes {:.0f}. All frames kept to one pixel; smaller pools allow more error: "
-            "with 32 MB for a billion triangles {:.0f} % of the frames keep to one pixel, the "
-            "worst has {:.1f}. From 14 million triangles on, {:.0f} to {:.0f} MB are read, and "
+            "first decodes {:.0f}. All frames allowed one pixel; smaller pools allow more error: "
+            "with 32 MB for a billion triangles {:.0f} % of the frames allow one pixel, the "
+            "worst {:.1f}. What late pages showed was not measured then. From 14 million triangles "
+            "on, {:.0f} to {:.0f} MB are read, and "
             "{:.0f} to {:.0f} % of the frames lack no page; the others show coarser clusters in "
             "their place. The first picture takes {:.0f} to {:.0f} ms.",
             levels,

@@ -24,6 +24,7 @@ FRAME = {
     "hidden": 3,
     "read_bytes": 7,
     "allowed_pixels": 1.0,
+    "shown_pixels": 1.0,
     "missing_pages": 0,
 }
 
@@ -56,9 +57,12 @@ def test_summary():
     frames = [{**FRAME, "milliseconds": t, "allowed_pixels": a} for t, a in ((1, 1.0), (3, 1.5))]
     found = vulkan_lod.summarised(frames)
     assert found["median"] == 2 and found["share_at_error"] == 0.5
+    assert found["share_shown"] == 1 and found["worst_shown"] == 1
     assert found["read_bytes"] == 14 and found["worst_allowed"] == 1.5
     row = {"triangles": 5e6, "instances": 1, "file_bytes": 1, "pool": 1, "device_bytes": 1}
     row |= {"occlusion": True, "exact": {"least_share": 0.9994}}
     row |= {"first_seconds": 0.1, "complete_seconds": 0.2, "frames": found}
-    text = vulkan_lod.summary({"rows": [row]})
+    row |= {"paced": {**found, "share_shown": 0.985, "worst_shown": 1.25}}
+    text = vulkan_lod.summary({"rows": [row], "rate": 60.0})
+    assert "98.5 %" in text and "1.25 px" in text and "at 60 Hz" in text
     assert "99.94 %" in text and "5 M" in text and "cut" in text and json.dumps(row)

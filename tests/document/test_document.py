@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import gltf_ext
-from gltf_ext.document.container import parse_glb
+from gltf_ext.document.container import parse_glb, read_document, referenced_files
 from tests.helpers.gltf_builder import Builder, glb_bytes, glb_json, grid_mesh
 
 UNTOUCHED = (
@@ -292,3 +292,16 @@ def test_only_the_first_buffer_is_the_binary_chunk():
         gltf_ext.MeshletError, match="buffer 1 has neither a uri nor a binary chunk"
     ):
         document.bytes_of_buffer(1)
+
+
+@pytest.mark.parametrize("buffers", [None, {}, 5, [5], ["a.bin"], [{"uri": 5}], [{}, None]])
+def test_files_that_a_malformed_document_names(tmp_path, buffers):
+    """They are told before the document is read, which then says what is wrong."""
+    path = tmp_path / "a.gltf"
+    images = [{"uri": "a%20b.png"}, {"uri": "data:,"}]
+    path.write_text(json.dumps({"buffers": buffers, "images": images}))
+    assert referenced_files(path) == [tmp_path / "a b.png"]
+    path.write_text(json.dumps([buffers]))
+    assert referenced_files(path) == []
+    path.write_text(json.dumps({"images": images}))
+    assert referenced_files(path) == read_document(path).files()

@@ -144,7 +144,7 @@ def test_pages_are_checked(name):
     for primitive in primitives_of(name):
         tables = primitive.tables
         levels, row, group = Levels.of(tables), CLevelPage(), CGroup()
-        views = [_codec._View(primitive.page(p)) for p in range(len(tables.pages))]
+        views = [_codec.View(primitive.page(p)) for p in range(len(tables.pages))]
         for p, view in enumerate(views):
             call("get_level_page", levels, p, row)
             assert row.bytes == len(primitive.page(p)) and row.meshlets == view.meshlet_count
@@ -319,7 +319,7 @@ def test_pages_that_a_prefix_does_not_know_are_not_checked():
     tables = primitive.tables
     known = int(tables.pages["firstGroup"][tables.root_pages])
     levels, last = Levels.of(tables, known), len(tables.pages) - 1
-    view = _codec._View(primitive.page(last))
+    view = _codec.View(primitive.page(last))
     with pytest.raises(ValueError, match="the groups of the page are not in the prefix"):
         call("check_page", levels, last, view, None)
 

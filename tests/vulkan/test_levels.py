@@ -286,6 +286,49 @@ def opened(renderer, file):
     return scene, residency
 
 
+@pytest.mark.parametrize("frames_ahead", [0, 1])
+def test_pages_are_read_where_the_camera_goes(renderer, file, monkeypatch, frames_ahead):
+    """Of the next picture of a camera that comes nearer, no page is missing."""
+    from vk_backend.levels import motion
+    from vk_backend.scene.camera import Camera
+
+    monkeypatch.setattr(motion, "LEAD_SECONDS", 1e9)
+    monkeypatch.setattr(motion, "LEAD_FRAMES", frames_ahead)
+    scene, _ = opened(renderer, file)
+
+    def picture(distance, wait):
+        eye = np.array([0.0, 0.0, distance])
+        camera = Camera.look_at(eye, np.zeros(3), near=0.1, far=100.0, yfov=0.8)
+        return renderer.render(scene, camera, None, WIDTH, HEIGHT, wait=wait).levels
+
+    picture(9.0, wait=True)
+    levels = picture(6.0, wait=False)
+    while levels.missing_pages or renderer.drawing.levels.is_reading:
+        levels = picture(6.0, wait=False)
+    picture(6.0, wait=False)  # uploads what was read last
+    levels = picture(3.0, wait=False)
+    if frames_ahead:
+        assert levels.missing_pages == 0 and levels.shown_pixels == 1.0
+    else:
+        assert levels.missing_pages > 0 and levels.shown_pixels > 1.0
+
+
+def test_a_slot_for_each_cluster_is_never_too_few(renderer, scene, monkeypatch):
+    """However many are used, all fit: the allowed error stays."""
+    from vk_backend.levels import choice
+
+    camera = camera_at(0)
+    renderer.render(scene, camera, None, WIDTH, HEIGHT, lod_error=0.3)
+    cut = renderer.drawing.jobs.cut()
+    assert cut["slots"] == renderer.drawing.levels.hierarchies.most_at_once
+    listed, used = cut["clusters"] / cut["capacity"], cut["used"] / cut["slots"]
+    assert listed < used
+    monkeypatch.setattr(choice, "FULL", (listed + used) / 2)
+    for _ in range(2):
+        picture = renderer.render(scene, camera, None, WIDTH, HEIGHT, lod_error=0.3, wait=False)
+    assert picture.levels.allowed_pixels == np.float32(0.3)
+
+
 def test_an_error_beyond_floats_shows_the_coarsest_level(renderer, file):
     from vk_backend.scene.scene import load_scene
 

@@ -89,3 +89,24 @@ def test_recently_used_pages_stay():
     assert want(1) == []
     assert want(4) == [4]  # in place of 2, the longest unused
     assert np.flatnonzero(residency.rows != NOT_RESIDENT).tolist() == [0, 1, 3, 4]
+
+
+def test_what_is_needed_later_comes_last_and_raises_no_error():
+    pytest.importorskip("vulkan", exc_type=Exception)
+    from vk_backend.levels.residency import Residency
+
+    found = SimpleNamespace(is_root=np.arange(7) < 1, coarser=[])
+    residency = Residency(found, 3, blob)
+
+    def update(now, ahead):
+        pixels, later = np.zeros((2, 7), np.float32)
+        for wanted, errors in ((pixels, now), (later, ahead)):
+            wanted[list(errors)] = list(errors.values())
+        return residency.update(pixels, 9, later)
+
+    found = update({1: 1.0, 2: 2.0}, {1: 9.0, 3: 7.0, 4: 8.0})
+    assert [page for page, *_ in found.loads] == [2, 1, 4] and found.pixels == 0
+    # Page 4 was wanted where the camera went; now it is there, and the longest unused page goes.
+    assert not update({4: 8.0, 2: 2.0}, {}).loads
+    found = update({3: 7.0, 4: 8.0, 5: 5.0, 6: 4.0}, {1: 9.0})
+    assert [page for page, *_ in found.loads] == [3, 5] and found.pixels == 4.0

@@ -106,6 +106,7 @@ class Device:
         chosen = choose(self._instance, select, self.needed)
         self.physical, self.name, self.driver = chosen.handle, chosen.name, chosen.driver
         self.extensions, self.capabilities = chosen.extensions, chosen.capabilities()
+        self._chosen = chosen
         graphics, compute = chosen.queue_families
         self.families = list(dict.fromkeys([graphics, compute]))
         self._handle = self._create_device()
@@ -118,6 +119,11 @@ class Device:
     def handle(self) -> Any:
         """The VkDevice; None once closed."""
         return self._handle
+
+    @property
+    def cache_header(self) -> bytes:
+        """With which the driver's data of pipeline caches begin; see Physical."""
+        return self._chosen.cache_header
 
     def require(self, capability: str, path: str) -> None:
         """Raises VulkanError naming the extension that `path` needs and this device lacks."""

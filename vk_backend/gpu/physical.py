@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Mapping
 from typing import Any
 
@@ -73,6 +74,14 @@ class Physical:
         self.extensions: set[str] = {
             e.extensionName for e in vk.vkEnumerateDeviceExtensionProperties(handle, None)
         }
+
+    @property
+    def cache_header(self) -> bytes:
+        """The 32 bytes with which the driver's data of a pipeline cache begin (Vulkan, 10.7.3)."""
+        own = self._properties
+        version = int(vk.VK_PIPELINE_CACHE_HEADER_VERSION_ONE)
+        numbers = struct.pack("<IIII", 32, version, own.vendorID, own.deviceID)
+        return numbers + bytes(own.pipelineCacheUUID)
 
     @property
     def is_software(self) -> bool:

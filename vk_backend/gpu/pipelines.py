@@ -1,8 +1,11 @@
-"""Compute pipelines from the package's SPIR-V, push constants, and timestamps."""
+"""Pipelines from the package's SPIR-V, push constants, and timestamps."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import os
+import time
+from collections.abc import Callable, Mapping
+from concurrent.futures import Future, ThreadPoolExecutor
 from importlib import resources
 from typing import Any
 
@@ -12,6 +15,7 @@ from . import vk
 from .device import Device, Resource
 from .limits import PUSH_BYTES
 from .memory import Buffer
+from .pipeline_cache import PipelineCache
 from .reflection import specialization_ids, split_name
 
 
@@ -91,6 +95,72 @@ def push(commands: Any, layout: Any, data: np.ndarray) -> None:
     )
 
 
+class Compiler:
+    """Creates a device's pipelines in threads, since a driver takes seconds for a decoder.
+
+    cache: what the driver has compiled before.
+    """
+
+    @classmethod
+    def of(cls, device: Device) -> Compiler:
+        """The device's compiler."""
+        compiler: Compiler = device.once("compiler", lambda: cls(device))
+        return compiler
+
+    def __init__(self, device: Device):
+        self.cache = PipelineCache(device)
+        self._device = device
+        self._threads = ThreadPoolExecutor(os.cpu_count())
+        device.at_close(self._threads.shutdown)
+        self._times: list[tuple[float, float]] = []  # start and end of each creation
+
+    def start(self, create: Callable[..., Any], info: Any, *keep: Any) -> Pipeline:
+        """Starts creating a pipeline.
+
+        create: takes VkDevice, VkPipelineCache, and then as vkCreateComputePipelines does. keep:
+        what `info` points to and does not keep alive.
+        """
+        return Pipeline(self._device, self._threads.submit(self._create, create, info, keep))
+
+    def _create(self, create: Callable[..., Any], info: Any, keep: tuple[Any, ...]) -> Any:
+        start = time.perf_counter()
+        handle = create(self._device.handle, self.cache.handle, 1, [info], None)[0]
+        self._times.append((start, time.perf_counter()))
+        return handle
+
+    def statistics(self) -> dict[str, Any]:
+        """Of the pipelines that are ready.
+
+        count: their number; seconds: from the start of the first to the end of the last, in
+        which the host does other work as well; work_seconds: of all threads together; cached_bytes:
+        that the driver had from earlier starts.
+        """
+        starts, ends = zip(*self._times) if self._times else ((0.0,), (0.0,))
+        return {
+            "count": len(self._times),
+            "seconds": max(ends) - min(starts),
+            "work_seconds": sum(end - start for start, end in self._times),
+            "cached_bytes": self.cache.read,
+        }
+
+
+class Pipeline:
+    """A VkPipeline that a thread creates; freed with the device."""
+
+    def __init__(self, device: Device, future: Future[Any]):
+        self._future = future
+        device.at_close(lambda: self._destroy(device))
+
+    @property
+    def handle(self) -> Any:
+        """The VkPipeline; waits for it. Raises VkError if the driver refuses it."""
+        return self._future.result()
+
+    def _destroy(self, device: Device) -> None:
+        if self._future.exception() is None:
+            vk.vkDestroyPipeline(device.handle, self._future.result(), None)
+
+
 class ComputePipeline:
     """A compute shader with its specialisation constants.
 
@@ -108,11 +178,9 @@ class ComputePipeline:
 
     def __init__(self, device: Device, name: str, constants: Mapping[str, int], layout: Any = None):
         self.device, self.layout = device, layout or pipeline_layout(device)
-        # A variable keeps the stage alive during the call.
         shader = stage(device, name, vk.VK_SHADER_STAGE_COMPUTE_BIT, constants)
         info = vk.VkComputePipelineCreateInfo(stage=shader, layout=self.layout)
-        self.handle = vk.vkCreateComputePipelines(device.handle, None, 1, [info], None)[0]
-        device.at_close(lambda: vk.vkDestroyPipeline(device.handle, self.handle, None))
+        self._pipeline = Compiler.of(device).start(vk.vkCreateComputePipelines, info, shader)
 
     def dispatch(self, commands: Any, workgroups: int, data: np.ndarray, rows: int = 1) -> None:
         """Records `rows` rows of workgroups with `data` as push constants.
@@ -120,7 +188,7 @@ class ComputePipeline:
         Raises VulkanError if they are too many for the device.
         """
         self.device.limits.check_workgroups(workgroups, rows)
-        vk.vkCmdBindPipeline(commands, vk.VK_PIPELINE_BIND_POINT_COMPUTE, self.handle)
+        vk.vkCmdBindPipeline(commands, vk.VK_PIPELINE_BIND_POINT_COMPUTE, self._pipeline.handle)
         push(commands, self.layout, data)
         vk.vkCmdDispatch(commands, workgroups, rows, 1)
 
@@ -128,7 +196,7 @@ class ComputePipeline:
         self, commands: Any, arguments: Buffer, offset: int, data: np.ndarray
     ) -> None:
         """The same; the device takes the workgroups from three words of a buffer."""
-        vk.vkCmdBindPipeline(commands, vk.VK_PIPELINE_BIND_POINT_COMPUTE, self.handle)
+        vk.vkCmdBindPipeline(commands, vk.VK_PIPELINE_BIND_POINT_COMPUTE, self._pipeline.handle)
         push(commands, self.layout, data)
         vk.vkCmdDispatchIndirect(commands, arguments.handle, offset)
 

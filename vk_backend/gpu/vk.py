@@ -45,5 +45,17 @@ def vkGetAccelerationStructureDeviceAddressKHR(device: Any, info: Any) -> int:
     return int(function(device, _package.ffi.addressof(info)))
 
 
+def vkGetPipelineCacheData(device: Any, cache: Any) -> bytes:
+    """The package has no wrapper. Empty if the driver cannot say."""
+    ffi = _package.ffi
+    size = ffi.new("size_t *")
+    if _library.vkGetPipelineCacheData(device, cache, size, ffi.NULL) != _package.VK_SUCCESS:
+        return b""
+    data = ffi.new("char[]", size[0])
+    if _library.vkGetPipelineCacheData(device, cache, size, data) != _package.VK_SUCCESS:
+        return b""
+    return bytes(ffi.buffer(data, size[0]))
+
+
 def __getattr__(name: str) -> Any:
     return getattr(_package, name)

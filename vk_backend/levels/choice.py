@@ -6,6 +6,7 @@ reads them while frames are drawn. shaders/levels/levels.glsl describes the stru
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
@@ -28,10 +29,11 @@ from ..scene.scene import Scene
 from ..scene.view import SceneView
 from .hierarchies import Hierarchies
 from .jobs import CUT, JobList, PoolStatistics, offset, rows_of
+from .motion import Motion
 from .page_pool import UPLOADS, PagePool
 from .residency import Update
 
-CUT_PUSH = structure("CutPush")
+CUT_PUSH, AHEAD_VIEW = map(structure, ("CutPush", "Ahead"))
 POOL = 1 << 28  # bytes, at most, unless the user says more
 # Clusters of a frame, or twice those of the top groups of all instances. If a view needs more, the
 # allowed error grows.
@@ -88,9 +90,11 @@ class Levels(Owner):
         super().__init__(
             **pool.buffers,
             **{name: Buffer(device, table.nbytes).write(table) for name, table in tables.items()},
-            requests=Buffer(device, 4 * len(h.sizes)),
+            # Of each page now, and of each where the camera will be.
+            requests=Buffer(device, 8 * len(h.sizes)),
+            ahead=Buffer(device, AHEAD_VIEW.itemsize),
             # Requests and Cut, for the host.
-            results=Buffer(device, 4 * len(h.sizes) + CUT.itemsize, memory=READBACK),
+            results=Buffer(device, 8 * len(h.sizes) + CUT.itemsize, memory=READBACK),
         )
         self.hierarchies, self.pool, self._block_total = h, pool, len(h.blocks)
         self._requests, self._results = self.buffers["requests"], self.buffers["results"]
@@ -104,6 +108,8 @@ class Levels(Owner):
         self._update = Update()  # for the next frame
         self._allowed_pixels = 0.0  # by the pool
         self._view = b""
+        self._motion = Motion()
+        self._ahead = b""  # AHEAD_VIEW of later frames; empty if the camera stands still
         self._may_shrink = True  # not in a view that was too full
         self._reader = ThreadPoolExecutor(1)
         self._reading: Future[Update] | None = None
@@ -113,9 +119,9 @@ class Levels(Owner):
         return SceneView(self._device, self._scene, frozenset(), self.pool.rows)
 
     def slots(self, wanted: int) -> int:
-        """Slots for decoded clusters: at least those of the top groups, at most all."""
+        """Slots for decoded clusters: at least those of the top groups, no more than are drawn."""
         h = self.hierarchies
-        return min(max(wanted, h.unique_top_clusters), int(h.clusters.sum()))
+        return max(min(wanted, h.most_at_once), h.unique_top_clusters)
 
     def passes(self, slots: int) -> int:
         """Of a frame: the allowed error grows until the clusters in view fit."""
@@ -128,6 +134,16 @@ class Levels(Owner):
         self._view, self._least_pixels = view, min(least_pixels, MOST_PIXELS)
         self._pixels_per_unit = camera.pixels_per_unit(width, height)
         self._near = camera.near
+        later = self._motion.see(camera, time.perf_counter())
+        self._ahead = self._ahead_view(later, width, height) if later else b""
+
+    def _ahead_view(self, camera: Camera, width: int, height: int) -> bytes:
+        return push_record(
+            AHEAD_VIEW,
+            world_to_clip=camera.world_to_clip(width, height).T,
+            eye=camera.eye,
+            requests=self._requests.address + self._requests.size // 2,
+        ).tobytes()
 
     # --- a frame ---
 
@@ -156,11 +172,15 @@ class Levels(Owner):
         raw = vk.ffi.from_buffer(bytearray(state.tobytes()[begin:end]))
         vk.vkCmdUpdateBuffer(commands, jobs.buffer.handle, begin, end - begin, raw)
         vk.vkCmdFillBuffer(commands, self._requests.handle, 0, self._requests.size, 0)
+        ahead = self.buffers["ahead"]
+        if self._ahead:
+            raw = vk.ffi.from_buffer(self._ahead)
+            vk.vkCmdUpdateBuffer(commands, ahead.handle, 0, len(self._ahead), raw)
         # cut.comp takes its arguments from here, and adds to both.
         self._device.full_barrier(commands)
         pushed = push_record(
             CUT_PUSH,
-            **addresses(CUT_PUSH, self.buffers),
+            **addresses(CUT_PUSH, self.buffers) | {"ahead": ahead.address if self._ahead else 0},
             frame=frame,
             jobs=jobs.buffer.address,
             pixels_per_unit=self._pixels_per_unit,
@@ -202,20 +222,29 @@ class Levels(Owner):
         wait: until they are read; otherwise a later frame gets them. counts_of: CUT[()] -> the
         fields of PoolStatistics. Returns whether another frame would be the same.
         """
-        requests = self._results.read(np.float32, self._requests.size // 4)
-        cut = self._results.read(CUT, 1, requests.nbytes)[0]
+        requests, ahead = self._results.read(np.float32, self._requests.size // 4).reshape(2, -1)
+        cut = self._results.read(CUT, 1, self._requests.size)[0]
         asked_pixels = self._max_pixels
         self._read_statistics(requests, cut, counts_of(cut))
         self._update = Update()
         is_older = self._reading is not None
         if self._reading is None:
-            self._reading = self._reader.submit(self.pool.residency.update, requests, UPLOADS)
+            update = self.pool.residency.update
+            # Nothing moves while one waits.
+            self._reading = self._reader.submit(
+                update, requests, UPLOADS, np.zeros_like(ahead) if wait else ahead
+            )
         if wait or self._reading.done():
             self._update, self._reading = self._reading.result(), None
             self._allowed_pixels = self._update.pixels
             self.refused += self._update.refused
         is_same = not self._update.loads and self._max_pixels == asked_pixels
         return is_same and not is_older and self._reading is None
+
+    @property
+    def is_reading(self) -> bool:
+        """Whether pages are being read, or not yet uploaded."""
+        return self._reading is not None or bool(self._update.loads)
 
     @property
     def _max_pixels(self) -> float:
@@ -234,9 +263,9 @@ class Levels(Owner):
             resident_pages=int(np.count_nonzero(self.pool.is_resident)),
             read_bytes=sum(len(blob) for _, _, blob in self._update.loads),
         )
-        share = max(
-            int(cut["clusters"]) / int(cut["capacity"]), int(cut["used"]) / int(cut["slots"])
-        )
+        share = int(cut["clusters"]) / int(cut["capacity"])
+        if int(cut["slots"]) < self.hierarchies.most_at_once:  # else there is always a slot
+            share = max(share, int(cut["used"]) / int(cut["slots"]))
         rounds = int(cut["rounds"])
         if rounds > 0 or (share > FULL and self._may_shrink):
             growth = GROWTH * ROUND_GROWTH ** max(rounds - 1, 0)
@@ -248,6 +277,7 @@ class Levels(Owner):
     def free(self) -> None:
         """Ends the reading and frees the memory; a second call does nothing."""
         self._reader.shutdown()
+        self.pool.end_reading()
         super().free()
 
 

@@ -36,6 +36,8 @@ class Hierarchies:
         is_root: bool[pages]: always resident.
         all_clusters, top_clusters: of all instances, of all groups and of top groups;
             unique_top_clusters: of top groups, of each primitive once.
+        most_at_once: clusters of a frame, of each primitive once. One instance draws no more than
+            at full detail; several may need all levels.
     """
 
     def __init__(self, scene: Scene):
@@ -49,6 +51,11 @@ class Hierarchies:
         self.all_clusters = int(scene.of_instances([t.cluster_begin[-1] for t in tables]).sum())
         if self.all_clusters >= MAX_DRAWN:
             raise MeshletError("its scene has too many instances", "render a part of it")
+        instances = np.bincount(scene.instances.primitive, minlength=len(tables))
+        self.most_at_once = sum(
+            len(t.finer_group) if several else int(np.count_nonzero(t.finer_group < 0))
+            for t, several in zip(tables, instances > 1)
+        )
         top = [_top_clusters(t) for t in tables]
         self.top_clusters, self.unique_top_clusters = int(scene.of_instances(top).sum()), sum(top)
 

@@ -6,6 +6,7 @@ bounds of its meshlets and how to dequantise it.
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -25,6 +26,8 @@ from .hierarchies import PAGE_ROW, Hierarchies
 from .residency import Residency, Update
 
 UPLOADS = 64  # pages of a frame, at most
+# Pages that are read and tested at a time: one takes 0.6 ms, 64 would take more than two frames.
+READERS = 4
 NOT_RESIDENT = CONSTANTS["NOT_RESIDENT"]
 UNDECODED = CONSTANTS["UNDECODED"]
 
@@ -47,7 +50,8 @@ class PagePool:
             )
         self._slot_bytes = int(h.sizes[others].max(initial=4))
         slots = min((size - root_bytes) // self._slot_bytes, int(np.count_nonzero(others)))
-        self.residency = Residency(h, slots, h.read)
+        self._readers = ThreadPoolExecutor(READERS)
+        self.residency = Residency(h, slots, h.read, self._readers.map)
         self.is_resident = h.is_root.copy()
         # The first byte, and the bounds of the first meshlet, of each row.
         room = np.full(slots, self._slot_bytes), np.full(slots, h.clusters[others].max(initial=0))
@@ -64,9 +68,10 @@ class PagePool:
         # Of the slot of each meshlet: see shaders/levels/jobs.glsl.
         self.decoded = Buffer(device, 4 * int(self._bounds_begin[-1]))
         self.decoded.write(np.full(int(self._bounds_begin[-1]), UNDECODED, np.uint32))
-        self._staging = Buffer(
-            device, UPLOADS * (self._slot_bytes + PRIMITIVE.itemsize + 8), memory=UPLOAD
-        )
+        # Of a page: the blob, the row, and its number and that of the page that it replaces.
+        self._uploads = min(UPLOADS, max(slots, 1))
+        staged = self._slot_bytes + PRIMITIVE.itemsize + 8
+        self._staging = Buffer(device, self._uploads * staged, memory=UPLOAD)
         self._bounds_pipeline = bounds_pipeline(device, scene)
         self._upload_roots(roots)
 
@@ -75,6 +80,10 @@ class PagePool:
         """All buffers; they stay the same."""
         own = {"pages": self.pages, "rows": self.rows, "decoded": self.decoded}
         return own | {"blobs": self._blobs, "bounds": self._bounds, "staging": self._staging}
+
+    def end_reading(self) -> None:
+        """Ends the threads; no update may come afterwards."""
+        self._readers.shutdown()
 
     def _upload_roots(self, roots: np.ndarray) -> None:
         blobs = [self._hierarchies.read(int(page)) for page in roots]
@@ -90,12 +99,12 @@ class PagePool:
             self._device.full_barrier(commands)
 
     def record(self, commands: Any, update: Update) -> None:
-        """Records the copies of pages that were read, at most UPLOADS, and their bounds."""
+        """Records the copies of pages that were read, no more than fit, and their bounds."""
         if not update.loads:
             return
         blobs, rows, places = [], [], []
-        row_at = UPLOADS * self._slot_bytes
-        place_at = row_at + UPLOADS * PRIMITIVE.itemsize
+        row_at = self._uploads * self._slot_bytes
+        place_at = row_at + self._uploads * PRIMITIVE.itemsize
         # No page is in both lists: only pages that are not wanted are evicted. So the copies need
         # no order.
         changes = [(page, NOT_RESIDENT) for page in update.evicted]

@@ -6,7 +6,7 @@ one whose coarser groups are all resident.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -37,11 +37,17 @@ class Residency:
     """Root pages in the first rows, other pages in `slots` rows after these.
 
     read: page -> its blob; raises MeshletError: then the page, and those that need it, are never
-    read again.
+    read again. several: as map, which may read several pages at a time.
     """
 
-    def __init__(self, hierarchies: Hierarchies, slots: int, read: Callable[[int], bytes]):
-        self.read, self._layers = read, hierarchies.coarser
+    def __init__(
+        self,
+        hierarchies: Hierarchies,
+        slots: int,
+        read: Callable[[int], bytes],
+        several: Callable[..., Iterable[bytes | MeshletError]] = map,
+    ):
+        self.read, self._several, self._layers = read, several, hierarchies.coarser
         self._is_root = hierarchies.is_root
         self._is_refused = np.zeros(len(self._is_root), bool)
         self.rows = np.full(len(self._is_root), NOT_RESIDENT)  # of each page
@@ -51,27 +57,41 @@ class Residency:
         self._used = np.zeros(len(self.rows), np.int64)  # update that last wanted each page
         self._updates = 0
 
-    def update(self, pixels: np.ndarray, most: int) -> Update:
+    def update(self, pixels: np.ndarray, most: int, ahead: np.ndarray | None = None) -> Update:
         """Reads pages, at most `most`, the largest error first.
 
-        pixels: float32[pages], the error on the screen without each page; 0: not needed.
+        pixels: float32[pages], the error on the screen without each page; 0: not needed. ahead: the
+        same where the camera will be. What it needs there alone comes last, into what is left.
         """
         self._updates += 1
         result = Update()
         errors = self._errors(pixels)
-        chosen = np.flatnonzero(errors > 0)
-        wanted = chosen[np.argsort(-errors[chosen], kind="stable")]
+        wanted = _largest_first(errors)
         slots = len(self._pages)
         if len(wanted) > slots:
             result.pixels = float(errors[wanted[slots]])
+        if ahead is not None:
+            later = _largest_first(np.where(errors > 0, np.float32(0), self._errors(ahead)))
+            wanted = np.append(wanted, later)
         kept = wanted[:slots]
         self._used[kept] = self._updates
-        missing = kept[self.rows[kept] == NOT_RESIDENT][:most]
+        missing = kept[self.rows[kept] == NOT_RESIDENT][:most].tolist()
         places = iter(self._free_slots())
-        for page in missing:
-            if not self._is_refused[page]:
-                self._load(int(page), places, result)
+        for page, blob in zip(missing, self._several(self._read, missing)):
+            if self._is_refused[page]:  # a page that it needs is
+                continue
+            if isinstance(blob, MeshletError):
+                self._refuse(page)
+                result.refused.append(blob)
+            else:
+                self._load(page, blob, next(places), result)
         return result
+
+    def _read(self, page: int) -> bytes | MeshletError:
+        try:
+            return self.read(page)
+        except MeshletError as error:
+            return error
 
     def _errors(self, pixels: np.ndarray) -> np.ndarray:
         """float32[pages]: errors, none smaller than those of pages that need the page.
@@ -94,14 +114,7 @@ class Residency:
         free: np.ndarray = order[used[order] < self._updates]
         return free
 
-    def _load(self, page: int, places: Iterator[int], result: Update) -> None:
-        try:
-            blob = self.read(page)
-        except MeshletError as error:
-            self._refuse(page)
-            result.refused.append(error)
-            return
-        slot = next(places)
+    def _load(self, page: int, blob: bytes, slot: int, result: Update) -> None:
         if self._pages[slot] >= 0:
             result.evicted.append(int(self._pages[slot]))
             self.rows[self._pages[slot]] = NOT_RESIDENT
@@ -114,3 +127,9 @@ class Residency:
         self._is_refused[page] = True
         for finer, coarser in self._layers:
             np.logical_or.at(self._is_refused, finer, self._is_refused[coarser])
+
+
+def _largest_first(errors: np.ndarray) -> np.ndarray:
+    """int64[n]: the pages with an error."""
+    chosen = np.flatnonzero(errors > 0)
+    return chosen[np.argsort(-errors[chosen], kind="stable")]

@@ -90,7 +90,7 @@ class Graphics:
     def rendering(self, commands: Any, targets: Targets, resumed: bool = False) -> Iterator[None]:
         """The block records draws. resumed: over what earlier draws have left."""
         targets.begin(commands, resumed=resumed)
-        vk.vkCmdBindPipeline(commands, vk.VK_PIPELINE_BIND_POINT_GRAPHICS, self._pipeline)
+        vk.vkCmdBindPipeline(commands, vk.VK_PIPELINE_BIND_POINT_GRAPHICS, self._pipeline.handle)
         self._view.bind(commands, vk.VK_PIPELINE_BIND_POINT_GRAPHICS)
         yield
         vk.vkCmdEndRendering(commands)

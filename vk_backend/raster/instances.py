@@ -61,7 +61,7 @@ class GeometryDrawing(Drawing):
     def __init__(self, device: Device, scene: Scene, options: Options = DEFAULT):
         device.require(self.capability, self.name)
         super().__init__(SceneView(device, scene, BLOBS))
-        fill_bounds(self.view.buffers)
+        fill_bounds(self.view)
         stages = (("geometry.vert", VERTEX), ("geometry_{attributes}.geom", GEOMETRY))
         constants = raster_constants(scene, options.culling)
         self._graphics = Graphics(

@@ -111,7 +111,7 @@ class MeshDrawing(Drawing):
             # A slot, which nothing uses.
             self.jobs = self.own(JobList(device, most, slots=1, per_task=path.meshlets))
         else:
-            fill_bounds(self.view.buffers)
+            fill_bounds(self.view)
             # The number of each instance's first task workgroup.
             self._begin = begins(-(-scene.instance_meshlets // path.meshlets))
             most = path.meshlets * int(self._begin[-1])

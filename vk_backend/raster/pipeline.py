@@ -6,7 +6,7 @@ from typing import Any
 
 from ..gpu import vk
 from ..gpu.device import Device
-from ..gpu.pipelines import stage
+from ..gpu.pipelines import Compiler, Pipeline, stage
 from ..gpu.targets import COLOR_FORMAT, DEPTH_FORMAT, IDS_FORMAT
 from ..scene.decoded import VERTEX_FLOATS
 from ..scene.textures import textures_layout
@@ -23,21 +23,22 @@ Modules = tuple[tuple[str, int], ...]
 
 def graphics_pipeline(
     device: Device, modules: Modules, constants: dict[str, int], textures: int, ids: bool
-) -> Any:
-    """The device's VkPipeline; made on first use, because compiling the decoder takes seconds.
+) -> Pipeline:
+    """The device's pipeline; made on first use.
 
     constants: specialisation constants by name; textures: size of the descriptor array; ids: draw
     ids, too.
     """
-    return device.once(
+    pipeline: Pipeline = device.once(
         (modules, *constants.items(), textures, ids),
         lambda: _make_pipeline(device, modules, constants, textures, ids),
     )
+    return pipeline
 
 
 def _make_pipeline(
     device: Device, modules: Modules, constants: dict[str, int], textures: int, ids: bool
-) -> Any:
+) -> Pipeline:
     stages = [stage(device, name, bit, constants) for name, bit in modules]
     formats = [COLOR_FORMAT] + ([IDS_FORMAT] if ids else [])
     kinds = {bit for _, bit in modules}
@@ -86,9 +87,7 @@ def _make_pipeline(
         ),
         layout=textures_layout(device, textures),
     )
-    pipeline = vk.vkCreateGraphicsPipelines(device.handle, None, 1, [info], None)[0]
-    device.at_close(lambda: vk.vkDestroyPipeline(device.handle, pipeline, None))
-    return pipeline
+    return Compiler.of(device).start(vk.vkCreateGraphicsPipelines, info, stages)
 
 
 FLOAT_FORMATS = {

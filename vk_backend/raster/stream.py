@@ -71,7 +71,7 @@ class StreamDrawing(Drawing):
         meshlets = scene.instance_meshlets
         sections, of_section = division(int(meshlets.sum()), slots)
         super().__init__(SceneView(device, scene, BLOBS))
-        fill_bounds(self.view.buffers)
+        fill_bounds(self.view)
         self.slots = min(sections * of_section, int(meshlets.sum()))
         constants = raster_constants(scene, options.culling)
         self._run_numbers = scene.instances.run_numbers()

@@ -65,7 +65,6 @@ class Geometry:
     specialisation constants of bounds.comp.
     sources, placed: buffers of shaders/raytrace/rt_common.glsl. tops: a top level for each part.
     corners: if there are parts, float64[n, 4], homogeneous points of the world around the scene.
-    any_masked: whether a material may be transparent.
     """
 
     def __init__(
@@ -182,7 +181,6 @@ class Geometry:
         rows = self._instance_rows()[table["instance"]]
         rows["index_mask"] |= np.arange(len(rows), dtype=np.uint32)
         rows["structure"] = np.array(self.bottom.addresses, np.uint64)[piece]
-        self.any_masked = bool((rows["index_mask"] & INSTANCE_MASKED).any())
         address = self._input(rows)
         begins = np.searchsorted(part, np.arange(self.parts + 1))
         self.tops = Structures(
@@ -238,8 +236,7 @@ class Geometry:
         # A flattened instance has no inverse transform, so rays cannot hit it.
         seen &= np.linalg.matrix_rank(transform[:, :, :3].astype(np.float64)) == 3
         transform[~seen] = np.eye(3, 4)
-        mask = CONSTANTS["MATERIAL_MASK"] | CONSTANTS["MATERIAL_BLEND"]
-        masked = np.array([bool(m.flags & mask) for m in scene.materials])[scene.instances.material]
+        masked = np.array([m.masked for m in scene.materials])[scene.instances.material]
         rows = np.zeros(len(transform), acceleration.INSTANCE)
         rows["transform"] = transform
         rows["index_mask"] = np.where(masked, INSTANCE_MASKED, 0) | np.where(seen, VISIBLE, 0)

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import Any
 
 from ..gpu import vk
 from ..gpu.device import Device
 from ..gpu.memory import STORAGE, Buffer
-from ..gpu.pipelines import stage
+from ..gpu.pipelines import Compiler, Pipeline, stage
+from ..scene.view import SceneView
 
 SHADER_GROUPS = 3  # ray generation, miss, hit
 STAGES = {
@@ -22,56 +24,67 @@ ROLES = ("generalShader", "closestHitShader", "anyHitShader", "intersectionShade
 
 
 class RayPipeline:
-    """A ray-tracing pipeline and its shader binding table.
+    """A ray-tracing pipeline and its shader binding table. Equal pipelines are shared.
 
-    hit: ROLES -> module, of the shaders of a hit. constants: specialisation constants. layout:
-    VkPipelineLayout for `textures` textures. Equal pipelines of a device are shared.
+    hit: ROLES -> module, of the shaders of a hit; that of any hit is left out where no material can
+    be transparent. constants: specialisation constants.
     """
 
-    def __init__(
-        self,
-        device: Device,
-        hit: dict[str, str],
-        *,
-        constants: dict[str, int],
-        layout: Any,
-        textures: int,
-    ):
-        self._device = device
+    def __init__(self, view: SceneView, hit: dict[str, str], constants: dict[str, int]):
+        device = self._device = view.device
+        if not view.scene.any_masked:
+            hit = {role: module for role, module in hit.items() if role != "anyHitShader"}
         groups = ({"generalShader": "rt_camera.rgen"}, {"generalShader": "rt_miss.rmiss"}, hit)
-        key = (*hit.values(), textures, *sorted(constants.items()))
-        self.handle = device.once(key, lambda: _make(device, groups, constants, layout))
-        self.table, self.regions = self._binding_table()
+        key = (*hit.values(), view.textures, *sorted(constants.items()))
+        self._pipeline: Pipeline = device.once(
+            key, lambda: _make(device, groups, constants, view.layout)
+        )
 
-    def _binding_table(self) -> tuple[Buffer, list[Any]]:
-        """(shader binding table with a handle per shader group, its four regions)"""
-        limits = self._device.limits
-        size = limits.handle_bytes
-        step = -(-size // limits.base_alignment) * limits.base_alignment
+    @property
+    def handle(self) -> Any:
+        """The VkPipeline; waits for it."""
+        return self._pipeline.handle
+
+    @cached_property
+    def table(self) -> Buffer:
+        """The shader binding table with a handle per shader group; waits for the pipeline."""
+        size, step = self._device.limits.handle_bytes, self._step
         handles = vk.ffi.new(f"char[{size * SHADER_GROUPS}]")
         get = self._device.function("vkGetRayTracingShaderGroupHandlesKHR")
         get(self._device.handle, self.handle, 0, SHADER_GROUPS, size * SHADER_GROUPS, handles)
         raw = bytes(vk.ffi.buffer(handles))
         usage = STORAGE | vk.VK_BUFFER_USAGE_SHADER_BINDING_TABLE_BIT_KHR
         table = Buffer(self._device, step * (SHADER_GROUPS + 1), usage)
-        begin = -(-table.address // step) * step
         data = b"".join(
             raw[size * i : size * (i + 1)].ljust(step, b"\0") for i in range(SHADER_GROUPS)
         )
-        table.write(data, begin - table.address)
+        table.write(data, -table.address % step)
+        return table
+
+    @cached_property
+    def regions(self) -> list[Any]:
+        """The table's four regions, of which callable shaders have none."""
+        step = self._step
+        begin = -(-self.table.address // step) * step
         regions = [
             vk.VkStridedDeviceAddressRegionKHR(
                 deviceAddress=begin + step * i, stride=step, size=step
             )
             for i in range(SHADER_GROUPS)
         ]
-        return table, [*regions, vk.VkStridedDeviceAddressRegionKHR()]
+        return [*regions, vk.VkStridedDeviceAddressRegionKHR()]
+
+    @property
+    def _step(self) -> int:
+        """Bytes from one handle to the next."""
+        limits = self._device.limits
+        return -(-limits.handle_bytes // limits.base_alignment) * limits.base_alignment
 
 
 def _make(
     device: Device, groups: Sequence[dict[str, str]], constants: dict[str, int], layout: Any
-) -> Any:
-    """The VkPipeline of shader groups: ROLES -> module."""
+) -> Pipeline:
+    """The pipeline of shader groups: ROLES -> module."""
     names = [name for group in groups for name in group.values()]
     stages = [stage(device, name, STAGES[name.split(".")[1]], constants) for name in names]
     unused = dict.fromkeys(ROLES, vk.VK_SHADER_UNUSED_KHR)
@@ -92,10 +105,12 @@ def _make(
         maxPipelineRayRecursionDepth=1,
         layout=layout,
     )
-    create = device.function("vkCreateRayTracingPipelinesKHR")
-    pipeline = create(device.handle, None, None, 1, [info], None)[0]
-    device.at_close(lambda: vk.vkDestroyPipeline(device.handle, pipeline, None))
-    return pipeline
+    function = device.function("vkCreateRayTracingPipelinesKHR")
+
+    def create(handle: Any, cache: Any, *rest: Any) -> Any:
+        return function(handle, None, cache, *rest)  # None: the call itself creates it
+
+    return Compiler.of(device).start(create, info, stages, described)
 
 
 def _group_type(group: dict[str, str]) -> int:

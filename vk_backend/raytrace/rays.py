@@ -48,7 +48,7 @@ class TracedPicture:
 class Tracer:
     """Traces the rays of pictures. A subclass has the parts: geometry, shaders of hits, decoders.
 
-    hit: ROLES of pipeline.py -> module. constants: specialisation constants. parts: of the
+    rays: made before the geometry, so that the driver compiles it meanwhile. parts: of the
     geometry, of which a launch of rays meets one. bounces, shadows, samples: see RayTracer.
     """
 
@@ -56,8 +56,7 @@ class Tracer:
         self,
         view: SceneView,
         geometry: Geometry,
-        hit: dict[str, str],
-        constants: dict[str, int],
+        rays: RayPipeline,
         *,
         parts: int = 1,
         bounces: int = 0,
@@ -71,11 +70,7 @@ class Tracer:
         self.set_light(bounces=bounces, shadows=shadows)
         # Shaders read the frame's tables before there is a picture.
         self.view.look(Camera.fit_box(self.scene.low, self.scene.high, 1, 1), 1, 1)
-        if not geometry.any_masked:
-            hit = {role: module for role, module in hit.items() if role != "anyHitShader"}
-        self._rays = RayPipeline(
-            self.device, hit, constants=constants, layout=view.layout, textures=view.textures
-        )
+        self._rays = rays
         self._times = Timestamps(self.device, 2)
         self._own = {"sources": geometry.sources, "placed": geometry.placed}
         self._picture: dict[str, Buffer] = {}

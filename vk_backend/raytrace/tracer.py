@@ -21,11 +21,13 @@ from ..scene.scene import Scene
 from ..scene.view import SceneView
 from .commands import MESHLET_LEVELS, Area, FrameSubmissions, tiles
 from .geometry import Geometry
+from .pipeline import RayPipeline
 from .rays import RECORD_BYTES, Tracer
 
 MAX_PARTS = 64  # of the model: the slots hold one at a time
 BOX_TRIANGLES = 4  # behind each box, a power of two
 SERIAL_FILL = 12_000  # meshlets; from here on a thread each is faster than a team each (docs)
+FILL = {False: TRACED, True: TRACED_SERIAL}  # whether so many are decoded -> how
 MARGIN = 2  # pixels around the rectangle in which the scene is
 FIRST_PART, LAST_PART = CONSTANTS["FIRST_PART"], CONSTANTS["LAST_PART"]
 BACKGROUND = CONSTANTS["BACKGROUND"]
@@ -98,14 +100,15 @@ class RayTracer(Tracer):
         constants = ray_constants(scene, layout, BOX_TRIANGLES, sweeps=slots < meshlets)
         with device.free_on_error():
             view = SceneView(device, scene, frozenset({"blobs"}), matrices=False)
+            rays = RayPipeline(view, HIT, constants)
+            serial = slots >= SERIAL_FILL
+            self._decoders = {serial: Decoder(device, layout, slots, constants, FILL[serial])}
             geometry = Geometry(view, constants=constants, part_meshlets=slots)
-            super().__init__(view, geometry, HIT, constants, parts=geometry.parts, **light)
+            super().__init__(view, geometry, rays, parts=geometry.parts, **light)
             self.meshlets, self.slots, self.slot_bytes = meshlets, slots, layout.bytes
             self.sweeps = slots < meshlets
             self._part = 0  # that the slots hold
-            self._team = Decoder(device, layout, slots, constants, TRACED)
-            self._serial = self._team.by(TRACED_SERIAL)
-            self._own["cache"] = self._team.buffers["slots"]
+            self._own["cache"] = self._decoder(slots).buffers["slots"]
             with device.commands() as commands:
                 self._record_fill(commands, 0, slots)
 
@@ -178,11 +181,18 @@ class RayTracer(Tracer):
 
     def slot_words(self) -> np.ndarray:
         """uint32[slots, words]: what the cache holds; waits."""
-        return self._team.slot_words()
+        return self._decoder(self.slots).slot_words()
+
+    def _decoder(self, count: int) -> Decoder:
+        """That is faster for `count` meshlets; all fill the same slots."""
+        serial = count >= SERIAL_FILL
+        if serial not in self._decoders:  # the last part may be a small one
+            self._decoders[serial] = self._decoder(self.slots).by(FILL[serial])
+        return self._decoders[serial]
 
     def _record_fill(self, commands: Any, first: int, count: int) -> None:
         """Records the decoding of `count` meshlets from number `first` on into the first slots."""
-        decoder = self._team if count < SERIAL_FILL else self._serial
+        decoder = self._decoder(count)
         decoder.decode(commands, Numbered(first, count), self.pushed(FILL_PUSH))
         # Rays read the slots.
         self.device.full_barrier(commands)

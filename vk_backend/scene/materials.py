@@ -51,6 +51,11 @@ class Material:
     def double_sided(self) -> bool:
         return bool(self.flags & CONSTANTS["MATERIAL_DOUBLE_SIDED"])
 
+    @property
+    def masked(self) -> bool:
+        """Whether surfaces may be transparent."""
+        return bool(self.flags & (CONSTANTS["MATERIAL_MASK"] | CONSTANTS["MATERIAL_BLEND"]))
+
 
 class Materials:
     """The materials of a document that its primitives use, and their textures.

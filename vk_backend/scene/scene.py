@@ -287,6 +287,11 @@ class Scene:
         )
 
     @property
+    def any_masked(self) -> bool:
+        """Whether a surface of an instance may be transparent."""
+        return any(self.materials[number].masked for number in np.unique(self.instances.material))
+
+    @property
     def vertex_floats(self) -> int:
         """Floats of an uncompressed vertex."""
         return 3 + sum(floats for bit, floats in VERTEX_FLOATS if self.attributes & bit)

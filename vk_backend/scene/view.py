@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from gltf_ext.errors import blaming
@@ -36,6 +37,7 @@ class SceneView:
         matrices: bool = True,
     ):
         self.device, self.scene = device, scene
+        self._first: list[Callable[[], None]] = []
         self.textures = array_size(scene.textures)
         self.layout = textures_layout(device, self.textures)
         with blaming(scene.path):
@@ -43,6 +45,10 @@ class SceneView:
         self.buffers = SceneBuffers(device, scene, needs, rows)
         self._matrix_bytes = MATRIX_BYTES * len(scene.instances) if matrices else 0
         self._frame = Buffer(device, self._matrix_bytes + FRAME.itemsize)
+
+    def at_first_look(self, action: Callable[[], None]) -> None:
+        """Registers an action that the first look runs."""
+        self._first.append(action)
 
     @property
     def frame(self) -> int:
@@ -56,6 +62,8 @@ class SceneView:
 
     def look(self, camera: Camera, width: int, height: int) -> None:
         """Sets the camera of later pictures."""
+        while self._first:
+            self._first.pop()()
         frame = self.buffers.frame_record(camera, width, height, self._frame.address).tobytes()
         if self._matrix_bytes:
             matrices = self.buffers.object_to_clip_matrices(camera, width, height)

@@ -42,7 +42,7 @@ class BatchedDrawing(Drawing):
         device.require(self.capability, self.name)
         require_team(device, scene, self.name, device.limits.compute_shared_bytes)
         super().__init__(SceneView(device, scene, BLOBS))
-        fill_bounds(self.view.buffers)
+        fill_bounds(self.view)
         slots = min(SLOTS, CONSTANTS["MAX_SLOTS"])
         meshlets = scene.instance_meshlets
         layout = SlotLayout.of(scene)

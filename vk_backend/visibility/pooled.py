@@ -92,7 +92,7 @@ class AllMeshlets(Owner):
 
     def view(self) -> SceneView:
         view = SceneView(self._device, self._scene, BLOBS)
-        fill_bounds(view.buffers)
+        fill_bounds(view)
         return view
 
     def slots(self, wanted: int) -> int:

@@ -31,7 +31,6 @@ MAX_PIECES = 1 << 16
 # On an H200, 1024 take up to 1.7 times as long with large triangles; 8192 take 8 instead of 6
 # microseconds without any.
 PIECE_WORKGROUPS = 4096
-MASKED = CONSTANTS["MATERIAL_MASK"] | CONSTANTS["MATERIAL_BLEND"]
 RESULTS = ("pixels", "color", "depth", "ids")
 
 
@@ -85,12 +84,10 @@ class Rasterizer(Owner):
         pieces = Buffer(view.device, CONSTANTS["PIECE_BYTES"] * (1 + MAX_PIECES))
         super().__init__(pieces=pieces, overflow=Buffer(view.device, 8 * most))
         self._view, self._device = view, view.device
-        shown = np.unique(view.scene.instances.material)
-        masked = any(view.scene.materials[number].flags & MASKED for number in shown)
         constants = {
             **constants,
             "CULLING": 1,  # the decoder has done it: the same pipelines with culling and without
-            "MASKED": int(masked),
+            "MASKED": int(view.scene.any_masked),
             "SMALL_PIXELS": SMALL_PIXELS,
             "MAX_PIECES": MAX_PIECES,
         }
