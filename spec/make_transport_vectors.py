@@ -15,8 +15,8 @@ from pathlib import Path
 import numpy as np
 
 from gltf_ext import _codec
-from spec import make_vectors, reference_decoder, reference_transport
-from spec.blob_writer import AFFINE, FOREIGN, GEO, GRID, INTEGER, OCT
+from spec import blob_writer, make_vectors, reference_decoder, reference_transport
+from spec.blob_writer import AFFINE, FOREIGN, GEO, GRID, INTEGER, OCT, OWNED, PRIVATE
 from spec.make_vectors import encode, position_stream, stream
 
 FOLDER = Path(__file__).parent / "transport_vectors"
@@ -110,6 +110,50 @@ def backwards() -> bytes:
     )
 
 
+def narrow_and_wide_normals() -> bytes:
+    """Normals of 2 and of 16 bits."""
+    positions = make_vectors.grid_positions(9, 7, 200)
+    rng = np.random.default_rng(8)
+    narrow = rng.integers(0, 3, (len(positions), 2))
+    wide = 32767 + rng.integers(-40, 41, (len(positions), 2))
+    streams = [position_stream(), stream(OCT, 2, 2, GEO), stream(OCT, 2, 16, GEO)]
+    return encode(make_vectors.grid_triangles(9, 7), positions, streams, [narrow, wide])
+
+
+def angles_of_large_triangles() -> bytes:
+    """Normals that are weighted by angles, of triangles with long edges."""
+    rng = np.random.default_rng(12)
+    points = make_vectors.grid_positions(7, 7, 500).reshape(-1, 3).astype(float)
+    points += rng.uniform(-180, 180, points.shape) + 200
+    positions, triangles = np.rint(points).astype(int), make_vectors.grid_triangles(7, 7)
+    sums = np.zeros(points.shape)
+    for triangle in triangles:
+        for k in range(3):
+            a, b, c = (positions[triangle[(k + i) % 3]] for i in range(3))
+            e, f = b - a, c - a
+            normal = np.cross(e, f).astype(float)
+            angle = np.arctan2(np.linalg.norm(normal), e @ f)
+            sums[triangle[k]] += normal / np.linalg.norm(normal) * angle
+    normals = make_vectors.octahedral_integers(
+        sums / np.linalg.norm(sums, axis=1, keepdims=True), 10
+    )
+    return encode(triangles, positions, [position_stream(), stream(OCT, 2, 10, GEO)], [normals])
+
+
+def many_owners() -> bytes:
+    """Slots among 20, 16 and fewer open references."""
+    streams = [blob_writer.Stream(bits=12)]
+    reference = make_vectors.reference
+    fan = "R" * 17 + "E"
+    owners = make_vectors.fixed_meshlet(fan, [[reference(OWNED, 1)] * 20], streams, [20], [0], [0])
+    meshlets = [owners]
+    for slot in (18, 3, 16, 9, 12, 0, 5):
+        loop = [reference(FOREIGN, 1, len(meshlets), slot), reference(PRIVATE, 2)]
+        meshlets.append(make_vectors.fixed_meshlet("E", [loop], streams, [0], [0], [1]))
+    blob = blob_writer.write_blob(streams, meshlets, 3)
+    return canonical(make_vectors.with_vertex_count(blob, make_vectors.count_vertices(blob)))
+
+
 def canonical(blob: bytes) -> bytes:
     """The blob in the canonical form, in which it can be packed."""
     decoder = reference_decoder.Decoder(blob)
@@ -177,6 +221,9 @@ VALID = {
     "rough_surface": lambda: surface(14, 12, 4, 30, 0.5),
     "smooth_surface": lambda: surface(18, 10, 5, 3, 1.0),
     "backwards": backwards,
+    "narrow_and_wide_normals": narrow_and_wide_normals,
+    "angles_of_large_triangles": angles_of_large_triangles,
+    "many_owners": many_owners,
     **{
         name: make_vectors.VALID[name][0]
         for name in ("every_kind", "every_predictor", "several_disks", "several_groups")

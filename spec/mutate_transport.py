@@ -53,7 +53,11 @@ def changes(tree: ast.AST) -> Iterator[tuple[int, str, Callable[[ast.AST], None]
             yield number, f"{node.value} + 1", _set("value", node.value + 1)
         elif isinstance(node, ast.Compare) and type(node.ops[0]) in COMPARISONS:
             other = COMPARISONS[type(node.ops[0])]
-            yield number, f"{ast.unparse(node)}: {other.__name__}", _set("ops", [other(), *node.ops[1:]])
+            yield (
+                number,
+                f"{ast.unparse(node)}: {other.__name__}",
+                _set("ops", [other(), *node.ops[1:]]),
+            )
         elif isinstance(node, ast.BinOp) and type(node.op) in OPERATORS:
             operator = OPERATORS[type(node.op)]
             yield number, f"{ast.unparse(node)}: {operator.__name__}", _set("op", operator())
@@ -135,6 +139,8 @@ def results(step: int = 1) -> Iterator[tuple[str, str]]:
     for node in ast.walk(tree):  # annotations are no rules
         if isinstance(node, ast.FunctionDef):
             node.returns = None
+        elif isinstance(node, ast.AnnAssign):
+            node.annotation = ast.Constant(None)
     of = vectors()
     listed = [
         (p, number, words, change)
