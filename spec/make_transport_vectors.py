@@ -154,6 +154,26 @@ def many_owners() -> bytes:
     return canonical(make_vectors.with_vertex_count(blob, make_vectors.count_vertices(blob)))
 
 
+def later_and_taken_owners() -> bytes:
+    """A reference whose owner comes later in its meshlet, and an edge of four triangles."""
+    streams = [blob_writer.Stream(bits=12)]
+    reference, meshlet = make_vectors.reference, make_vectors.fixed_meshlet
+    own, private = reference(OWNED, 1), reference(PRIVATE, 1)
+    loop = [private, reference(FOREIGN, 1), private, own, private]
+    meshlets = [
+        meshlet("E", [[own, own, own]], streams, [3], [0], [0]),
+        meshlet("RRE", [loop], streams, [3], [0], [0]),
+        *(
+            meshlet(
+                "E", [[reference(FOREIGN, 1, m, slot), private, private]], streams, [1], [0], [0]
+            )
+            for m, slot in ((2, 1), (3, 1), (4, 1), (5, 2))
+        ),
+    ]
+    blob = blob_writer.write_blob(streams, meshlets, 3)
+    return canonical(make_vectors.with_vertex_count(blob, make_vectors.count_vertices(blob)))
+
+
 def canonical(blob: bytes) -> bytes:
     """The blob in the canonical form, in which it can be packed."""
     decoder = reference_decoder.Decoder(blob)
@@ -224,6 +244,7 @@ VALID = {
     "narrow_and_wide_normals": narrow_and_wide_normals,
     "angles_of_large_triangles": angles_of_large_triangles,
     "many_owners": many_owners,
+    "later_and_taken_owners": later_and_taken_owners,
     **{
         name: make_vectors.VALID[name][0]
         for name in ("every_kind", "every_predictor", "several_disks", "several_groups")
