@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import json
 import struct
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -27,7 +28,9 @@ def separate_quads() -> bytes:
     """Boxes whose sides share positions, but no vertices: matches, copies and repeats."""
     corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
     sides = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
-    positions, normals, triangles = [], [], []
+    positions: list = []
+    normals: list = []
+    triangles: list = []
     for box in range(12):
         place = np.array([box % 4 * 700 + 37, box // 4 * 900, box * box * 17])
         for side, quad in enumerate(sides):
@@ -194,14 +197,18 @@ def canonical(blob: bytes) -> bytes:
                     m, j, r.kind, j in ends, len(run) - 1, shares, r.slot, run=run
                 )
             )
-        for r, of in zip(meshlet.references, source.references):
+        for ours, of in zip(meshlet.references, source.references):
             if of.kind == FOREIGN:
                 owner, k = decoder.owned_reference(of)
-                r.owner = page.meshlets[owner.index].references[k]
+                ours.owner = page.meshlets[owner.index].references[k]
         for s, values in enumerate(decoder.meshlet(m)[1]):
             page._number(meshlet, s)
             page.values[s].update(zip(meshlet.ids[s], values))
     return reference_transport.write_page(page)
+
+
+def hand_made(name: str) -> bytes:
+    return canonical(make_vectors.VALID[name][0]())
 
 
 # Vectors of EXT_meshlet_edgebreaker whose structures count here, too.
@@ -250,7 +257,7 @@ VALID = {
         for name in ("every_kind", "every_predictor", "several_disks", "several_groups")
     },
 }
-VALID |= {name: lambda name=name: canonical(make_vectors.VALID[name][0]()) for name in HAND_MADE}
+VALID |= {name: partial(hand_made, name) for name in HAND_MADE}
 
 
 def malformed() -> dict[str, bytes]:
@@ -299,29 +306,29 @@ def malformed() -> dict[str, bytes]:
 
 
 # Malformed pages: a valid view and the bits of it that are changed, found by trying.
-DAMAGED = {
-    "match": ("gap_before_meshlets", 732),
-    "normal": ("backwards", 1081),
-    "early_end": ("seam_within_a_meshlet", 1213),
-    "symbol": ("affine_seams", 221, 1361),
-    "reserved": ("extreme_codes", 420, 360),
-    "large_meshlet": ("hops_of_different_lengths", 205),
-    "split": ("affine_seams", 232, 1726),
-    "reference": ("collapsed_by_aliases", 216),
-    "long_reference": ("hops_of_different_lengths", 269, 617),
-    "candidate": ("redundant_masks", 276, 302),
-    "owner_before_the_first": ("eight_hops", 212),
-    "stream": ("eight_hops", 469, 468),
-    "slot": ("redundant_masks", 302),
-    "wide_stream": ("hops_of_different_lengths", 538, 478),
-    "normal_stream": ("quad", 422, 356),
+DAMAGED: dict[str, tuple[str, list[int]]] = {
+    "match": ("gap_before_meshlets", [732]),
+    "normal": ("backwards", [1081]),
+    "early_end": ("seam_within_a_meshlet", [1213]),
+    "symbol": ("affine_seams", [221, 1361]),
+    "reserved": ("extreme_codes", [420, 360]),
+    "large_meshlet": ("hops_of_different_lengths", [205]),
+    "split": ("affine_seams", [232, 1726]),
+    "reference": ("collapsed_by_aliases", [216]),
+    "long_reference": ("hops_of_different_lengths", [269, 617]),
+    "candidate": ("redundant_masks", [276, 302]),
+    "owner_before_the_first": ("eight_hops", [212]),
+    "stream": ("eight_hops", [469, 468]),
+    "slot": ("redundant_masks", [302]),
+    "wide_stream": ("hops_of_different_lengths", [538, 478]),
+    "normal_stream": ("quad", [422, 356]),
 }
 
 
 def damaged() -> dict[str, bytes]:
     """Name -> malformed view."""
     result = {}
-    for name, (valid, *bits) in DAMAGED.items():
+    for name, (valid, bits) in DAMAGED.items():
         view = bytearray(_codec.pack(VALID[valid]()))
         for bit in bits:
             view[bit >> 3] ^= 1 << (bit & 7)
