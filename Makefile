@@ -20,6 +20,10 @@ WEB_PACKAGES := typescript@7.0.2 @types/three@0.187.0 @gltf-transform/core@4.5.1
 BENCH_PACKAGES := draco3d@1.5.9 meshoptimizer@1.3.0
 DEMO_MODEL := mkdir -p build && $(BIN)/python -c "from gltf_meshlet.demo import model; \
   model.write_glb(model.generate(), 'build/demo.glb'); print('build/demo.glb')"
+# A file for each of three of its primitives.
+GALLERY_MODELS := $(BIN)/python -c "from gltf_meshlet.demo import model; \
+  made = {f'build/{one.name}.glb': one for one in model.generate()[:3]}; \
+  [model.write_glb([one], path) for path, one in made.items()]; print(*made)"
 BPY := bpy==5.0.1
 WEB := tools/build_wasm.py $(wildcard web/*.cpp web/heap.h codec/format/* codec/decode/* codec/transport/*)
 NATIVE := CMakeLists.txt $(wildcard cmake/*implifier* codec/* codec/*/*)
@@ -55,6 +59,7 @@ lint: .venv/lint .venv/biome  ## check Python, C++, GLSL, JavaScript, workflows 
 	$(BIN)/python tools/format_native.py --check || failed=1; \
 	$(BIN)/mypy --no-error-summary || failed=1; \
 	test ! -f .venv/biome || $(BIOME) check --error-on-warnings || failed=1; \
+	$(BIN)/python tools/check_web_types.py || failed=1; \
 	$(BIN)/actionlint -shellcheck= -pyflakes= .github/workflows/*.yml || failed=1; \
 	$(BIN)/zizmor --offline --no-progress --quiet .github >build/zizmor.txt || { cat build/zizmor.txt; failed=1; }; \
 	$(BIN)/hadolint packaging/container/Dockerfile || failed=1; \
@@ -116,10 +121,11 @@ packages: wheel blender amalgamation shader-package docs .venv/web .venv/package
 	@$(BIN)/twine check --strict dist/*$(VERSION)*.whl dist/*$(VERSION).tar.gz
 	@npm pack --silent --pack-destination dist ./web
 
-web: .venv/web .venv/browser  ## build the npm package's decoder and the viewer's page, and open it (MODEL=FILE)
+web: .venv/web .venv/browser  ## build the npm package's decoder, the viewer's page and build/gallery, and open the page (MODEL=FILE)
 	@command -v node >/dev/null || { echo "make: node is not installed (Debian: apt install nodejs npm)"; exit 1; }
 	@node web/view/build.mjs $(NODE_MODULES)/node_modules gltf_meshlet/view_page
-	@ls -l web/*.wasm gltf_meshlet/view_page
+	@$(BIN)/python -m tools.build_gallery build/gallery $$($(DEMO_MODEL)) $$($(GALLERY_MODELS))
+	@ls -l web/*.wasm gltf_meshlet/view_page build/gallery
 	@! test -t 1 || $(BIN)/gltf-meshlet view $(or $(MODEL),$$($(DEMO_MODEL)))
 
 test-web: .venv/web .venv/browser  ## tests of the npm package, also in Chromium and Firefox

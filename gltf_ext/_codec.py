@@ -24,8 +24,10 @@ from gltf_ext._library import (
     Arrays,
     Cancelled,
     Counts,
+    Doubles,
     Floats,
     Handle,
+    LevelsInput,
     Mesh,
     MeshletArrays,
     MeshletOptions,
@@ -367,13 +369,30 @@ def _options(max_triangles: int, max_vertices: int, effort: str, **fields: Any) 
     return MeshletOptions(effort=number, **sizes, **fields)
 
 
-def _vertices(position_ids: UInt32s, positions: Floats) -> dict[str, Any]:
-    """Return the fields of a mesh for its vertices."""
+def _mesh(
+    triangles: UInt32s,
+    position_ids: UInt32s,
+    positions: Floats,
+    streams: Sequence[Stream],
+    values: Sequence[UInt32s],
+    meshlets: dict[str, Any],
+) -> Struct:
+    """Return the struct of a mesh. meshlets: its fields for those. Raises ValueError."""
     positions = array_of(positions, np.float32, -1, 3)
     position_ids = array_of(position_ids, np.uint32, -1)
     if len(position_ids) != len(positions):
         raise ValueError("position_ids and positions differ in length")
-    return {"vertex_count": len(positions), "position_ids": position_ids, "positions": positions}
+    triangles = array_of(triangles, np.uint32, -1, 3)
+    values = [array_of(v, np.uint32, -1, -1) for v in values]
+    if len(streams) != len(values):
+        raise ValueError("streams and values differ in number")
+    if any(v.shape != (len(positions), s.elements) for v, s in zip(values, streams)):
+        raise ValueError("a stream's values have the wrong shape")
+    table = (StreamRow * len(streams))(*map(_row_of, streams))
+    lists = {"triangles": triangles, "streams": table, "values": pointers(values)}
+    counts = {"triangle_count": len(triangles), "stream_count": len(streams)}
+    vertices = {"position_ids": position_ids, "positions": positions}
+    return Mesh(vertex_count=len(positions), **vertices, **lists, **counts, **meshlets)
 
 
 def encode(
@@ -407,18 +426,8 @@ def encode(
     Returns (view, statistics): those of describe, and 'generation': {'histogram', 'iterations'}.
     Raises ValueError or TypeError for bad arguments.
     """
-    vertices = _vertices(position_ids, positions)
-    triangles = array_of(triangles, np.uint32, -1, 3)
-    values = [array_of(v, np.uint32, -1, -1) for v in values]
-    if len(streams) != len(values):
-        raise ValueError("streams and values differ in number")
-    if any(v.shape != (len(positions), s.elements) for v, s in zip(values, streams)):
-        raise ValueError("a stream's values have the wrong shape")
-    table = (StreamRow * len(streams))(*map(_row_of, streams))
-    lists = {"triangles": triangles, "streams": table, "values": pointers(values)}
-    counts = {"triangle_count": len(triangles), "stream_count": len(streams)}
     order = {} if meshlets is None else _order(meshlets, len(triangles))
-    mesh = Mesh(**vertices, **lists, **counts, **order)
+    mesh = _mesh(triangles, position_ids, positions, streams, values, order)
     options = _options(
         max_triangles,
         max_vertices,
@@ -430,8 +439,13 @@ def encode(
     statistics, result = Statistics(), Result()
     _run(options, progress, lambda: function(mesh, options, statistics, result.out))
     view = result.array(0, np.uint8).tobytes()
+    return view, _describe(view, statistics)
+
+
+def _describe(view: bytes, statistics: Struct) -> dict[str, Any]:
+    """Return a view's statistics as the encoder counted them."""
     generation = {"histogram": tuple(statistics.histogram), "iterations": statistics.iterations}
-    return view, {**View(view).description(statistics), "generation": generation}
+    return {**View(view).description(statistics), "generation": generation}
 
 
 def _order(meshlets: tuple[UInt32s | None, ...], triangle_count: int) -> dict[str, Any]:
@@ -469,33 +483,50 @@ def _run(
 # --- levels of detail ---
 
 
-def generate_in_groups(
+ONE_LEVEL, ALL_LEVELS, LAST_LEVEL = range(3)  # what build_levels makes of a chunk
+
+
+def build_levels(
     triangles: UInt32s,
-    triangle_begin: UInt32s,
     position_ids: UInt32s,
     positions: Floats,
+    streams: Sequence[Stream],
+    values: Sequence[UInt32s],
+    clusters: tuple[UInt32s, UInt32s] | None,
+    simplifier: Struct,
+    page_bytes: int = 0,
     max_triangles: int = 64,
     lambda_: float = 0.0,
     effort: str = "normal",
     threads: int = 0,
-) -> tuple[UInt32s, UInt32s, UInt32s, UInt32s]:
-    """Make meshlets that never cross groups.
+    progress: Callable[[float], object] | None = None,
+    **fields: Any,
+) -> tuple[Result, Callable[[bytes], dict[str, Any]]]:
+    """Build levels of detail and encode them in pages.
 
-    triangles: uint32[T, 3], group after group; triangle_begin: uint32[G + 1]: the first triangle of
-    each group, and T; other arguments as in `encode`.
+    page_bytes: 0 for a page for each group, of any size. clusters: (begins of disks, begins of
+    meshlets) in the triangles; None to make those of level 0. fields: the others of
+    gltf_meshlet_levels_input. Other arguments as in `encode`.
 
-    Returns:
-        uint32[T]: the numbers of the triangles in the order of the meshlets; the begins of disks,
-        meshlets and groups, as `encode` takes them.
-
-    Raises:
-        ValueError: arrays do not fit each other.
+    Returns the arrays of gltf_meshlet_build_levels, and a function that takes the pages of level 0
+    and returns statistics as `encode`. Raises ValueError for bad arguments.
     """
-    mesh = Mesh(**_vertices(position_ids, positions))
-    options = _options(max_triangles, MESHLET_VERTICES, effort, lambda_=lambda_, threads=threads)
-    result = Result()
-    functions.generate(mesh, groups_of(triangles, triangle_begin), options, result.out)
-    return result.array(0), result.array(1), result.array(2), result.array(3)
+    mesh = _mesh(triangles, position_ids, positions, streams, values, _clusters(clusters))
+    sizes = {"lambda_": lambda_, "threads": threads, "page_bytes": page_bytes}
+    options = _options(max_triangles, MESHLET_VERTICES, effort, **sizes)
+    levels = LevelsInput(mesh=mesh, simplifier=simplifier, **fields)
+    statistics, result = Statistics(), Result()
+    _run(options, progress, lambda: functions.build_levels(levels, options, statistics, result.out))
+    return result, lambda view: _describe(view, statistics)
+
+
+def _clusters(begins: tuple[UInt32s, UInt32s] | None) -> dict[str, Any]:
+    """Return the fields of a mesh for begins of disks and meshlets."""
+    if begins is None:
+        return {}
+    disks, meshlets = (array_of(begin, np.uint32, -1) for begin in begins)
+    counts = {"disk_begin_count": len(disks), "meshlet_begin_count": len(meshlets)}
+    return {"disk_begin": disks, "meshlet_begin": meshlets, **counts}
 
 
 def surface_distances(
@@ -526,9 +557,13 @@ def surface_distances(
     return distances, nearest
 
 
-def hilbert_order(points: Floats) -> UInt32s:
-    """Return uint32[N]: the numbers of points (finite float32[N, 3]) along a Hilbert curve."""
-    points = array_of(points, np.float32, -1, 3)
-    order = np.empty(len(points), np.uint32)
-    functions.sort_points(points.ctypes, len(points), order.ctypes)
-    return order
+def nearest_weights(points: Doubles, corners: Doubles) -> Doubles:
+    """Return float64[N, 3]: corner weights of the nearest point of each triangle.
+
+    points: float64[N, 3]; corners: float64[N, 3, 3].
+    """
+    points = array_of(points, np.float64, -1, 3)
+    corners = array_of(corners, np.float64, len(points), 3, 3)
+    weights = np.empty_like(points)
+    functions.get_nearest_weights(points.ctypes, corners.ctypes, len(points), weights.ctypes)
+    return weights

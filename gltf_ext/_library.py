@@ -5,7 +5,7 @@ from __future__ import annotations
 import ctypes
 import sys
 from collections.abc import Callable, Sequence
-from ctypes import byref, c_float, c_size_t, c_uint8, c_uint32, c_uint64, c_void_p
+from ctypes import byref, c_double, c_float, c_size_t, c_uint8, c_uint32, c_uint64, c_void_p
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -17,18 +17,19 @@ BLOB_MAX_STREAMS = 64  # of codec/format/constants.h
 
 PROGRESS = ctypes.CFUNCTYPE(ctypes.c_int, c_void_p, c_float)
 # Types of fields and arguments, by a letter each; p is any pointer.
-_NUMBERS = (c_uint8, c_uint32, c_uint64, ctypes.c_int32, c_float, c_size_t)
+_NUMBERS = (c_uint8, c_uint32, c_uint64, ctypes.c_int32, c_float, c_size_t, c_double)
 UInt32s = NDArray[np.uint32]
 Floats = NDArray[np.float32]
+Doubles = NDArray[np.float64]
 
 _ARRAYS = (c_uint32 * 4, c_uint64 * 5, c_float * 4, c_uint64 * BLOB_MAX_STREAMS)
-_TYPES: dict[str, Any] = dict(zip("buqifzpc45os", (*_NUMBERS, c_void_p, PROGRESS, *_ARRAYS)))
+_TYPES: dict[str, Any] = dict(zip("buqifzdpc45os", (*_NUMBERS, c_void_p, PROGRESS, *_ARRAYS)))
 FUNCTIONS = """
 close p, get_array pupp, open pzp, get_counts pp, get_page pup, get_stream puup, validate pi,
 open_scratch p, get_begins pippz, get_statistics pp, decode pip, decode_range ppqqpp,
 decode_meshlets pppzp, encode_described pppp,
-weld pzzpp, scan_lines pzppzp, triangulate pzpzp, generate pppp, sort_points pzp,
-open_surface puqpfip, measure ppppzpip, get_distances pzppqfipp, get_nearest ppzip,
+weld pzzpp, scan_lines pzppzp, triangulate pzpzp,
+build_levels pppp, get_distances pzppqfipp, get_nearest_weights ppzp,
 get_unpacked_bytes pzp,
 unpack pzipz, pack pzip, join_vertices ppp, get_topology pqqp
 """
@@ -39,10 +40,11 @@ def _fields(types: str, names: str) -> list[tuple[str, Any]]:
 
 
 def address(value: Any) -> Any:
-    """Return the address of an array; other values as they are."""
+    """Return the address of an array or struct; other values as they are."""
     if isinstance(value, np.ndarray):
         return value.__array_interface__["data"][0]
-    return ctypes.addressof(value) if isinstance(value, ctypes.Array) else value
+    is_native = isinstance(value, (ctypes.Array, ctypes.Structure))
+    return ctypes.addressof(value) if is_native else value
 
 
 class Struct(ctypes.Structure):
@@ -104,7 +106,13 @@ MeshletOptions = _struct(
     "uuuifqcp", "effort max_triangles max_vertices threads lambda_ page_bytes progress user"
 )
 Groups = _struct("ppqq", "triangles begin triangle_count begin_count")
-Samples = _struct("pppq", "vertices begin areas count")
+Simplifier = _struct("ppp", "simplify simplify_guarded partition")
+LevelsInput = _struct(
+    "upppppppqppppqpppuuuuddp",
+    "shape_count mesh source_position_ids canonical_vertices seam_points shapes attributes weights "
+    "attribute_count locked places normals others other_count finer_groups errors spheres level "
+    "first_group group_size chunk reduction error_limit simplifier",
+)
 
 
 class Cancelled(Exception):
@@ -169,7 +177,10 @@ class Result(Handle):
 
 
 def pointers(arrays: Sequence[NDArray[Any]]) -> ctypes.Array[c_void_p]:
-    return (c_void_p * len(arrays))(*map(address, arrays))
+    """Return the addresses of arrays, which live as long as the result."""
+    addresses = (c_void_p * len(arrays))(*map(address, arrays))
+    addresses.arrays = arrays  # type: ignore[attr-defined]
+    return addresses
 
 
 def array_of(values: Any, dtype: type[np.generic], *shape: int) -> NDArray[Any]:

@@ -23,14 +23,21 @@ const STEP_MESHLETS = 256;
 const STORED_ELEMENTS = 4;
 
 export async function createDecoder(source) {
-  const module = await compileDecoder(source);
+  return startDecoder(await compileDecoder(source));
+}
+
+// For Workers, which get the compiled module.
+export async function startDecoder(module) {
   let memory;
   const host = {
     refuse(text, number, meshlet) {
       throw new MalformedError(sentence(new Uint8Array(memory.buffer, text), number, meshlet));
     },
   };
-  const { exports } = await WebAssembly.instantiate(module, { host });
+  const instance = await WebAssembly.instantiate(/** @type {WebAssembly.Module} */ (module), {
+    host,
+  });
+  const exports = /** @type {any} */ (instance.exports);
   memory = exports.memory;
   exports._initialize?.();
   return new Decoder(exports);
@@ -40,7 +47,7 @@ export async function createDecoder(source) {
 function sentence(text, number, meshlet) {
   const problem = new TextDecoder()
     .decode(text.subarray(0, text.indexOf(0)))
-    .replace('#', number >>> 0);
+    .replace('#', String(number >>> 0));
   return meshlet === NO_MESHLET ? problem : `meshlet ${meshlet >>> 0}: ${problem}`;
 }
 
@@ -65,7 +72,7 @@ class Decoder {
 
   // For the pool: a plan of consecutive blobs, decoded; options as the plan's. Decodes so many
   // meshlets in a step, and calls onTriangles with the number of triangles of each step.
-  decodeBlobs(bytes, { step = STEP_MESHLETS, ...options }, onTriangles = () => {}) {
+  decodeBlobs(bytes, { step = STEP_MESHLETS, ...options }, onTriangles = (_count) => {}) {
     const plan = new Plan(this.#blobs(bytes), options);
     plan.allocate();
     const insert = (part, at) => {
@@ -219,8 +226,11 @@ class Decoder {
 // integers: of all streams, or a flag for each; total: the counts of its arrays, if they are for
 // more than these blobs; firstVertex: number of the first vertex in the view.
 class Plan {
-  constructor(blobs, { integers, total = blobs.at(-1).end, firstVertex = 0 }) {
-    Object.assign(this, { blobs, integers, total, firstVertex });
+  constructor(blobs, { integers = false, total = blobs.at(-1).end, firstVertex = 0 }) {
+    this.blobs = blobs;
+    this.integers = integers;
+    this.total = total;
+    this.firstVertex = firstVertex;
     this.result = {
       triangleCount: total.triangles,
       vertexCount: total.vertices,

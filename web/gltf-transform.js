@@ -12,6 +12,7 @@ export const UNPACKER = 'meshlet.unpacker';
 // Reading unpacks packed views; writing leaves them unpacked.
 export class EXTMeshletTransport extends Extension {
   static EXTENSION_NAME = TRANSPORT;
+  /** @readonly */
   extensionName = TRANSPORT;
   prereadTypes = [PropertyType.BUFFER];
   readDependencies = [UNPACKER];
@@ -59,10 +60,17 @@ class CompressedPrimitive extends ExtensionProperty {
   getDefaults() {
     return Object.assign(super.getDefaults(), { bytes: null, object: null, vertexCount: 0 });
   }
+
+  // The values of getDefaults.
+  fill(values) {
+    for (const [name, value] of Object.entries(values))
+      this.set(/** @type {never} */ (name), /** @type {never} */ (value));
+  }
 }
 
 export class EXTMeshletEdgebreaker extends Extension {
   static EXTENSION_NAME = EXTENSION;
+  /** @readonly */
   extensionName = EXTENSION;
   prereadTypes = [PropertyType.PRIMITIVE];
   prewriteTypes = [PropertyType.ACCESSOR];
@@ -107,15 +115,14 @@ export class EXTMeshletEdgebreaker extends Extension {
         const object = extensions?.[EXTENSION];
         if (!object) return;
         const { bufferView, ...streams } = object;
+        const bytes = context.bufferViews[bufferView];
+        const blobs = this.#decoder.blobs(bytes);
         const property = new CompressedPrimitive(this.document.getGraph());
-        const blobs = this.#decoder.blobs(context.bufferViews[bufferView]);
-        property
-          .set('bytes', context.bufferViews[bufferView])
-          .set('object', streams)
-          .set(
-            'vertexCount',
-            blobs.reduce((sum, blob) => sum + blob.vertexCount, 0),
-          );
+        property.fill({
+          bytes,
+          object: streams,
+          vertexCount: blobs.reduce((sum, blob) => sum + blob.vertexCount, 0),
+        });
         context.meshes[m].listPrimitives()[p].setExtension(EXTENSION, property);
       }),
     );

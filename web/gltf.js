@@ -1,8 +1,12 @@
 // From decoded streams to the arrays of a primitive's accessors (specification, "glTF Schema
 // Updates"). Loaders share this file.
-import { ARRAYS, attributeArray, COMPONENTS, EXTENSION, expect, LIMITS } from './accessors.js';
+import { ARRAYS, COMPONENTS, EXTENSION, expect, FLOAT } from './accessors.js';
+import { attributeArray, LIMITS } from './components.js';
 
 export { ARRAYS, COMPONENTS, EXTENSION };
+
+const SHORT = 5122;
+const UNSIGNED_SHORT = 5123;
 
 // Bytes of a vertex of a primitive, in all its attributes and morph targets.
 export function vertexBytes(json, primitive) {
@@ -39,34 +43,71 @@ export function forCompressed(json, visit) {
 
 // For loaders that ask for buffer views: gives each accessor of a compressed primitive a view that
 // exists only in the loader. Returns a map: number of such a view -> () => promise of its bytes.
-// load: number of a view of the file -> promise of its bytes. decoder: it or its promise.
-export function virtualViews(json, load, decoder) {
+// load: number of a view of the file -> promise of its bytes. decoder: it or its promise. quantizes:
+// some floats become normalised integers.
+export function virtualViews(json, load, decoder, quantizes = false) {
   const views = new Map();
+  const { accessors = [] } = json;
+  const original = { accessors: [...accessors] };
   forCompressed(json, (primitive, name, numbers) => {
+    const integers = quantizes ? quantizable(json, primitive) : new Map();
     let arrays;
     const decode = async () => {
       try {
         const view = await load(primitive.extensions[EXTENSION].bufferView);
         const decoded = await (await decoder).decodePrimitive(view);
-        return accessorArrays(json, primitive, decoded);
+        return accessorArrays(original, primitive, decoded);
       } catch (error) {
         throw new Error(`${name}: ${error.message}`, { cause: error });
       }
     };
     for (const number of numbers) {
-      const accessor = json.accessors[number]; // a fallback's view is not read
-      accessor.bufferView = json.bufferViews.push({ buffer: 0, byteLength: 0 }) - 1;
+      const format = integers.get(number);
+      const { componentType, byteStride } = format ?? {};
+      if (format) accessors[number] = { ...accessors[number], componentType, normalized: true };
+      const accessor = accessors[number]; // a fallback's view is not read
+      const view = { buffer: 0, byteLength: 0, ...(format && { byteStride }) };
+      accessor.bufferView = json.bufferViews.push(view) - 1;
       accessor.byteOffset = 0;
       delete accessor.sparse;
       const bytes = ({ buffer, byteOffset, byteLength }) =>
         new Uint8Array(buffer, byteOffset, byteLength);
       views.set(accessor.bufferView, async () => {
         arrays ??= decode();
-        return bytes((await arrays).get(number));
+        const array = (await arrays).get(number);
+        return bytes(format ? quantized(array, format) : array);
       });
     }
   });
   return views;
+}
+
+// Accessor number -> {componentType, components, byteStride, factor} of the floats that fit into
+// normalised integers of 16 bits: directions, and texture coordinates and colours whose limits the file
+// tells.
+function quantizable({ accessors }, { attributes }) {
+  const integers = new Map();
+  for (const [name, number] of Object.entries(attributes)) {
+    const { componentType, type, min, max } = accessors[number] ?? {};
+    const isUnit = min?.every((value) => value >= 0) && max?.every((value) => value <= 1);
+    const isDirection = name === 'NORMAL' || name === 'TANGENT';
+    if (componentType !== FLOAT || !(isDirection || (/^(TEXCOORD|COLOR)_/.test(name) && isUnit)))
+      continue;
+    const components = COMPONENTS[type];
+    const byteStride = 4 * Math.ceil(components / 2); // aligned, as glTF wants it
+    const [integer, factor] = isDirection ? [SHORT, 32767] : [UNSIGNED_SHORT, 65535];
+    integers.set(number, { componentType: integer, components, byteStride, factor });
+  }
+  return integers;
+}
+
+function quantized(floats, { componentType, components, byteStride, factor }) {
+  const width = byteStride / 2;
+  const integers = new ARRAYS[componentType]((floats.length / components) * width);
+  for (let v = 0; v < floats.length / components; v++)
+    for (let c = 0; c < components; c++)
+      integers[width * v + c] = Math.round(floats[components * v + c] * factor);
+  return integers;
 }
 
 // Accessor number -> its components, for all accessors of a decoded primitive. Throws

@@ -16,7 +16,11 @@ export function joinVertices(decoded, firsts, sourceVertices) {
 
 class Joiner {
   constructor({ indices, vertexCount, streams }, firsts, sourceVertices) {
-    Object.assign(this, { indices, firsts, sourceVertices, left: vertexCount, target: 0 });
+    this.indices = indices;
+    this.firsts = firsts;
+    this.sourceVertices = sourceVertices;
+    this.left = vertexCount;
+    this.target = 0;
     this.parent = Uint32Array.from({ length: vertexCount }, (_, v) => v);
     this.place = placesOf(streams, vertexCount); // of each vertex: the first one equal to it
     this.members = new Map(); // place -> its vertices, if it has several
@@ -214,7 +218,7 @@ function addOpen(edges, first, open) {
   const between = (e) => (e.from === from && e.to === to) || (e.from === to && e.to === from);
   let end = first;
   let same = 0;
-  for (; end < edges.length && between(edges[end]); end++) same += edges[end].from === from;
+  for (; end < edges.length && between(edges[end]); end++) same += Number(edges[end].from === from);
   const other = end - first - same;
   for (let n = other; n < same; n++) open.push(edges[first]);
   for (let n = same; n < other; n++) open.push(edges[end - 1]);

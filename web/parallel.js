@@ -72,7 +72,7 @@ class ParallelDecoder {
 // Waits for all; throws the first one's error, in the order of the view.
 async function all(promises) {
   const settled = await Promise.allSettled(promises);
-  for (const { status, reason } of settled) if (status === 'rejected') throw reason;
+  for (const one of settled) if (one.status === 'rejected') throw one.reason;
 }
 
 // Leading blobs, at least one: the share of the first of n Workers.

@@ -5,8 +5,15 @@ import { compileDecoder, decoderUrl } from './compile.js';
 const MOST_WORKERS = 8;
 const START_MS = 30_000; // until a Worker has to answer
 const files = new WeakMap(); // Worker of a file of ours -> its URL
+const scripts = new WeakMap(); // Worker that imports its file -> URL of its own lines
 
-export async function createDecoderPool({ workers, source, createWorker = moduleWorker } = {}) {
+export async function createDecoderPool(
+  /** @type {{workers?: number, source?: any, createWorker?: () => any}} */ {
+    workers,
+    source,
+    createWorker = moduleWorker,
+  } = {},
+) {
   const cores = globalThis.navigator?.hardwareConcurrency ?? 4;
   const count = workers ?? Math.min(cores, MOST_WORKERS);
   if (!Number.isInteger(count) || count < 1)
@@ -48,7 +55,17 @@ export async function startWorker(name, start) {
 // Workers begin on the page's own server. What they import may come from others, as from a CDN.
 function importingWorker(url) {
   const script = new Blob([`import ${JSON.stringify(url)}`], { type: 'text/javascript' });
-  return new Worker(URL.createObjectURL(script), { type: 'module' });
+  const own = URL.createObjectURL(script);
+  const worker = new Worker(own, { type: 'module' });
+  scripts.set(worker, own);
+  return worker;
+}
+
+// A Worker that has answered or ended has read its lines. Some browsers read them later than the call
+// that makes the Worker.
+function forgetScript(worker) {
+  const script = scripts.get(worker);
+  if (script && scripts.delete(worker)) URL.revokeObjectURL(script);
 }
 
 class DecoderPool {
@@ -56,7 +73,8 @@ class DecoderPool {
   #module;
   #createWorker;
   #members = [];
-  #count = 0; // of members, also of those that start
+  #count = 0; // of members, also of those that start or are lost
+  #lost = 0; // whose Workers have failed
   #waiting = []; // jobs without a member
   works = false; // a Worker has done a job; for members
   ended = null; // the error of all calls from now on; for gltf-meshlet/stream, too
@@ -98,7 +116,7 @@ class DecoderPool {
 
   // Number of Workers.
   get size() {
-    return this.#members.length;
+    return this.#count;
   }
 
   close() {
@@ -114,23 +132,23 @@ class DecoderPool {
   }
 
   // A member's Worker has failed. Where Workers do work, its job is to blame: only that rejects, and
-  // another Worker takes the member's place. For members.
-  async replace(member, error) {
+  // another Worker takes the member's place when there is a job for it. For members.
+  replace(member, error) {
     if (!this.#members.includes(member)) return; // it has failed before
-    if (!member.busy || !this.works) return this.end(error);
+    if (!this.works) return this.end(error);
     member.end(error);
     this.#members = this.#members.filter((other) => other !== member);
-    try {
-      await this.#start();
-    } catch (failed) {
-      this.end(failed);
-    }
+    this.#lost++;
+    this.next();
   }
 
   // Gives waiting jobs to members without one. For members.
   next() {
     for (const member of this.#members)
       if (!member.busy && this.#waiting.length > 0) member.start(this.#waiting.shift());
+    if (this.#lost === 0 || this.#waiting.length === 0) return;
+    this.#lost--;
+    this.#start().catch((error) => this.end(error));
   }
 
   // Does a job: task, bytes, options and onTriangles. For this class and gltf-meshlet/stream.
@@ -167,7 +185,6 @@ class Member {
     this.#worker = worker;
     this.#pool = pool;
     const failed = ({ message }) => {
-      clearTimeout(this.#starting);
       const place = files.has(worker) ? `: ${files.get(worker)}` : '';
       const problem = message ?? `its file was not loaded${place}`;
       pool.replace(this, new Error(`a decoder's Worker failed: ${problem}`));
@@ -197,13 +214,18 @@ class Member {
   }
 
   end(error) {
-    clearTimeout(this.#starting);
+    this.#begun();
     this.#job?.reject(error);
     this.#worker.terminate();
   }
 
-  #receive({ started, triangles, result, error }) {
+  #begun() {
     clearTimeout(this.#starting);
+    forgetScript(this.#worker);
+  }
+
+  #receive({ started, triangles, result, error }) {
+    this.#begun();
     if (started) return;
     const { onTriangles, resolve, reject } = this.#job;
     if (triangles !== undefined) {

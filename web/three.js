@@ -1,3 +1,3 @@
 // For three.js: a plugin that loads whole files, and an object that streams them.
-export { MeshletStream } from './stream/three.js';
+export { MeshletStream, SourceError } from './stream/three.js';
 export { meshletPlugin } from './three_plugin.js';

@@ -3,20 +3,22 @@
 import { EXTENSION, virtualViews } from './gltf.js';
 import { TRANSPORT, unpacking } from './transport.js';
 
-export function meshletPlugin(decoder) {
-  return (parser) => new MeshletPlugin(parser, decoder);
+export function meshletPlugin(decoder, { quantized = false } = {}) {
+  return (parser) => new MeshletPlugin(parser, decoder, quantized);
 }
 
 class MeshletPlugin {
   #parser;
   #decoder;
   #views = new Map();
+  #quantized;
   #unpacked; // number of a packed view -> promise of its bytes
 
-  constructor(parser, decoder) {
+  constructor(parser, decoder, quantized) {
     this.name = EXTENSION; // GLTFLoader knows extensions by their plugin's name
     this.#parser = parser;
     this.#decoder = decoder;
+    this.#quantized = quantized;
     // GLTFLoader would warn of it: this plugin has another name.
     const { json } = parser;
     json.extensionsRequired = json.extensionsRequired?.filter((name) => name !== TRANSPORT);
@@ -36,7 +38,7 @@ class MeshletPlugin {
       import('./decoder.js').then(({ createDecoder }) => createDecoder()));
     const load = async (number) =>
       new Uint8Array(await this.#parser.getDependency('bufferView', number));
-    this.#views = virtualViews(json, load, decoder);
+    this.#views = virtualViews(json, load, decoder, this.#quantized);
   }
 
   // Called by GLTFLoader for each buffer view; null leaves it to the loader.

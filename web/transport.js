@@ -1,11 +1,11 @@
 // Unpacks buffer views of EXT_meshlet_transport with the codec's C++ unpacker, compiled to
 // WebAssembly: a module of its own, which is loaded when a file needs it.
 
-import { expect } from './accessors.js';
+import { expect, TRANSPORT } from './accessors.js';
 import { MalformedError } from './blob.js';
 import { compileDecoder } from './compile.js';
 
-export const TRANSPORT = 'EXT_meshlet_transport';
+export { TRANSPORT };
 
 const VERSION = 1;
 const MAX_BYTES = 448 * 2 ** 20; // of a page, packed or not
@@ -19,7 +19,8 @@ export function compileUnpacker(source = new URL('./unpacker.wasm', import.meta.
 
 // source: as of compileUnpacker.
 export async function createUnpacker(source) {
-  const { exports } = await WebAssembly.instantiate(await compileUnpacker(source));
+  const instance = await WebAssembly.instantiate(await compileUnpacker(source));
+  const exports = /** @type {any} */ (instance.exports);
   exports._initialize?.();
   return new Unpacker(exports);
 }

@@ -183,6 +183,7 @@ class Job {
       value_words: words,
       spread: this.#spread,
     };
+    /** @type {any[]} */
     const steps = dispatches(FIRST, meshletCount, push);
     for (const range of ranges(meshletCount, chunk)) {
       steps.push(...dispatches(this.#method, range.count, { ...push, ...range.push }));

@@ -1,9 +1,9 @@
 // A Worker of pool.js, in browsers and in Node. The first message is {module}, the compiled
 // decoder, and the answer {started}; each further one is a job, {task, bytes, options}. Its answers
 // are {triangles}, their number in each step, and {result}, or {error}.
-import { createDecoder, MalformedError } from './decoder.js';
+import { MalformedError, startDecoder } from './decoder.js';
 
-const inNode = typeof WorkerGlobalScope === 'undefined';
+const inNode = !('WorkerGlobalScope' in globalThis);
 const node = 'node:worker_threads'; // in a variable, so that bundlers leave it alone
 let port;
 let decoder;
@@ -35,7 +35,7 @@ function arraysOf(result) {
 
 async function receive({ data: { module, task, bytes, options } }) {
   if (module) {
-    decoder = createDecoder(module);
+    decoder = startDecoder(module);
     port.postMessage({ started: true });
     return;
   }

@@ -9,8 +9,6 @@
 extern "C" {
 #endif
 
-typedef struct gltf_meshlet_surface gltf_meshlet_surface; /* level 0, to measure other levels */
-
 /* ---- Statistics ---- */
 
 /* Where the bits of a view go: they sum to 8 * its bytes. */
@@ -61,7 +59,70 @@ GLTF_MESHLET_API int gltf_meshlet_triangulate(const float* points, size_t corner
                                               const uint32_t* sizes, size_t count,
                                               gltf_meshlet_result** result);
 
-/* ---- Parts of the builder of levels ---- */
+/* ---- Levels of detail ---- */
+
+/* Functions of meshoptimizer, by its header and cmake/simplifier_guard.h. */
+typedef struct gltf_meshlet_simplifier {
+  uint32_t size;
+  void (*simplify)(void);         /* meshopt_simplifyWithAttributes */
+  void (*simplify_guarded)(void); /* meshopt_simplifyGuarded; may be null */
+  void (*partition)(void);        /* meshopt_partitionClusters */
+} gltf_meshlet_simplifier;
+
+/* What becomes of a chunk: one level, whose clusters then wait for others; one level that is the
+ * last; all further levels. */
+enum { GLTF_MESHLET_ONE_LEVEL = 0, GLTF_MESHLET_ALL_LEVELS = 1, GLTF_MESHLET_LAST_LEVEL = 2 };
+
+/* A primitive, or a chunk of it, on its grid. Numbers of floats are those of each vertex. */
+typedef struct gltf_meshlet_levels_input {
+  uint32_t size, shape_count;
+  /* Triangles; streams and values; positions: integers; position_ids: equal where they are.
+   * disk_begin and meshlet_begin: clusters of `level`, or of finer ones, in the order of the
+   * triangles; null to generate level 0. */
+  const gltf_meshlet_mesh* mesh;
+  /* Equal for equal positions before quantisation. */
+  const uint32_t* source_position_ids;
+  /* The same vertex for all that are equal in all integers, or that edges of length zero connect.
+   */
+  const uint32_t* canonical_vertices;
+  const float* seam_points;   /* 3: positions, moved apart where only the grid joins vertices */
+  const float* const* shapes; /* 3 each: positions with each morph target at weight 1 */
+  const float *attributes,
+      *weights; /* values that count in the choice of edges, beside positions */
+  uint64_t attribute_count;
+  const uint8_t* locked; /* 1 for vertices that stay, equal where positions are; or null */
+  /* Equal for vertices that may stand for each other at a corner; null for none. */
+  const uint32_t* places;
+  const float *normals, *others; /* 3, of length one or zero; texture coordinates and colours */
+  uint64_t other_count;
+  /* Of each cluster: the group that it replaces a part of, or -1; the error of that group; centre
+   * and radius of a sphere around it and all finer ones that it replaces. */
+  const int32_t* finer_groups;
+  const double *errors, *spheres;
+  uint32_t level, first_group; /* of the groups to form */
+  uint32_t group_size;         /* clusters, about */
+  uint32_t chunk;              /* GLTF_MESHLET_ONE_LEVEL, ... */
+  double reduction;            /* triangles of a group over those of its replacement */
+  double error_limit;          /* groups with a larger error stay as they are */
+  const gltf_meshlet_simplifier* simplifier;
+} gltf_meshlet_levels_input;
+
+/* Builds levels and encodes them in pages. Uses the options threads, effort, max_triangles, lambda,
+ * page_bytes, progress (after each level). Lengths are in cells of the grid. Without pages, a whole
+ * primitive cannot be simplified. statistics: of the pages of level 0, or null. Arrays of the
+ * result, uint32_t unless said otherwise:
+ * - 0 the group of each cluster; 1 its finer group, int32_t;
+ * - 2 the level of each group; 3 double, the error of its replacement, infinite without one; 4 four
+ *   double, its sphere;
+ * - of clusters that wait for the next level: 5 triangles, 6 disk_begin, 7 meshlet_begin, 8 finer
+ *   groups, int32_t, 9 errors, double, 10 spheres;
+ * - of each level, uint64_t: 11 triangles that could not be simplified, 12 triangles;
+ * - 13 pages of coarse levels, 14 of level 0: bytes, groups, triangles, vertices; 15 the groups of
+ *   all pages; 16 their bytes, uint8_t. */
+GLTF_MESHLET_API int gltf_meshlet_build_levels(const gltf_meshlet_levels_input* input,
+                                               const gltf_meshlet_options* options,
+                                               gltf_meshlet_statistics* statistics,
+                                               gltf_meshlet_result** result);
 
 /* Triangles of all groups: those of group g are begin[g] .. begin[g + 1], at least one. */
 typedef struct gltf_meshlet_groups {
@@ -71,49 +132,6 @@ typedef struct gltf_meshlet_groups {
   uint64_t triangle_count, begin_count; /* the latter: one more than groups */
 } gltf_meshlet_groups;
 
-/* Makes meshlets that never cross groups. Uses the mesh's position_ids, positions
- * and vertex_count, and the options effort, max_triangles, threads, lambda. Arrays of the
- * result, uint32_t: order, disk_begin, meshlet_begin, group_begin, as in gltf_meshlet_mesh. */
-GLTF_MESHLET_API int gltf_meshlet_generate(const gltf_meshlet_mesh* mesh,
-                                           const gltf_meshlet_groups* groups,
-                                           const gltf_meshlet_options* options,
-                                           gltf_meshlet_result** result);
-
-/* Writes the numbers of points (three finite floats each) along a Hilbert curve. */
-GLTF_MESHLET_API int gltf_meshlet_sort_points(const float* points, size_t count, uint32_t* order);
-
-/* Opens level 0 and borrows the shapes: positions of all vertices, three finite floats each, at
- * rest and with each morph target. vertex_share: the share of its area that its vertices stand for.
- */
-GLTF_MESHLET_API int gltf_meshlet_open_surface(const float* const* shapes, uint32_t shape_count,
-                                               uint64_t vertex_count,
-                                               const gltf_meshlet_groups* level_0,
-                                               float vertex_share, int32_t threads,
-                                               gltf_meshlet_surface** surface);
-
-/* Vertices of level 0 that are gone, for each of the chosen groups. */
-typedef struct gltf_meshlet_samples {
-  uint32_t size;
-  const uint32_t *vertices, *begin; /* begin: one more than chosen groups */
-  const float* areas;               /* of level 0, that each vertex stands for */
-  uint64_t count;
-} gltf_meshlet_samples;
-
-/* Measures chosen groups of whole levels that others replace. Arrays of the result: float, for each
- * chosen replacement, the distance within which 99.9 % of either surface lies of the other, level
- * 0; then of the vertices to carry on: uint32_t their numbers, the triangle of its group's `after`
- * that is nearest to each, and begins; float areas. */
-GLTF_MESHLET_API int gltf_meshlet_measure(const gltf_meshlet_surface* surface,
-                                          const gltf_meshlet_groups* before,
-                                          const gltf_meshlet_groups* after, const uint32_t* chosen,
-                                          size_t chosen_count, const gltf_meshlet_samples* carried,
-                                          int32_t threads, gltf_meshlet_result** result);
-
-/* Writes the triangle of level 0, at rest, that is nearest to each point. */
-GLTF_MESHLET_API int gltf_meshlet_get_nearest(const gltf_meshlet_surface* surface,
-                                              const float* points, size_t point_count,
-                                              int32_t threads, uint32_t* triangles);
-
 /* Writes the distance of each point to the nearest triangle, or to any that is no farther than
  * `enough`, and, unless `nearest` is null, that triangle's number. */
 GLTF_MESHLET_API int gltf_meshlet_get_distances(const float* points, size_t point_count,
@@ -121,6 +139,11 @@ GLTF_MESHLET_API int gltf_meshlet_get_distances(const float* points, size_t poin
                                                 const float* positions, uint64_t vertex_count,
                                                 float enough, int32_t threads, float* distances,
                                                 uint32_t* nearest);
+
+/* Writes, for each of `count` points and triangles of three corners each, three weights of the
+ * corners: of the nearest point of the triangle. */
+GLTF_MESHLET_API int gltf_meshlet_get_nearest_weights(const double* points, const double* corners,
+                                                      size_t count, double* weights);
 
 #ifdef __cplusplus
 }

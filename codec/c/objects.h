@@ -21,8 +21,7 @@ class Object : public Allocated {
     kView = 0x6D760001,
     kScratch = 0x6D760002,
     kResult = 0x6D760003,
-    kSurface = 0x6D760004,
-    kLevels = 0x6D760005
+    kLevels = 0x6D760004
   };
 
   explicit Object(Kind kind) : kind_(kind) {}

@@ -42,4 +42,11 @@ Array<uint32_t> sorted_by_code(Array<uint32_t> codes, int threads) {
   return order;
 }
 
+Array<uint32_t> order_in_box(const std::vector<Vec3>& points, int cells) {
+  const Box box = box_of(points);
+  const float longest = box.longest_side(), scale = longest > 0 ? float(cells) / longest : 0;
+  return order_along_curve(points.size(), 1,
+                           [&](size_t i) { return (points[i] - box.low) * scale; });
+}
+
 }  // namespace gltf_meshlet_codec

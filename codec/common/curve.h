@@ -89,12 +89,18 @@ class HilbertTable {
 // Returns 0 .. codes.size() - 1 by code, equal ones by number. Codes have 3 * kCurveBits bits.
 Array<uint32_t> sorted_by_code(Array<uint32_t> codes, int threads);
 
+// Returns the numbers of at least one point along the curve, through their box with `cells` cells
+// on its longest side.
+Array<uint32_t> order_in_box(const std::vector<Vec3>& points, int cells);
+
 // Returns the numbers of the points along the curve, those in one cell by number. point(i): the
 // position of point i < count, in cells; points outside the cube are moved to its border.
 template <class Point>
 Array<uint32_t> order_along_curve(size_t count, int threads, Point&& point) {
   static constexpr HilbertTable table;
-  const auto cell = [](float x) { return uint32_t(std::clamp(int(x), 0, kCurveCells - 1)); };
+  const auto cell = [](float x) {
+    return x > 0 ? uint32_t(std::min(x, float(kCurveCells - 1))) : 0;  // 0 also for NaN
+  };
   Array<uint32_t> codes(count);
   for_blocks(threads, count, 1 << 15, [&](size_t, size_t first, size_t last) {
     for (size_t i = first; i < last; i++) {

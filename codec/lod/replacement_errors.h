@@ -13,6 +13,11 @@ struct GroupTriangles {
   std::vector<uint32_t> begin;
 
   size_t groups() const { return begin.size() - 1; }
+  size_t count() const { return begin.back(); }
+  size_t size(size_t group) const { return begin[group + 1] - begin[group]; }
+  const uint32_t* corners(size_t group) const { return triangles + 3 * size_t(begin[group]); }
+  // A copy of a group's triangles.
+  std::vector<uint32_t> of(size_t group) const { return {corners(group), corners(group + 1)}; }
 };
 
 // Vertices of level 0 that are gone, in groups. The triangle is the one of the group's replacement

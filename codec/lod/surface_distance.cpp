@@ -136,15 +136,6 @@ uint32_t nodes_above(uint32_t count) {
   return nodes;
 }
 
-// The numbers of the points along a curve.
-Array<uint32_t> along_curve(const std::vector<Vec3>& points) {
-  const Box box = box_of(points);
-  const float longest = box.longest_side();
-  const float scale = longest > 0 ? float(kCurveCells - 1) / longest : 0;
-  return order_along_curve(points.size(), 1,
-                           [&](size_t i) { return (points[i] - box.low) * scale; });
-}
-
 }  // namespace
 
 class TriangleTree::Builder {
@@ -161,7 +152,7 @@ class TriangleTree::Builder {
     std::vector<Vec3> centres;  // three times the centre
     for (uint32_t t = first; t < last; t++)
       centres.push_back(corner(t, 0) + corner(t, 1) + corner(t, 2));
-    const Array<uint32_t> order = along_curve(centres);
+    const Array<uint32_t> order = order_in_box(centres, kCurveCells - 1);
     const uint32_t leaf_begin = tree_.group_leaf_[group], leaf_end = tree_.group_leaf_[group + 1];
     std::vector<Child> row;
     row.reserve(leaf_end - leaf_begin);
@@ -243,7 +234,8 @@ TriangleTree::TriangleTree(const float* positions, const uint32_t* triangles,
   std::vector<Vec3> centres;
   for (const Box& box : boxes) centres.push_back(box.low + box.high);
   std::vector<Child> row;
-  for (uint32_t group : along_curve(centres)) row.push_back({boxes[group], group_root(group)});
+  for (uint32_t group : order_in_box(centres, kCurveCells - 1))
+    row.push_back({boxes[group], group_root(group)});
   Builder(*this).build_nodes(std::move(row), group_node_.back());
   root_ = uint32_t(nodes_.size()) - 1;
 }

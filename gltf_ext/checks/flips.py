@@ -8,7 +8,7 @@ import numpy as np
 
 from gltf_ext import _codec
 from gltf_ext.attributes.details import areas_of
-from gltf_ext.lod.corners import face_normals
+from gltf_ext.lod.surface import face_normals
 from gltf_ext.sources.primitives import Primitive
 
 # The sine of the angle beyond 90 degrees from which a corner counts: of rounding.

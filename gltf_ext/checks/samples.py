@@ -8,8 +8,7 @@ import numpy as np
 
 from gltf_ext import _codec
 from gltf_ext.attributes.details import areas_of
-from gltf_ext.lod.corners import face_normals
-from gltf_ext.lod.nearest import nearest_weights
+from gltf_ext.lod.surface import face_normals
 from gltf_ext.sources.attribute_names import semantic
 from gltf_ext.sources.primitives import Primitive
 
@@ -71,7 +70,9 @@ def nearest_points(points: np.ndarray, primitive: Primitive) -> tuple[np.ndarray
     """Return (float32[N]: distances of points, float32[N, 3], to a surface; the nearest ones)."""
     distances, triangle = _nearest_triangles(points, primitive)
     corners = _corners(primitive, triangle)
-    return distances, SurfacePoints(triangle, nearest_weights(points.astype(np.float64), corners))
+    return distances, SurfacePoints(
+        triangle, _codec.nearest_weights(points.astype(np.float64), corners)
+    )
 
 
 def _nearest_triangles(points: np.ndarray, primitive: Primitive) -> tuple[np.ndarray, np.ndarray]:
@@ -137,7 +138,7 @@ def compare_surfaces(
     nearest = triangle[some]
     is_away = (face_normals(positions[1], original.indices[nearest]) * faces).sum(axis=1) < 0.0
     nearest[is_away] = triangle[len(places) :][is_away]
-    weights = nearest_weights(places[some].astype(np.float64), _corners(original, nearest))
+    weights = _codec.nearest_weights(places[some].astype(np.float64), _corners(original, nearest))
     return both_ways, _shading_at(of_some, surface, SurfacePoints(nearest, weights), original)
 
 

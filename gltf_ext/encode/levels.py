@@ -8,19 +8,27 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from gltf_ext.attributes.records import RecordFormat, Triangles
+from gltf_ext import _codec
+from gltf_ext.attributes.records import RecordFormat, Triangles, Vertices
 from gltf_ext.encode.chunks import Cells, Chunks, are_among, leaves, union
 from gltf_ext.encode.totals import Totals
 from gltf_ext.encode.without_levels import PlainEncoder
 from gltf_ext.errors import MeshletError
-from gltf_ext.lod import simplifier
-from gltf_ext.lod.builder import Builder, ClusterRanges, ClusterSet, Hierarchy
+from gltf_ext.lod.builder import (
+    SHRINK,
+    ChunkLevels,
+    ClusterRanges,
+    ClusterSet,
+    Hierarchy,
+    LevelSettings,
+    Pages,
+    build_levels,
+)
 from gltf_ext.lod.document import Levels
-from gltf_ext.lod.pilot import SMALLEST_GROUP, Pilot
-from gltf_ext.lod.reduction import SHRINK
+from gltf_ext.lod.simplifier import simplifier
 from gltf_ext.lod.surface import Surface
 from gltf_ext.lod.tables import MAX_GROUPS
-from gltf_ext.lod.writing import Pages, encode_levels, error_limit_of, make_surface, make_tables
+from gltf_ext.lod.writing import error_limit_of, make_surface, make_tables
 from gltf_ext.options import Options
 from gltf_ext.progress import Advance
 from gltf_ext.ranges import begins, members
@@ -29,7 +37,6 @@ from gltf_ext.sources.memory import chunk_size, plan_chunk_memory, reading_limit
 from gltf_ext.sources.source import blocks
 from gltf_ext.work_files import Spool, WorkFile, give_back_memory, release
 
-NO_RANGES = ClusterRanges(np.empty((0, 3), np.uint32), np.zeros(1, np.int64), np.zeros(1, np.int64))
 ALL_LEVELS = 1.4  # triangles of all levels over those of level 0, for the progress
 BUILD_SHARE = 0.6  # of the progress of a chunk that is alone; the rest is for its pages
 # With more vertices than this for each position, the first step is larger: seams hold coarse levels
@@ -47,7 +54,7 @@ class Remainder:
     Attributes:
         corners: coarse[T, 3]: records of their triangles.
         disks, clusters: int64: number of triangles of each disk, and of disks of each cluster.
-        finer_group, error, centre, radius: as in ClusterSet.
+        finer_group, error, spheres: as in ClusterSet.
     """
 
     corners: np.ndarray
@@ -55,35 +62,32 @@ class Remainder:
     clusters: np.ndarray
     finer_group: np.ndarray
     error: np.ndarray
-    centre: np.ndarray
-    radius: np.ndarray
+    spheres: np.ndarray
 
     def with_triangles(self, triangles: np.ndarray) -> ClusterSet:
         """triangles: uint32[T, 3] of the corners."""
         ranges = ClusterRanges(triangles, begins(self.disks), begins(self.clusters))
-        return ClusterSet(
-            ranges, self.finer_group, self.error, self.error, self.centre, self.radius
-        )
+        return ClusterSet(ranges, self.finer_group, self.error, self.spheres)
 
     @classmethod
-    def of(cls, frontier: ClusterSet, records: np.ndarray) -> Remainder:
+    def of(cls, clusters: ClusterSet, records: np.ndarray) -> Remainder:
         """Return a remainder of clusters. records: coarse[V], of their vertices."""
-        ranges = frontier.ranges
+        ranges = clusters.ranges
         disks, counts = np.diff(ranges.disk_begin), np.diff(ranges.cluster_begin)
         corners = records[ranges.triangles]
-        origin = frontier.finer_group, frontier.error, frontier.centre, frontier.radius
+        origin = clusters.finer_group, clusters.error, clusters.spheres
         return cls(corners, disks, counts, *origin)
 
 
 @dataclass
 class Chunk:
-    """A chunk of a level, to be built.
+    """A chunk of a level, to be levels.
 
     Attributes:
         first_group: number of the first group that it makes.
         triangles: its triangles; clusters: of them, None in level 0.
         border_keys: keys of positions that other chunks may have too, in ascending order.
-        is_only: whether its level has no other: then all further levels are built.
+        is_only: whether its level has no other: then all further levels are levels.
         must_end: whether there are to be no further levels.
         advance: moves the progress bar meanwhile; None for the chunks of a work file.
     """
@@ -104,7 +108,7 @@ class ChunkResult:
 
     Attributes:
         count: of its triangles; totals: of level 0.
-        hierarchy: without clusters; None for no groups. coarse, fine: their pages.
+        hierarchy: None for no groups. coarse, fine: their pages.
         triangles: of the groups of each level; stuck_triangles: of the builder.
         remainder: clusters for the next level.
     """
@@ -135,93 +139,65 @@ def build_chunk(threads: int, encoder: PlainEncoder, options: Options, chunk: Ch
     values = record_format.values_of(vertices.records)
     surface = make_surface(record_format, vertices, values)
     surface.is_locked = is_shared
-    group_size, page_limit = options.lod_group, options.page_limit_with_levels
-    while True:
-        pilot = Pilot(
-            record_format.plan.streams, values, surface.position_ids, surface.points, page_limit
-        )
-        builder = _builder(record_format, options, threads, chunk, surface, group_size, pilot)
-        if not builder.groups:
-            break
-        if _is_without_levels(builder, chunk):
+    levels = _build(record_format, options, threads, chunk, surface, vertices, values)
+    if len(levels.hierarchy.group_level):
+        if not levels.coarse.groups and not levels.fine.groups:
             encoder_input = record_format.encoder_input_of(vertices)
             view, totals.statistics = encoder.view_of(encoder_input, threads, chunk.advance)
-            result.fine = Pages(blobs=[view])
+            result.fine = Pages(data=view)
             return result
-        hierarchy = builder.result()
-        give_back_memory()
-        result.coarse, result.fine = encode_levels(
-            hierarchy,
-            surface,
-            record_format.plan.streams,
-            values,
-            vertices.position_ids,
-            page_limit,
-            threads,
-        )
-        give_back_memory()
-        largest = max(map(len, result.coarse.blobs + result.fine.blobs))
-        if largest <= page_limit or group_size <= SMALLEST_GROUP:
-            sizes = np.diff(hierarchy.ranges.triangle_begin)
-            counts = np.bincount(hierarchy.group_level[hierarchy.cluster_group], sizes)
-            result.triangles = counts.astype(int).tolist()
-            hierarchy.ranges = NO_RANGES
-            result.hierarchy = hierarchy
-            break
-        group_size = max(group_size // 2, SMALLEST_GROUP)  # rare: see the pilot
-    result.stuck_triangles = builder.stuck_triangles
-    if len(builder.frontier):
+        result.coarse, result.fine, result.hierarchy = levels.coarse, levels.fine, levels.hierarchy
+        result.triangles = levels.triangles
+    give_back_memory()
+    result.stuck_triangles = levels.stuck_triangles
+    if levels.remainder.ranges.count:
         records = record_format.without_hash(vertices.records)
-        result.remainder = Remainder.of(builder.clusters.select(builder.frontier), records)
-    totals.statistics = result.fine.statistics
+        result.remainder = Remainder.of(levels.remainder, records)
+    totals.statistics = levels.statistics
     if chunk.advance:
         chunk.advance(1.0)
     return result
 
 
-def _builder(
+def _build(
     record_format: RecordFormat,
     options: Options,
     threads: int,
     chunk: Chunk,
     surface: Surface,
-    group_size: int,
-    pilot: Pilot,
-) -> Builder:
-    """Return a builder that has built the chunk's levels."""
-    has_seams = len(surface.points) > SEAMS * len(surface.vertex_of_position)
-    builder = Builder(
-        surface,
-        options,
-        group_size,
+    vertices: Vertices,
+    values: list[np.ndarray],
+) -> ChunkLevels:
+    """Build the chunk's levels and their pages."""
+    has_seams = len(surface.points) > SEAMS * (int(surface.position_ids.max()) + 1)
+    one_level = _codec.LAST_LEVEL if chunk.must_end else _codec.ONE_LEVEL
+    settings = LevelSettings(
+        options.lod_group,
         error_limit_of(options, record_format.plan),
         options.lod_reduction * (LARGER_STEP if has_seams else 1.0),
-        threads,
-        chunk.clusters.with_triangles(surface.triangles) if chunk.clusters else None,
+        options.page_limit_with_levels,
+        _codec.ALL_LEVELS if chunk.is_only and not chunk.must_end else one_level,
         chunk.level,
         chunk.first_group,
-        pilot,
     )
-    if chunk.must_end:
-        builder.end()
-    else:
-        total = len(surface.triangles)
-        while (remaining_triangles := builder.add_level(may_end=chunk.is_only)) and chunk.is_only:
-            if chunk.advance:
-                chunk.advance(BUILD_SHARE * (1.0 - remaining_triangles / total))
-    builder.meter = None  # its trees are as large as all else
-    if chunk.level == 0 and not chunk.is_only and np.isinf([g[1] for g in builder.groups]).any():
+    advance = chunk.advance
+    levels = build_levels(
+        surface,
+        record_format.plan.streams,
+        values,
+        vertices.position_ids,
+        settings,
+        options,
+        threads,
+        chunk.clusters.with_triangles(surface.triangles) if chunk.clusters else None,
+        (lambda fraction: advance(BUILD_SHARE * fraction)) if advance else None,
+    )
+    if chunk.level == 0 and not chunk.is_only and np.isinf(levels.hierarchy.group_error).any():
         raise MeshletError(
             f"{record_format.where}: all triangles of a chunk collapse on the grid",
             "use more position bits or a smaller step",
         )
-    return builder
-
-
-def _is_without_levels(builder: Builder, chunk: Chunk) -> bool:
-    """Return whether a primitive of one chunk cannot be simplified, or has too many groups."""
-    is_whole = chunk.is_only and chunk.level == 0
-    return is_whole and (np.isinf(builder.groups[0][1]) or len(builder.groups) > MAX_GROUPS)
+    return levels
 
 
 # --- all chunks ---
@@ -246,7 +222,7 @@ class NextLevel:
         self._file = self._file or WorkFile(str(self._options.work_dir))
         self._file.append(clusters.corners)
         self.triangles += len(clusters.corners)
-        values = (clusters.finer_group, clusters.error, clusters.centre, clusters.radius)
+        values = (clusters.finer_group, clusters.error, clusters.spheres)
         self._columns.append((clusters.disks, clusters.clusters, *values))
 
     def close(self) -> None:
@@ -259,7 +235,7 @@ class NextLevel:
         disks, in_cluster, *values = (np.concatenate(column) for column in zip(*self._columns))
         cluster_begin = begins(in_cluster)
         triangle_begin = begins(disks)[cluster_begin]
-        points = np.rint(values[2]).astype(np.int32)  # centres
+        points = np.rint(values[2][:, :3]).astype(np.int32)  # centres
         cells = Cells.over(points, count, level)
         chunk = cells.of(points)
         border_keys = self._border_keys(cells, np.repeat(chunk, np.diff(triangle_begin)))
@@ -314,14 +290,14 @@ class LevelsWriter:
 
         Raises MeshletError without meshoptimizer.
         """
-        simplifier.require_simplifier()
+        simplifier()
         self.totals = Totals()
         self._encoder, self._options, self._runner = encoder, options, runner
         self._folder = folder
-        self._hierarchies: list[Hierarchy] = []  # without clusters
+        self._hierarchies: list[Hierarchy] = []
         self._group_count = 0
         # By level; those of the last chunk have all further levels.
-        self._pages: dict[int, Pages] = defaultdict(Pages)  # without blobs, which are in the files
+        self._pages: dict[int, Pages] = defaultdict(Pages)  # without bytes, which are in the files
         self._files: dict[int, Spool] = defaultdict(lambda: Spool(folder, max_memory=0))
         self._triangles: Counter[int] = Counter()  # by level
         self._stuck_triangles: Counter[int] = Counter()
@@ -390,10 +366,11 @@ class LevelsWriter:
             finer[finer >= first_group] += self._group_count - first_group
             following.add(result.remainder)
         for page_level, pages in ((max(level, 1), result.coarse), (0, result.fine)):
-            if pages.blobs:
-                self._files[page_level].append(b"".join(pages.blobs))
-                groups = [self._group_count + numbers for numbers in pages.groups]
-                self._pages[page_level].add(Pages(groups, [], pages.rows))
+            if pages.data:
+                self._files[page_level].append(pages.data)
+                total = self._pages[page_level]
+                total.groups += [self._group_count + numbers for numbers in pages.groups]
+                total.rows = np.concatenate([total.rows, pages.rows])
         if not result.hierarchy:
             return
         self._triangles.update(dict(enumerate(result.triangles)))
@@ -406,7 +383,7 @@ class LevelsWriter:
 
     def _levels(self, record_format: RecordFormat) -> Levels:
         order = sorted(self._pages, reverse=True)
-        rows = [row for level in order for row in self._pages[level].rows]
+        rows = np.concatenate([self._pages[level].rows for level in order])
         groups = [g for level in order for g in self._pages[level].groups]
         coarse = Spool(self._folder, max_memory=0)
         for level in order[:-1]:
@@ -415,7 +392,7 @@ class LevelsWriter:
             release(pages)
             self._files[level].close()
         columns = map(np.concatenate, zip(*(h.columns for h in self._hierarchies)))
-        hierarchy = Hierarchy(NO_RANGES, *columns)
+        hierarchy = Hierarchy(*columns)
         coarse_pages = len(rows) - len(self._pages[0].rows)
         tables = make_tables(hierarchy, groups, rows, coarse_pages, record_format.plan)
         levels = range(max(self._triangles) + 1)

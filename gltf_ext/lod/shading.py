@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from gltf_ext.attributes.records import RecordFormat, Vertices, weld_rows
-from gltf_ext.lod.corners import Choices, unit
-from gltf_ext.lod.surface import longest_side
+from gltf_ext.lod.surface import Choices, longest_side, unit
 from gltf_ext.sources.attribute_names import local_name, semantic
 
 # Weights of attributes in the choice of edges, beside positions in a box of size 1. With 0.2 for
@@ -39,8 +38,6 @@ def choices_of(
     record_format: RecordFormat,
     columns: dict[str, np.ndarray],
     values: list[np.ndarray],
-    triangles: np.ndarray,
-    canonical_vertices: np.ndarray,
 ) -> Choices | None:
     """Return which vertices may stand for each other; None without normals.
 
@@ -48,8 +45,6 @@ def choices_of(
         record_format: of the vertices.
         columns: as shading_columns returns them.
         values: uint32[V, elements] of each stream.
-        triangles: uint32[T, 3].
-        canonical_vertices: uint32[V], as in Surface.
     """
     if "NORMAL" not in columns:
         return None
@@ -64,8 +59,7 @@ def choices_of(
     no_columns = np.empty((len(place), 0), np.float32)
     others = [no_columns, *(column for name, column in columns.items() if name != "NORMAL")]
     normals = record_format.dequantise(values, ("NORMAL",))["NORMAL"]  # those that readers see
-    of_all = np.concatenate(others, axis=1)
-    return Choices.of(place, triangles, canonical_vertices, unit(normals), of_all)
+    return Choices(place, unit(normals), np.concatenate(others, axis=1))
 
 
 def _scale_to_unit(values: np.ndarray) -> np.ndarray:

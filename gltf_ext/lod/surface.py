@@ -3,12 +3,24 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import cached_property
 
 import numpy as np
 
-from gltf_ext.lod.corners import Choices
-from gltf_ext.ranges import first_of_each, has_repeats
+
+@dataclass
+class Choices:
+    """Vertices that may stand for each other at a corner of a level.
+
+    Attributes:
+        place: uint32[V]: equal for vertices that differ in normals, tangents, texture coordinates
+            and colours only.
+        normals: float32[V, 3], of length one or zero.
+        others: float32[V, A]: texture coordinates and colours in a box of size 1.
+    """
+
+    place: np.ndarray
+    normals: np.ndarray
+    others: np.ndarray
 
 
 @dataclass
@@ -41,16 +53,22 @@ class Surface:
     is_locked: np.ndarray | None = None
     choices: Choices | None = None
 
-    @cached_property
-    def vertex_of_position(self) -> np.ndarray:
-        """The first vertex at each position, by its id: uint32[P]."""
-        return first_of_each(self.position_ids, int(self.position_ids.max()) + 1)
-
-    def is_degenerate(self, triangles: np.ndarray) -> np.ndarray:
-        """Return bool[T]: whether two corners of a triangle, uint32[T, 3], share a position."""
-        return has_repeats(self.position_ids[triangles])
-
 
 def longest_side(points: np.ndarray) -> float:
     """Return the longest side of the box around points, [N, C]."""
     return float(np.ptp(points, axis=0).max())
+
+
+def unit(vectors: np.ndarray) -> np.ndarray:
+    """Return vectors, [N, 3], with length one; zeros stay."""
+    length = np.sqrt((vectors * vectors).sum(axis=1, keepdims=True))
+    result: np.ndarray = vectors / np.where(length > 0.0, length, 1.0)
+    return result
+
+
+def face_normals(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Return float64[T, 3]: unit normals of triangles, zero for those without area."""
+    corners = points[triangles].astype(np.float64)
+    (a, b, c), (d, e, f) = (corners[:, 1:] - corners[:, :1]).transpose(1, 2, 0)
+    # np.cross takes twice as long for small meshes.
+    return unit(np.stack([b * f - c * e, c * d - a * f, a * e - b * d], axis=1))

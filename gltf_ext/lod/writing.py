@@ -3,32 +3,22 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
 from gltf_ext import _codec
-from gltf_ext._codec import Stream
 from gltf_ext.attributes.records import RecordFormat, Vertices, weld_rows
 from gltf_ext.attributes.streams import Plan
 from gltf_ext.lod.builder import Hierarchy
 from gltf_ext.lod.shading import ATTRIBUTE_WEIGHTS, choices_of, shading_columns
 from gltf_ext.lod.surface import Surface, longest_side
-from gltf_ext.lod.tables import GROUP, PAGE, Tables, reach
+from gltf_ext.lod.tables import GROUP, Tables, reach
 from gltf_ext.options import Options
 from gltf_ext.ranges import begins, first_of_each, members, occurring
 from gltf_ext.sources.attribute_names import is_of_target, local_name, semantic
 
 MORPH_WEIGHT = 1.0
 MAX_WEIGHTED = 16  # floats per vertex that count in the choice of edges
-# Groups of a block, which errors order. Measured with 24, 48 and 96 on dragon with four times its
-# triangles and noise: the pages for one pixel of error have 1.28, 1.20 and 1.16 MB; those for four
-# pixels at the nearest point, mean of 20 cameras, have 1.57, 1.60 and 1.70 MB.
-BLOCK_GROUPS = 48
-# The last page of a coarse level takes groups of the next level if it is emptier than this. Full
-# pages make 2 % smaller files, but a cut loads up to a fifth more bytes (igea).
-MIN_PAGE_FRACTION = 0.25
 
 
 def error_limit_of(options: Options, plan: Plan) -> float:
@@ -92,7 +82,7 @@ def make_surface(
         attributes,
         weights,
         morphed,
-        choices=choices_of(record_format, columns, values, triangles, canonical),
+        choices=choices_of(record_format, columns, values),
     )
 
 
@@ -231,93 +221,7 @@ def _weighted_attributes(
     return np.ascontiguousarray(np.concatenate(columns, axis=1)), np.array(weights, np.float32)
 
 
-# --- encoding ---
-
-
-@dataclass
-class Pages:
-    """Encoded pages.
-
-    Attributes:
-        groups: int64 for each page: the numbers of its groups.
-        blobs: the bytes of each page.
-        rows: PAGE[1] for each page: its row of the table, without firstGroup.
-        statistics: as _codec.encode returns them, of the last call.
-    """
-
-    groups: list[np.ndarray] = field(default_factory=list)
-    blobs: list[bytes] = field(default_factory=list)
-    rows: list[np.ndarray] = field(default_factory=list)
-    statistics: dict[str, Any] = field(default_factory=dict)
-
-    def add(self, other: Pages) -> None:
-        """Append other pages."""
-        self.groups += other.groups
-        self.blobs += other.blobs
-        self.rows += other.rows
-
-    def pop(self) -> np.ndarray:
-        """Remove the last page and return its groups."""
-        self.blobs.pop()
-        self.rows.pop()
-        return self.groups.pop()
-
-
-def _pack(
-    hierarchy: Hierarchy,
-    groups: np.ndarray,
-    page_limit: int,
-    streams: list[Stream],
-    threads: int,
-    triangles: np.ndarray,
-    position_ids: np.ndarray,
-    positions: np.ndarray,
-    values: list[np.ndarray],
-) -> Pages:
-    """Pack groups, in this order, into pages of at most `page_limit` bytes.
-
-    A group that is larger than a page has a page of its own.
-
-    Args:
-        hierarchy: all clusters and groups.
-        groups: int64: the groups to pack.
-        page_limit: bytes of the largest page.
-        streams: the stream table.
-        threads: number of threads, 0 for all processors.
-        triangles: uint32[T, 3]: the triangles of all clusters.
-        position_ids: uint32[V], of the vertices of the triangles.
-        positions: float32[V, 3].
-        values: uint32[V, elements] of each stream.
-    """
-    ranges = _GroupRanges(hierarchy)
-    numbers = ranges.numbers_of(groups)
-    clusters = hierarchy.ranges.select(numbers)
-    group_begin = begins(np.diff(ranges.begin)[groups])
-    corners = triangles[members(hierarchy.ranges.triangle_begin, numbers)]
-    view, statistics = _codec.encode(
-        np.ascontiguousarray(corners),
-        position_ids,
-        positions,
-        streams,
-        values,
-        threads=threads,
-        meshlets=(
-            np.arange(len(corners), dtype=np.uint32),
-            clusters.disk_begin.astype(np.uint32),
-            clusters.cluster_begin.astype(np.uint32),
-            group_begin.astype(np.uint32),
-        ),
-        page_bytes=page_limit,
-    )
-    blobs = [view[start : start + size] for start, size in _codec.split(view)]
-    headers = [_codec.Header(blob) for blob in blobs]
-    ends = np.cumsum([header.meshlet_count for header in headers])
-    rows = [
-        np.array([(len(blob), 0, header.triangle_count, header.vertex_count)], PAGE)
-        for blob, header in zip(blobs, headers)
-    ]
-    pieces = np.split(groups, np.searchsorted(group_begin, ends[:-1]))
-    return Pages(pieces, blobs, rows, statistics)
+# --- tables ---
 
 
 class _GroupRanges:
@@ -340,158 +244,19 @@ class _GroupRanges:
         return numbers
 
 
-def _level_vertices(
-    hierarchy: Hierarchy, surface: Surface
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Give each coarse level its own copies of the vertices that it uses.
-
-    Returns:
-        int64[N]: the vertex of the surface that each copy equals; uint32[N]: ids of the positions
-        of the copies; uint32[T, 3]: the triangles of all clusters, with copies as corners, zeros
-        in level 0.
-    """
-    clusters = hierarchy.ranges
-    fine_count = np.count_nonzero(hierarchy.finer_group < 0)
-    first = int(clusters.triangle_begin[fine_count])
-    corners = clusters.triangles[first:].reshape(-1)
-    # Per cluster: arrays of all corners would decide the peak of memory.
-    counts = 3 * np.diff(clusters.triangle_begin)[fine_count:]
-    level, finer_group = (
-        hierarchy.group_level[hierarchy.cluster_group[fine_count:]],
-        hierarchy.finer_group[fine_count:],
-    )
-    is_clashing = _find_clashes(corners, counts, level, finer_group)[finer_group]
-    layer = np.where(is_clashing, int(level.max()) + 1 + finer_group, level)
-    count = len(surface.points)
-    new_corners, vertex_count = _number_keys(_corner_keys(layer * count, counts, corners))
-    corner_of = np.empty(vertex_count, np.uint32)
-    corner_of[new_corners] = np.arange(len(corners), dtype=np.uint32)
-    triangles = np.zeros((len(clusters.triangles), 3), np.uint32)
-    triangles[first:] = new_corners.reshape(-1, 3)
-    vertices = corners[corner_of].astype(np.int64)
-    level_of = np.repeat(level.astype(np.uint16), counts)[corner_of]
-    ids, _ = _number_keys(level_of.astype(np.int64) * count + surface.position_ids[vertices])
-    return vertices, ids, triangles
-
-
-def _corner_keys(base: np.ndarray, counts: np.ndarray, numbers: np.ndarray) -> np.ndarray:
-    """Add the number of its cluster in `base` to each corner: int64."""
-    keys = np.repeat(base, counts)
-    keys += numbers
-    return keys
-
-
-def _number_keys(keys: np.ndarray) -> tuple[np.ndarray, int]:
-    """Return (uint32[N]: numbers, equal for equal int64 keys; their count), by the codec."""
-    ids, count = _codec.weld(keys.view(np.uint8).reshape(-1, 8))
-    return ids, count
-
-
-def _find_clashes(
-    corners: np.ndarray, counts: np.ndarray, level: np.ndarray, finer_group: np.ndarray
-) -> np.ndarray:
-    """Find replacements with an edge that two triangles of the level use in one direction.
-
-    Meshlets are made in each replacement alone, where such an edge may lie inside a disk.
-
-    Args:
-        corners: int64: the corners of the clusters' triangles.
-        counts: int64[N]: number of corners of each cluster.
-        level: int64[N]: level of each cluster.
-        finer_group: int64[N]: finer group of each cluster.
-
-    Returns:
-        bool[G]: whether the replacement of each group has such an edge.
-    """
-    count = int(corners.max()) + 1
-    keys = _corner_keys(level * count, counts, corners)
-    keys *= count
-    keys += np.roll(corners.reshape(-1, 3), -1, axis=1).reshape(-1)
-    numbers, _ = _number_keys(keys)
-    repeated_corners = np.flatnonzero((np.bincount(numbers) > 1)[numbers])
-    clashes = np.zeros(int(finer_group.max()) + 1, bool)
-    clashes[finer_group[np.searchsorted(np.cumsum(counts), repeated_corners, "right")]] = True
-    return clashes
-
-
-def encode_levels(
-    hierarchy: Hierarchy,
-    surface: Surface,
-    streams: list[Stream],
-    values: list[np.ndarray],
-    position_ids: np.ndarray,
-    page_limit: int,
-    threads: int,
-) -> tuple[Pages, Pages]:
-    """Encode all groups in pages.
-
-    Level 0 uses the vertices of the surface. The surfaces of coarser levels lie on it: so that no
-    edge has four triangles, each level has its own vertices, and so has each replacement with an
-    edge that its level has already.
-
-    Args:
-        hierarchy: all clusters and groups.
-        surface: the primitive on its grid.
-        streams: the stream table.
-        values: uint32[V, elements] of each stream.
-        position_ids: uint32[V], equal for equal positions before quantisation.
-        page_limit: bytes of the largest page.
-        threads: number of threads, 0 for all processors.
-
-    Returns:
-        The pages of coarse levels, and the pages of level 0.
-    """
-    levels = np.unique(hierarchy.group_level)[::-1]
-    coarse, fine = Pages(), Pages()
-    if levels[0] > 0:
-        vertices, coarse_ids, triangles = _level_vertices(hierarchy, surface)
-        coarse_values = [np.ascontiguousarray(v[vertices]) for v in values]
-        data = triangles, coarse_ids, surface.points[vertices], coarse_values
-    for level in levels[levels > 0]:
-        groups = _by_error(np.flatnonzero(hierarchy.group_level == level), hierarchy.group_error)
-        if coarse.blobs and len(coarse.blobs[-1]) < MIN_PAGE_FRACTION * page_limit:
-            groups = np.concatenate([coarse.pop(), groups])
-        coarse.add(_pack(hierarchy, groups, page_limit, streams, threads, *data))
-    # The groups of level 0 stay along the curve: the errors of their replacements differ little,
-    # and neighbours in one page share vertices.
-    finest = np.flatnonzero(hierarchy.group_level == 0)
-    if len(finest):
-        data = hierarchy.ranges.triangles, position_ids, surface.points, values
-        fine = _pack(hierarchy, finest, page_limit, streams, threads, *data)
-    return coarse, fine
-
-
-def _by_error(groups: np.ndarray, error: np.ndarray) -> np.ndarray:
-    """Order the groups of a level by decreasing error in blocks of BLOCK_GROUPS neighbours.
-
-    A cut draws all groups above an error, and so mostly whole pages.
-
-    Args:
-        groups: int64[N]: along a curve.
-        error: float64[G]: of all groups.
-    """
-    count = -(-len(groups) // BLOCK_GROUPS)
-    block = np.arange(len(groups)) * count // max(len(groups), 1)
-    ordered: np.ndarray = groups[np.lexsort((-error[groups], block))]
-    return ordered
-
-
-# --- tables ---
-
-
 def make_tables(
     hierarchy: Hierarchy,
     page_groups: list[np.ndarray],
-    rows: list[np.ndarray],
+    rows: np.ndarray,
     coarse_pages: int,
     plan: Plan,
 ) -> Tables:
     """Make the tables, with groups in the order of the pages and lengths in units of POSITION.
 
     Args:
-        hierarchy: all clusters and groups; its triangles are not used.
+        hierarchy: all clusters and groups.
         page_groups: int64 for each page: the numbers of its groups.
-        rows: PAGE[1] for each page.
+        rows: PAGE[P], without firstGroup.
         coarse_pages: number of pages before those of level 0.
         plan: the primitive's streams.
     """
@@ -526,7 +291,7 @@ def make_tables(
     centre_error = np.linalg.norm(groups["centre"] - centre, axis=1)
     groups["radius"] = _round_up(hierarchy.group_radius[order] * stream.step + centre_error)
     _nest(groups, hierarchy.group_level[order], run_owner, run_group)
-    pages = np.concatenate(rows)
+    pages = rows.copy()
     pages["firstGroup"] = first_group
     counts = np.bincount(run_of_cluster, minlength=len(run_group))
     return Tables(pages, groups, run_group, counts, coarse_pages)

@@ -63,9 +63,7 @@ void put_group(Group group, Page page) {
 }
 
 // Whether the group's page is asked for: a little before it is needed.
-bool is_asked_for(Group group, float pixels) {
-  return is_top(group) || pixels > push.least_pixels;
-}
+bool is_asked_for(Group group, float pixels) { return is_top(group) || pixels > push.least_pixels; }
 
 void request(Requests requests, uint page, float pixels) {
   uint place = hierarchy.first_page + page, bits = floatBitsToUint(pixels);

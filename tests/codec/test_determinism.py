@@ -1,4 +1,4 @@
-"""The encoder's bytes are the same for every compiler, optimisation level and number of threads."""
+"""Bytes and levels are the same for every compiler, optimisation level and number of threads."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ DIGEST = ROOT / "tests" / "codec" / "native" / "encode_digest.cpp"
 
 
 def sources() -> list[Path]:
-    """The codec without levels, and the program that prints digests of the encoder's bytes."""
-    names = ("common", "format", "segment", "encode", "decode", "transport")
+    """The codec, and the program that prints digests of the encoder's bytes and of levels."""
+    names = ("common", "format", "segment", "encode", "decode", "transport", "lod")
     folders = [ROOT / "codec" / name for name in names]
     sources = sorted(path for folder in folders for path in folder.glob("*.cpp"))
     return [*sources, ROOT / "codec" / "processors.cpp", DIGEST]
@@ -58,5 +58,5 @@ def test_same_bytes_from_every_build(compiler, level, tmp_path):
     if shutil.which(compiler) is None:  # also with --full: one compiler is enough to build us
         pytest.skip(f"{compiler} is not installed")
     expected = digests(program_of("MESHLET_NATIVE_TESTS", "encode_digest"))
-    assert len(expected.splitlines()) == 6
+    assert len(expected.splitlines()) == 8
     assert digests(build(compiler, level, tmp_path)) == expected

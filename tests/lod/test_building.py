@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 import gltf_ext
-from gltf_ext import _codec
 from gltf_ext.document.container import read_document
 from gltf_ext.encode import levels
 from gltf_ext.lod import LodPrimitive, cut_at_level, error_of, open_lod
+from gltf_ext.lod import builder as levels_builder
 from gltf_ext.lod.tables import EXTENSION
-from gltf_ext.lod.writing import BLOCK_GROUPS, _by_error, encode_levels
+from gltf_ext.lod.writing import _separate_points
 from spec import reference_lod
 from tests.helpers import environment
 from tests.helpers.gltf_builder import Builder, wavy_sheet
@@ -174,18 +174,16 @@ def test_a_pilot_saves_building_twice(page_bytes, is_noisy, tmp_path, monkeypatc
     noise = np.random.default_rng(0).random((len(points), 4), np.float32)
     noise[np.linalg.norm(points[:, :2] - points[0, :2], axis=1) > 0.5] = 0.5
     sheet = sheet_file(tmp_path / "sheet.glb", **({"_X": noise} if is_noisy else {}))
-    built, largest = [], []
+    fractions = []  # of the progress after each level: it would begin anew
 
-    def counted(*arguments):
-        coarse, fine = encode_levels(*arguments)
-        built.append(len(coarse.groups))
-        largest.append(max(map(len, coarse.blobs + fine.blobs)))
-        return coarse, fine
+    def spied(*arguments):
+        return levels_builder.build_levels(*arguments[:-1], fractions.append)
 
-    monkeypatch.setattr(levels, "encode_levels", counted)
+    monkeypatch.setattr(levels, "build_levels", spied)
     gltf_ext.compress(sheet, tmp_path / "out.glb", lod=True, page_bytes=page_bytes)
-    assert len(built) == 1
-    assert largest[0] <= page_bytes
+    assert len(fractions) > 1 and (np.diff(fractions) > 0).all()
+    (primitive,) = open_lod(tmp_path / "out.glb")
+    assert primitive.tables.pages["byteLength"].max() <= page_bytes
 
 
 def test_a_model_of_small_parts_has_no_wild_first_level(tmp_path):
@@ -211,24 +209,12 @@ def test_pages_keep_the_order_of_levels(sheet, tmp_path):
     assert (np.diff(tables.groups["page"].astype(int)) >= 0).all()
 
 
-def test_pages_hold_groups_of_like_errors():
-    """A cut takes fewer pages, and no page has groups that are far from each other."""
-    error, groups = np.random.default_rng(0).random(480), np.arange(480)
-    taken = []
-    for order in (groups, _by_error(groups, error)):
-        pages = np.split(order, range(4, 480, 4))
-        assert sorted(order) == list(groups)
-        assert max(np.ptp(page) for page in pages) <= 2 * BLOCK_GROUPS
-        taken.append(sum((error[page] > 0.8).any() for page in pages))
-    assert taken[1] < 0.6 * taken[0]
-
-
 def test_groups_of_a_level_come_by_error(sheet, tmp_path):
     gltf_ext.compress(sheet, tmp_path / "out.glb", lod=True, lod_group=4)
     (primitive,) = open_lod(tmp_path / "out.glb")
     tables = primitive.tables
     errors = tables.groups["error"][tables.group_level == 1]
-    assert 4 < len(errors) <= BLOCK_GROUPS
+    assert 4 < len(errors) <= 48  # kBlockGroups of level_pages.cpp
     assert (np.diff(errors) <= 0.0).all()
 
 
@@ -452,18 +438,6 @@ def test_edges_that_a_morph_target_stretches_join_nothing(tmp_path):
     assert counts[0] == 0 < counts[1]
 
 
-def test_small_pieces_of_a_group_share_clusters():
-    random, count = np.random.default_rng(1), 40
-    places = 0.1 * random.random((2 * count, 1, 3)) + 0.004 * random.random((2 * count, 3, 3))
-    corners = np.arange(6 * count, dtype=np.uint32)
-    begin = np.array([0, count, 2 * count], np.uint32)
-    _, _, meshlet_begin, group_begin = _codec.generate_in_groups(
-        corners.reshape(-1, 3), begin, corners, places.astype(np.float32).reshape(-1, 3)
-    )
-    assert len(meshlet_begin) - 1 == group_begin[-1]
-    assert (np.diff(group_begin) <= count / 2).all()  # one each if boxes may hardly grow
-
-
 def test_an_error_limit_keeps_triangles(sheet, with_levels, tmp_path):
     (free,) = open_lod(with_levels)
     errors = free.tables.groups["error"]
@@ -494,12 +468,12 @@ def test_without_the_simplifier_there_is_one_line(sheet, tmp_path, monkeypatch):
 
     monkeypatch.setattr(simplifier, "VERSION", "0.0")
     monkeypatch.setattr(simplifier, "PARTITION", "not_inside")  # as installed without make
-    simplifier._library.cache_clear()
+    simplifier.library.cache_clear()
     try:
         with pytest.raises(gltf_ext.MeshletError, match="pip install meshoptimizer"):
             gltf_ext.compress(sheet, tmp_path / "out.glb", lod=True)
     finally:
-        simplifier._library.cache_clear()
+        simplifier.library.cache_clear()
     assert not (tmp_path / "out.glb").exists()
 
 
@@ -522,3 +496,16 @@ def test_coordinates_near_the_largest_float_have_levels(tmp_path):
     gltf_ext.compress(builder.write(tmp_path / "in.glb"), tmp_path / "out.glb", lod=True)
     (primitive,) = open_lod(tmp_path / "out.glb")
     assert primitive.tables.level_count > 2
+
+
+@pytest.mark.parametrize("first, is_parted", [(100, True), (1 << 23, False)])
+def test_touching_surfaces_are_parted_where_floats_have_room(first, is_parted):
+    """Two triangles that touch at a point; from 2^23 on, one float up is the next cell."""
+    x = [first, first + 1, first, first, first - 1, first]
+    points = np.array([x, [0, 0, 1, 0, 0, -1], [0] * 6], np.float32).T.copy()
+    same_position = np.uint32([0, 1, 2, 0, 3, 4])
+    numbers = np.arange(6, dtype=np.uint32)
+    triangles = numbers.reshape(2, 3)
+    apart = _separate_points(points, same_position, numbers, triangles, numbers)
+    assert (len(np.unique(apart, axis=0)) == 6) == is_parted
+    assert np.abs(apart - points).max() < 0.5

@@ -6,8 +6,6 @@ import numpy as np
 import pytest
 
 from gltf_ext import _codec
-from gltf_ext._replacement_errors import ReplacementErrors
-from tests.helpers.gltf_builder import wavy_sheet
 
 
 def to_segment(p, a, b):
@@ -50,23 +48,6 @@ def test_distances_are_those_of_the_nearest_triangle(count):
     near, _ = _codec.surface_distances(points, positions, triangles, enough=1.0, threads=1)
     np.testing.assert_array_equal(near > 1.0, found > 1.0)
     np.testing.assert_array_equal(near[near > 1.0], found[near > 1.0])
-
-
-def test_samples_that_are_carried_on_stand_for_areas_alike():
-    """Few samples that stand for most of the area stay apart from each other."""
-    points, triangles = wavy_sheet(20)
-    samples = np.repeat(points, 250, axis=0)
-    areas = np.where(np.arange(len(samples)) < len(samples) * 0.9, 0.01, 10).astype(np.float32)
-    begin = np.array([0, len(triangles)], np.uint32)
-    errors = ReplacementErrors([np.concatenate([points, samples])], triangles, begin, 0.05)
-    numbers = (len(points) + np.arange(len(samples))).astype(np.uint32)
-    ends = np.array([0, len(samples)], np.uint32)
-    level = (triangles, begin, triangles, begin)
-    found = errors.measure(*level, np.zeros(1, np.uint32), numbers, ends, areas)
-    carried = found[4]
-    assert len(carried) < len(samples) / 3
-    assert carried.sum(dtype=float) == pytest.approx(areas.sum(dtype=float), rel=1e-4)
-    assert carried.max() < 10 + 1.1 * areas.sum() / len(carried)
 
 
 @pytest.mark.parametrize("height", [0.5, 20.0, 2000.0])

@@ -307,7 +307,7 @@ def test_without_the_package_that_builds_levels(tmp_path, monkeypatch):
     def absent():
         raise gltf_ext.MeshletError("levels of detail need the package meshoptimizer", "install it")
 
-    monkeypatch.setattr(simplifier, "_library", absent)
+    monkeypatch.setattr(simplifier, "library", absent)
     checker = gpu_check_command._checker(tmp_path)
     monkeypatch.setattr(reports, "WAYS", [way for way in WAYS if way.lod_error])
     report = checker.device_report(0)

@@ -76,8 +76,7 @@ function fortyPages({
   });
   const budget = { workers, wasm: PLANNED, tables: 0, waiting: 512_000, decoding: 150_000 };
   budget.maxBytes = 40e6 + workers * PLANNED + budget.waiting + budget.decoding;
-  const residency = new Residency([owner], [pool], {
-    budget,
+  const residency = new Residency([owner], [pool], budget, {
     document: { held: 0 },
     signal: new AbortController().signal,
     decoders: {

@@ -63,12 +63,34 @@ const tasks = {
     return result;
   },
 
-  // What is in Babylon's scene after a stream with a wrong option.
+  // What is in Babylon's scene after a stream with a wrong option, and of a place that is no URL.
   async refused() {
     const { scene } = await babylonScene();
     const { MeshletStream } = await load('gltf-meshlet/stream/babylon.js');
     const made = problemOf(() => new MeshletStream(blob(), scene, { pixels: -1 }));
-    return { made, left: countsOf(scene) };
+    const placed = problemOf(() => new MeshletStream('http://[', scene));
+    return { made, placed, left: countsOf(scene) };
+  },
+
+  // For each engine: the names of the statistics before the first picture and after it, and whether a
+  // server's error is of the class that the module exports.
+  async statistics() {
+    const namesOf = ({ bytes, ...more }) => [Object.keys(more).sort(), Object.keys(bytes).sort()];
+    const result = {};
+    for (const engine of ['three', 'babylon']) {
+      const { SourceError } = await load(`gltf-meshlet/stream/${engine}.js`);
+      const { stream } = await streamOf(engine, blob(), {});
+      const before = namesOf(stream.statistics);
+      await stream.ready;
+      const after = namesOf(stream.statistics);
+      stream.dispose();
+      const server = await serveFile(Buffer.alloc(0));
+      const { stream: empty } = await streamOf(engine, server.url, {});
+      const isOurs = await empty.ready.catch((error) => error instanceof SourceError);
+      server.close();
+      result[engine] = { before, after, isOurs };
+    }
+    return result;
   },
 
   // Of a stream in three.js that ends while it shows colours: its materials, and those freed.
@@ -82,6 +104,13 @@ const tasks = {
     let freed = 0;
     for (const one of materials) one.addEventListener('dispose', () => freed++);
     stream.colour = 'level';
+    let colours = 0;
+    while (colours < 2) {
+      await pause(5); // until the colours are there
+      stream.traverse(({ material }) => {
+        colours = Math.max(colours, [material ?? []].flat().length);
+      });
+    }
     stream.dispose();
     return { made: materials.size, freed };
   },

@@ -88,8 +88,7 @@ const tasks = {
     };
     const budget = { maxBytes: 60_000, workers: 1, wasm: 0, tables: 0, waiting: 9000 };
     budget.decoding = 9000;
-    const residency = new Residency([owner], [pool], {
-      budget,
+    const residency = new Residency([owner], [pool], budget, {
       document: { held: 0 },
       signal: new AbortController().signal,
       decoders,

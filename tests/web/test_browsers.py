@@ -76,3 +76,16 @@ def test_damaged_file_is_an_error_that_names_the_primitive(engine, model, tmp_pa
     (result,) = pictures("chrome", engine_page(engine), tmp_path, "damaged.glb")
     assert "mesh 0 primitive 0: " in result["error"]
     assert "version" in result["error"]
+
+
+def test_attributes_stay_integers_if_asked_to(model, tmp_path):
+    """The same picture but for rounding, in half the bytes for normals and tangents."""
+    compress(model("DamagedHelmet.glb"), tmp_path / "model.glb")
+    floats, integers = pictures(
+        "chrome", engine_page("three"), tmp_path, "model.glb", "model.glb~q"
+    )
+    assert set(floats.pop("types").values()) == {"Float32Array"}
+    types = integers.pop("types")
+    assert (types["position"], types["normal"]) == ("Float32Array", "Int16Array")
+    assert floats == integers
+    assert share_that_differs(tmp_path, "model.glb", "model.glb~q") < 0.01

@@ -21,6 +21,7 @@ from tests.helpers.large import moved_beyond_4_gib
 
 WEB = ROOT / "web"
 VECTORS = ROOT / "spec" / "lod_vectors"
+MOST_MINIFIED = 60_000  # bytes of MeshletStream
 MOST_KILOBYTES = 40  # of what a page downloads to stream, with Brotli, without three.js
 MUTANTS = 300
 ALL_MUTANTS = 20_000  # with --full
@@ -358,6 +359,8 @@ def test_download_is_small(tmp_path):
         subprocess.run([program, *given, *options], check=True, cwd=tmp_path)
         files = loaded_at_once(json.loads(meta.read_text()), f"{name}/{name}.js")
         downloaded += [tmp_path / file for file in sorted(files)]
+        if name == "stream":  # before compression
+            assert sum((tmp_path / file).stat().st_size for file in files) <= MOST_MINIFIED
     script = "process.stdout.write(String(require('zlib').brotliCompressSync(" + (
         "require('fs').readFileSync(process.argv[1])).length))"
     )

@@ -41,7 +41,15 @@ def test_wrong_pixels_and_copies_are_refused(user):
 def test_streams_with_a_wrong_option_leave_nothing_in_babylons_scene(user):
     result = run(user, "refused")
     assert result["made"].startswith("RangeError: pixels")
+    assert result["placed"].startswith("TypeError")
     assert result["left"] == [0, 0, 0, 0]
+
+
+def test_statistics_are_whole_before_the_first_picture(user):
+    for result in run(user, "statistics").values():
+        assert result["before"] == result["after"]
+        assert len(result["before"][0]) > 10
+        assert result["isOurs"] is True
 
 
 def test_materials_are_freed_also_while_colours_are_shown(user):

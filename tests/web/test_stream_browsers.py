@@ -124,7 +124,7 @@ def test_engines_draw_the_same(tmp_path):
     view = "minx=-4;miny=-1;minz=-1;maxx=4;maxy=4;maxz=1"
     near = "minx=-1;miny=-1;minz=-1;maxx=1;maxy=1;maxz=1"
     instances, plain = f"instances.glb~pixels=0;{view}", f"plain.glb~plain=1;{view}"
-    layouts = f"layouts.glb~maxBytes=4000000;pixels=0.2;{near}"
+    layouts = f"layouts.glb~maxBytes=2500000;pixels=0.2;{near}"
     results = {}
     shapes = {}
     for engine, page in PAGES.items():
@@ -191,5 +191,6 @@ def test_flight_has_no_holes_and_keeps_the_budget(browser, tmp_path):
         assert result["holes"] == 0
         assert result["drawn"] > 40 * 20_000
         assert result["most"] <= budget
-    assert results[0]["threshold"] == results[1]["threshold"] > results[2]["threshold"] == 1
-    assert results[0]["triangles"] == results[1]["triangles"] < results[2]["triangles"]
+    # With WebGPU a copy of what is on the GPU counts, too.
+    assert results[1]["threshold"] > results[0]["threshold"] > results[2]["threshold"] == 1
+    assert results[1]["triangles"] < results[0]["triangles"] < results[2]["triangles"]

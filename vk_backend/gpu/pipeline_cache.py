@@ -16,7 +16,6 @@ from pathlib import Path
 
 from gltf_ext.errors import MeshletError
 from gltf_ext.files import cache_folder, write_files
-from gltf_ext.portable import remove
 
 from . import vk
 from .device import Device
@@ -95,4 +94,4 @@ def _prune(files: Iterable[Path]) -> None:
 
     for path in sorted(files, key=used, reverse=True)[KEPT:]:
         with suppress(OSError):
-            remove(path)
+            path.unlink()

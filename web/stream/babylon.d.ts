@@ -5,6 +5,8 @@ import type { Observable } from '@babylonjs/core/Misc/observable.js';
 import type { Scene } from '@babylonjs/core/scene.js';
 import type { Statistics, StreamOptions } from './streamer.js';
 
+export { SourceError } from './streamer.js';
+
 export interface MeshletStreamOptions extends StreamOptions {
   /** Allowed error on the screen, in pixels; default 1. */
   pixels?: number;
@@ -32,6 +34,12 @@ export declare class MeshletStream extends TransformNode {
   /** As the option. Throws a RangeError unless it is set to a number of at least 0. */
   get pixels(): number;
   set pixels(pixels: number);
+  /**
+   * As the option; what does not fit any more goes with the next frame. Throws a RangeError unless it is
+   * set to a number of at least 1,000,000, and a SourceError if the coarsest level does not fit.
+   */
+  get maxBytes(): number;
+  set maxBytes(maxBytes: number);
   /** Keeps the cut while the camera moves. */
   frozen: boolean;
   animationGroups: AnimationGroup[];
@@ -43,7 +51,7 @@ export declare class MeshletStream extends TransformNode {
   readonly onWarningObservable: Observable<string>;
   /** The stream has ended. `ready` rejects with the same error, if it still waits. */
   readonly onErrorObservable: Observable<Error>;
-  /** Without a scene, before `ready`: only `complete` and `bytes.total`. */
+  /** Without a scene, before `ready`: zeros, and not `complete`. */
   readonly statistics: Statistics;
   /** Chooses what is drawn. Call it before each frame. Returns whether the picture changes. */
   update(camera: Camera): boolean;

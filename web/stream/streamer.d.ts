@@ -1,5 +1,19 @@
 import type { DecoderSource } from '../decoder.js';
 
+export { MalformedError } from '../decoder.js';
+
+/** A file cannot be read, or does not fit into `maxBytes`. */
+export declare class SourceError extends Error {
+  /** It may work later. */
+  retry: boolean;
+  /** It is another file than before. */
+  changed: boolean;
+  /** There was no answer. */
+  unreachable: boolean;
+  /** Milliseconds to wait until then, if the server says so. */
+  retryAfter: number;
+}
+
 /** What the tags of ranges name: `'page'`, for example, gives each range the number of its page. */
 export type Colour = 'none' | 'page' | 'level' | 'meshlet';
 
@@ -118,9 +132,9 @@ export interface Format {
 
 export interface Pool {
   formats: Format[];
-  /** One for each format. */
+  /** One for each format; none if the pages lie in a `Store`, and no index then. */
   arrays: (Uint8Array | Int8Array | Uint16Array | Int16Array | Uint32Array | Float32Array)[];
-  index: Uint32Array;
+  index: Uint32Array | null;
   /** Set it: called with an array and the elements [begin, end) that were written. */
   written: (array: ArrayBufferView, begin: number, end: number) => void;
   /**
@@ -128,6 +142,19 @@ export interface Pool {
    * ones held; `written` tells what comes next.
    */
   resized: () => void;
+}
+
+/**
+ * Memory of an engine for the pages of a pool. Numbers are those of its formats; the last one, after
+ * them, is the index. Lengths, `begin` and `end` count elements of the arrays' types.
+ */
+export interface Store {
+  /** Of all buffers; they keep what they held. Called before anything is written. */
+  resize(lengths: number[]): void;
+  write(number: number, begin: number, part: ArrayBufferView): void;
+  read(number: number, begin: number, end: number): ArrayBufferView;
+  /** Nothing of it is needed any more. */
+  release(): void;
 }
 
 export interface StreamedPrimitive {
@@ -147,6 +174,14 @@ export interface Streamer {
   readonly complete: boolean;
   readonly statistics: Statistics;
   colour: Colour;
+  /** As the option; what does not fit any more goes with the next `update`. */
+  get maxBytes(): number;
+  set maxBytes(maxBytes: number);
+  /**
+   * Moves decoded pages to buffers of an engine, so that no copy of them stays in arrays; null: to
+   * arrays. `wasLost`: what held them is lost, as with a context of WebGL; they are decoded again.
+   */
+  moveTo(storeOf: ((pool: Pool) => Store) | null, wasLost?: boolean): Promise<void>;
   addInstance(primitive: StreamedPrimitive): Instance;
   /** The bytes of a buffer view. */
   readView(number: number): Promise<Uint8Array>;

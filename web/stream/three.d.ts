@@ -2,6 +2,8 @@ import type { AnimationClip, Camera, Group, Object3DEventMap } from 'three';
 import type { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 import type { Colour, Statistics, StreamOptions } from './streamer.js';
 
+export { SourceError } from './streamer.js';
+
 export interface MeshletStreamOptions extends StreamOptions {
   /** Allowed error on the screen, in pixels; default 1. */
   pixels?: number;
@@ -53,18 +55,25 @@ export declare class MeshletStream extends Group<MeshletStreamEventMap> {
   /** As the option. Throws a RangeError unless it is set to a number of at least 0. */
   get pixels(): number;
   set pixels(pixels: number);
+  /**
+   * As the option; what does not fit any more goes with the next frame. Throws a RangeError unless it is
+   * set to a number of at least 1,000,000, and a SourceError if the coarsest level does not fit.
+   */
+  get maxBytes(): number;
+  set maxBytes(maxBytes: number);
   /** Keeps the cut while the camera moves. */
   frozen: boolean;
   /** Shows colours instead of materials. */
   colour: Colour;
   animations: AnimationClip[];
-  /** Without a scene, before `ready`: only `complete` and `bytes.total`, and the estimates. */
+  /** Without a scene, before `ready`: zeros, and not `complete`. */
   readonly statistics: MeshletStreamStatistics;
   /**
    * Chooses what is drawn. Call it before each frame, when all matrices but the stream's own are
    * up to date.
    *
-   * @param renderer its viewport says how high the picture is; or this height in pixels.
+   * @param renderer its viewport says how high the picture is; or this height in pixels. Buffers of a
+   * WebGLRenderer hold what was decoded; for all others it also stays in arrays.
    * @returns whether the picture changes.
    */
   update(

@@ -39,5 +39,13 @@ await bundle({
   external: ['./vendor.js'],
   plugins: [vendor],
 });
-for (const name of copied)
-  await writeFile(path.join(folder, path.basename(name)), await readFile(path.join(sources, name)));
+// Without the indentation of shaders: no other text of a minified file has tabs after line breaks.
+const script = path.join(folder, 'vendor.js');
+await writeFile(script, (await readFile(script, 'utf8')).replace(/\n[\t\n]+/g, '\n'));
+for (const name of copied) {
+  const bytes = await readFile(path.join(sources, name));
+  const isPage = name.endsWith('.html');
+  // Without indentation.
+  const written = isPage ? bytes.toString().replace(/\n\s+/g, '\n') : bytes;
+  await writeFile(path.join(folder, path.basename(name)), written);
+}

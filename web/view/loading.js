@@ -5,6 +5,7 @@ import { EXTENSION, vertexBytes } from '../gltf.js';
 import { createDecoderPool } from '../pool.js';
 import { meshletPlugin } from '../three_plugin.js';
 import { isGlb, readJson } from './glb.js';
+import { paint, paintPlain } from './materials.js';
 import { colouredGeometry } from './meshlets.js';
 import {
   Box3,
@@ -63,12 +64,11 @@ function loadMesh(buffer, type) {
     if (!mesh.isMesh) return;
     const { normal, color } = mesh.geometry.attributes;
     mesh.material = new MeshStandardMaterial({
-      color: 0xcccccc,
-      roughness: 0.7,
       side: DoubleSide,
       flatShading: normal === undefined,
       vertexColors: color !== undefined,
     });
+    paint(mesh.material);
   });
   return { root, clips: [], warnings: [], compressed: new Map(), times: { decode: 0 } };
 }
@@ -118,7 +118,7 @@ function timing({ pool, single }, times, decoded) {
 function refuseUnknownExtensions(parser) {
   return {
     name: 'refuseUnknownExtensions',
-    beforeRoot() {
+    async beforeRoot() {
       for (const name of parser.json.extensionsRequired ?? [])
         if (!(name in parser.extensions) && !(name in parser.plugins))
           throw new Error(`it requires ${name}, which this page cannot read`);
@@ -156,6 +156,7 @@ class Loaded {
     this.times = times;
     this.#compressed = compressed;
     root.updateMatrixWorld(true);
+    paintPlain(root);
     root.traverse((mesh) => {
       if (!mesh.isMesh) return;
       mesh.frustumCulled = false; // animations leave the bounds

@@ -1,4 +1,5 @@
 // The web page: buttons, keys, dropped files, the table of sizes and times.
+import { SCALES } from './difference.js';
 import { load } from './loading.js';
 import { Models, SUFFIXES } from './models.js';
 import { Stage } from './stage.js';
@@ -9,8 +10,10 @@ const STEP = 40; // pixels
 const ZOOM = 1.15;
 const KEPT = 'gltf-meshlet-theme'; // in localStorage
 const TOAST_SECONDS = 6;
+const WIPE_STEP = 0.05; // of an arrow key
 const REFRESH = 500; // milliseconds between updates of what a stream tells
 
+/** @type {(id: string) => any} */
 const element = (id) => document.getElementById(id);
 const make = (tag, text) => Object.assign(document.createElement(tag), { textContent: text });
 const count = new Intl.NumberFormat('en').format;
@@ -21,6 +24,7 @@ let stage;
 let attempt = 0; // a later one makes an earlier one void
 let abort = new AbortController();
 let shown = null; // {model, main, beside, notices}: main and beside are {loaded, times}
+let compare = 'beside'; // of stage.js
 const on = { meshlets: false, wireframe: false, original: false, play: true, info: true };
 // Of models with levels: the sliders' values are powers of two, of pixels and of megabytes.
 const levels = { pixels: 0, megabytes: 6, colour: 'meshlet' };
@@ -50,7 +54,7 @@ function listModels(selected) {
   element('models').replaceChildren(...names);
   element('models').selectedIndex = selected;
   element('models').hidden = list.length < 2;
-  element('name').hidden = list.length > 1;
+  element('name').classList.toggle('unseen', list.length > 1);
   element('name').textContent = list[selected].name;
   document.title = `${list[selected].name} – gltf-meshlet`;
 }
@@ -131,7 +135,7 @@ async function read(source, name, streams = false) {
       fetch,
     });
     tell(null);
-    return { loaded, times: { ...loaded.times } };
+    return { loaded, times: { ...loaded.times }, whole: blob?.size ?? 0 };
   }
   const buffer = await source.read();
   const times = { read: performance.now() - since };
@@ -175,7 +179,7 @@ function arrange() {
   if (!shown) return;
   const { main, beside } = shown;
   main.loaded.colourMeshlets(on.meshlets && shown.model.compressed !== null, levels.colour);
-  Object.assign(stage, { wireframe: on.wireframe, playing: on.play });
+  Object.assign(stage, { wireframe: on.wireframe, playing: on.play, compare });
   stage.show(on.original && beside ? [beside.loaded, main.loaded] : [main.loaded]);
   update();
 }
@@ -208,8 +212,7 @@ const sentence = (error) =>
 
 function update() {
   updateDetails();
-  element('labels').hidden = !(on.original && shown?.beside);
-  element('labels').classList.toggle('stacked', stage.stacked);
+  updateComparison();
   for (const id of ['meshlets', 'wireframe', 'original', 'play', 'info'])
     element(id).setAttribute('aria-pressed', String(on[id]));
   const ready = shown !== null;
@@ -222,16 +225,76 @@ function update() {
   element('levels').hidden = !stream();
 }
 
+function updateComparison() {
+  const compares = Boolean(on.original && shown?.beside);
+  element('comparing').hidden = !compares;
+  element('labels').hidden = !compares || compare in SCALES;
+  element('labels').classList.toggle('stacked', stage.stacked && compare === 'beside');
+  element('labels').classList.toggle('wiped', compare === 'wipe');
+  element('wipe').hidden = !compares || compare !== 'wipe';
+  element('scale').hidden = !(compare in SCALES);
+  if (!(compare in SCALES)) return;
+  const [least, most] = SCALES[compare].map((power) => 10 ** power);
+  const text = (value) => (compare === 'normal' ? `${value}°` : `${fixedSmall(100 * value)} %`);
+  element('least').textContent = text(least);
+  element('most').textContent = `${text(most)}${compare === 'normal' ? '' : ' of the size'}`;
+}
+
+const fixedSmall = (value) => value.toFixed(6).replace(/\.?0+$/, '');
+
+function moveWipe(at) {
+  stage.wipe = Math.min(Math.max(at, 0), 1);
+  element('wipe').style.left = `${100 * stage.wipe}%`;
+  element('wipe').setAttribute('aria-valuenow', String(Math.round(100 * stage.wipe)));
+  stage.invalidate();
+}
+
+// How two models are compared, and the light.
+function connectStage() {
+  element('compare').addEventListener('change', ({ target }) => {
+    compare = target.value;
+    arrange();
+  });
+  const wipe = element('wipe');
+  wipe.addEventListener('pointerdown', ({ pointerId }) => wipe.setPointerCapture(pointerId));
+  wipe.addEventListener('pointermove', ({ pointerId, clientX }) => {
+    if (!wipe.hasPointerCapture(pointerId)) return;
+    const { left, width } = element('canvas').getBoundingClientRect();
+    moveWipe((clientX - left) / width);
+  });
+  wipe.addEventListener('keydown', (event) => {
+    const [step] = moves[event.key] ?? [0];
+    if (step === 0) return;
+    moveWipe(stage.wipe + WIPE_STEP * step);
+    event.preventDefault();
+    event.stopPropagation();
+  });
+  moveWipe(stage.wipe);
+  const setLight = () => {
+    const angle = Number(element('angle').value);
+    element('angle-value').textContent = `${angle}°`;
+    stage.setLight(element('environment').value, (angle * Math.PI) / 180);
+  };
+  element('environment').addEventListener('change', setLight);
+  element('angle').addEventListener('input', setLight);
+  element('turns').addEventListener('change', ({ target }) => {
+    stage.turns = target.checked;
+    stage.invalidate();
+  });
+}
+
 const stream = () => shown?.main.loaded.stream;
 
 // What a stream tells, as rows of the details.
 function streamRows() {
   if (!stream()) return [];
-  const { triangles, error, fetched, requests, resident, pages, bytes } = stream().statistics;
+  const { triangles, error, requests, resident, pages, bytes, ...more } = stream().statistics;
+  const fetched = more.fetched + shown.main.whole; // without ranges it was fetched before
   return [
     ['Drawn', '', count(triangles)],
     ['Error in pixels', '', error.toFixed(2)],
-    ['Fetched', '', `${size(fetched)}, ${count(requests)} requests`],
+    ['Fetched', '', size(fetched)],
+    ['Requests', '', count(requests)],
     ['Pages in memory', '', `${count(resident)} of ${count(pages)}`],
     ['Memory', '', size(bytes.total)],
   ];
@@ -249,7 +312,6 @@ function updateDetails() {
     ['File', ...files],
     ['Times smaller', '', both && fixed(model.original.bytes / model.compressed.bytes)],
     ['Geometry', optional(rawBytes, size), optional(bytes, size)],
-    ['Times smaller', '', optional(bytes, () => fixed(rawBytes / bytes))],
     ['Triangles', ...cells(({ loaded }) => count(loaded.counts.triangles))],
     ['Vertices', ...cells(({ loaded }) => optional(loaded.counts.vertices, count))],
     ['Meshlets', ...cells(({ loaded }) => optional(loaded.counts.meshlets, count))],
@@ -379,7 +441,11 @@ function connectLevels() {
   });
   element('megabytes').addEventListener('change', ({ target }) => {
     levels.megabytes = Number(target.value);
-    open(list.indexOf(shown.model));
+    try {
+      stream().maxBytes = 1e6 * 2 ** levels.megabytes;
+    } catch (error) {
+      toast(sentence(error));
+    }
   });
   element('colour').addEventListener('change', ({ target }) => {
     levels.colour = target.value;
@@ -411,6 +477,7 @@ function connect() {
   addEventListener('keydown', key);
   addEventListener('resize', update);
   connectLevels();
+  connectStage();
   element('models').addEventListener('change', ({ target }) => {
     listModels(target.selectedIndex);
     open(target.selectedIndex);

@@ -1,4 +1,6 @@
 // Draws one or two models with one camera. Knows no files, and of the web page only its canvas.
+import { Difference, SCALES } from './difference.js';
+import { environmentOf } from './materials.js';
 import {
   AnimationMixer,
   Box3,
@@ -9,7 +11,6 @@ import {
   OrbitControls,
   PerspectiveCamera,
   PMREMGenerator,
-  RoomEnvironment,
   Scene,
   Vector3,
   WebGLRenderer,
@@ -21,19 +22,26 @@ const MARGIN = 1.02; // of the picture around a model that fits
 const MOST_PIXELS = 2; // per CSS pixel: more cost time and show little
 const NEAREST = 1e-3; // of the radius of what is shown
 const EDGE_OFFSET = 1e-4; // of the depths 0 to 1: edges are drawn so much before their triangles
-const AMBIENT = 0.5; // brightness of the room around the models: white stays below white
-const KEY_BRIGHTNESS = 1.4;
-const KEY_LIGHT = new Vector3(-0.6, 0.9, 1); // from the target, in the camera's directions
+const AMBIENT = 0.5; // brightness around the models: white stays below white
+const KEY_BRIGHTNESS = 2.2;
+const TURN = 0.4; // radians a second, of the turntable
+const KEY_LIGHT = new Vector3(-1, 1, 0.7); // from the target, in the camera's directions
 
 // The next frame is drawn as `wireframe` and `playing` say.
 export class Stage {
   wireframe = false;
   playing = false;
+  compare = 'beside'; // of two models: beside, wipe, distance or normal
+  wipe = 0.5; // where the second one begins
+  turns = false; // as on a turntable
   #canvas;
   #renderer;
   #camera = new PerspectiveCamera(FIELD_OF_VIEW);
   #controls;
-  #environment;
+  #environment = 'studio';
+  #lights; // texture of it
+  #lightAngle = 0;
+  #difference = null;
   #edges = new MeshBasicMaterial({ wireframe: true, transparent: true, opacity: 0.6 });
   #panes = []; // {scene, light, mixer, model}: one, or two side by side
   #box = new Box3();
@@ -64,14 +72,15 @@ export class Stage {
   }
 
   // Shows models, {root, clips, box, update}: none, one, or two side by side. update, if there is
-  // one: called before each frame with the camera and the height of the picture in pixels.
+  // one: called before each frame with the camera and the renderer.
   show(models) {
     if (models.length === 0) this.#time = 0;
     this.#panes = models.map((model) => {
       const { root, clips } = model;
       const scene = new Scene();
-      scene.environment = this.#environment;
+      scene.environment = this.#lights;
       scene.environmentIntensity = AMBIENT;
+      scene.environmentRotation.y = this.#lightAngle;
       const light = new DirectionalLight(0xffffff, KEY_BRIGHTNESS);
       scene.add(root, light, light.target);
       const mixer = clips.length > 0 ? new AnimationMixer(root) : null;
@@ -84,12 +93,24 @@ export class Stage {
     this.invalidate();
   }
 
-  // Draws the room that lights the models.
+  // Draws what lights the models.
   #light() {
     const generator = new PMREMGenerator(this.#renderer);
-    this.#environment = generator.fromScene(new RoomEnvironment(), 0.04).texture;
+    this.#lights?.dispose();
+    this.#lights = generator.fromScene(environmentOf(this.#environment), 0.04).texture;
     generator.dispose();
-    for (const { scene } of this.#panes) scene.environment = this.#environment;
+    for (const { scene } of this.#panes) scene.environment = this.#lights;
+  }
+
+  // environment: of ENVIRONMENTS; angle: where its light comes from.
+  setLight(environment, angle) {
+    if (environment !== this.#environment) {
+      this.#environment = environment;
+      this.#light();
+    }
+    this.#lightAngle = angle;
+    for (const { scene } of this.#panes) scene.environmentRotation.y = angle;
+    this.invalidate();
   }
 
   // After a lost WebGL context: three.js uploads again what it has not drawn itself. Forgets the
@@ -209,6 +230,10 @@ export class Stage {
   #advance(now) {
     const passed = Math.min(now - this.#last, 100); // a pause does not count
     this.#last = now;
+    if (this.turns) {
+      this.#controls.rotateLeft((TURN * passed) / 1000);
+      this.invalidate();
+    }
     if (!this.playing || !this.animated) return;
     this.#time += passed / 1000;
     for (const { mixer } of this.#panes) mixer?.setTime(this.#time);
@@ -218,33 +243,62 @@ export class Stage {
   // In CSS pixels from the lower left.
   #viewport(pane) {
     const { clientWidth, clientHeight } = this.#canvas;
-    const count = Math.max(this.#panes.length, 1);
+    const count = this.#isBeside ? this.#panes.length : 1;
     const width = this.stacked ? clientWidth : clientWidth / count;
     const height = this.stacked ? clientHeight / count : clientHeight;
-    const x = this.stacked ? 0 : pane * width;
-    const y = this.stacked ? (count - 1 - pane) * height : 0;
+    const x = this.stacked || count === 1 ? 0 : pane * width;
+    const y = this.stacked && count > 1 ? (count - 1 - pane) * height : 0;
     return { x, y, width: Math.max(width, 1), height: Math.max(height, 1) };
   }
 
+  get #isBeside() {
+    return this.#panes.length > 1 && this.compare === 'beside';
+  }
+
   #draw() {
-    this.#renderer.info.reset();
-    this.#renderer.setScissorTest(false);
-    this.#renderer.clear();
-    this.#renderer.setScissorTest(true);
+    const renderer = this.#renderer;
+    renderer.info.reset();
+    renderer.setScissorTest(false);
+    renderer.clear();
+    const differs = this.#panes.length > 1 && this.compare in SCALES;
     this.#panes.forEach(({ scene, light, model }, pane) => {
       const { x, y, width, height } = this.#viewport(pane);
-      this.#renderer.setViewport(x, y, width, height);
-      this.#renderer.setScissor(x, y, width, height);
+      renderer.setViewport(x, y, width, height);
       this.#frame(width / height);
       light.target.position.copy(this.#controls.target);
       light.position
         .copy(KEY_LIGHT)
         .transformDirection(this.#camera.matrixWorld)
+        .applyAxisAngle(this.#camera.up, this.#lightAngle)
         .add(this.#controls.target);
-      model.update?.(this.#camera, height * this.#renderer.getPixelRatio());
-      this.#renderer.render(scene, this.#camera);
+      model.update?.(this.#camera, renderer);
+      if (differs) return;
+      this.#scissor(pane, x, y, width, height);
+      renderer.render(scene, this.#camera);
       if (this.wireframe) this.#drawEdges(scene);
     });
+    if (differs) this.#drawDifference();
+  }
+
+  // A pane has its viewport, or with the wipe its side of that.
+  #scissor(pane, x, y, width, height) {
+    const at = this.#panes.length > 1 && !this.#isBeside ? width * this.wipe : width;
+    this.#renderer.setScissorTest(true);
+    if (this.#isBeside || pane === 0) this.#renderer.setScissor(x, y, at, height);
+    else this.#renderer.setScissor(at, y, width - at, height);
+  }
+
+  #drawDifference() {
+    this.#difference ??= new Difference();
+    let isFlat = false;
+    const scenes = this.#panes.map(({ scene }) => scene);
+    for (const scene of scenes)
+      scene.traverse(({ geometry }) => {
+        isFlat ||= geometry !== undefined && !geometry.attributes.normal;
+      });
+    const size = this.#box.getSize(new Vector3()).length();
+    const options = { kind: this.compare, size, isFlat };
+    this.#difference.draw(this.#renderer, this.#camera, scenes, options);
   }
 
   // The camera's frustum, around the models.

@@ -2,6 +2,7 @@
 import { openDocument } from '../stream/io/document.js';
 import { LOD } from '../stream/io/tables.js';
 import { MeshletStream } from '../stream/three.js';
+import { paintPlain } from './materials.js';
 import { Box3 } from './vendor.js';
 
 // {levels, blob} of the file at a place, a URL or a Blob: whether it has levels, and the whole file
@@ -40,6 +41,7 @@ function answers() {
 // the picture may change.
 export async function openStream(place, { onChange, ...options }) {
   const start = performance.now();
+  /** @type {any} */
   const stream = new MeshletStream(place, options);
   const warnings = [];
   stream.addEventListener('warning', ({ message }) => warnings.push(message));
@@ -51,6 +53,7 @@ export async function openStream(place, { onChange, ...options }) {
 class Streamed {
   constructor(stream, warnings, build) {
     this.stream = stream;
+    paintPlain(stream);
     this.root = stream;
     this.clips = stream.animations;
     this.warnings = warnings;
@@ -64,9 +67,9 @@ class Streamed {
     this.stream.colour = on ? colour : 'none';
   }
 
-  // Before a frame. height: of the picture in pixels.
-  update(camera, height) {
-    this.stream.update(camera, height);
+  // Before a frame.
+  update(camera, renderer) {
+    this.stream.update(camera, renderer);
   }
 
   dispose() {

@@ -3,31 +3,37 @@
 export {
   AnimationMixer,
   Box3,
+  BoxGeometry,
   BufferAttribute,
   BufferGeometry,
   Color,
   DirectionalLight,
   DoubleSide,
   DynamicDrawUsage,
+  FloatType,
   Frustum,
+  GLBufferAttribute,
   Group,
   LoadingManager,
   Matrix4,
   Mesh,
   MeshBasicMaterial,
+  MeshNormalMaterial,
   MeshStandardMaterial,
   NeutralToneMapping,
   Object3D,
   PerspectiveCamera,
+  PlaneGeometry,
   PMREMGenerator,
   Scene,
+  ShaderMaterial,
   Sphere,
   Vector3,
   Vector4,
   WebGLRenderer,
+  WebGLRenderTarget,
 } from 'three';
 export { OrbitControls } from 'three/addons/controls/OrbitControls.js';
-export { RoomEnvironment } from 'three/addons/environments/RoomEnvironment.js';
 export { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 export { OBJLoader } from 'three/addons/loaders/OBJLoader.js';
 export { PLYLoader } from 'three/addons/loaders/PLYLoader.js';

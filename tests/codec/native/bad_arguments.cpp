@@ -367,13 +367,6 @@ struct Mesh {
     return status;
   }
 
-  int generate() {
-    gltf_meshlet_result* result = nullptr;
-    const int status = gltf_meshlet_generate(&mesh, &groups, &options, &result);
-    WORKS(gltf_meshlet_close(result));
-    return status;
-  }
-
   // The same in another layout: 16 bits, positions every 16 bytes, integers of 8 bits every 5.
   void give_layout() {
     for (int i = 0; i < 6; i++) narrow[i] = uint16_t(triangles[i]);
@@ -434,13 +427,6 @@ void encode_refuses(const Change& change, int line) {
   expect(m.encode() == GLTF_MESHLET_ARGUMENT, "a bad mesh is encoded", line);
 }
 #define ENCODE_REFUSES(change) encode_refuses([](Mesh& m) { change; }, __LINE__)
-#define GENERATE_REFUSES(change) \
-  do {                           \
-    Mesh m;                      \
-    WORKS(m.generate());         \
-    change;                      \
-    REFUSED(m.generate());       \
-  } while (false)
 
 void test_encoding() {
   WORKS(Mesh().encode());
@@ -634,7 +620,7 @@ void test_join_vertices() {
   REFUSED(gltf_meshlet_get_topology(triangles, 2, 6, nullptr));
 }
 
-void test_weld_and_sort() {
+void test_weld() {
   uint32_t numbers[2], different;
   const char rows[4] = {};
   REFUSED(gltf_meshlet_weld(nullptr, 1, 1, numbers, &different));
@@ -644,13 +630,6 @@ void test_weld_and_sort() {
   WORKS(gltf_meshlet_weld(rows, 2, 0, numbers, &different));
   EXPECT(different == 1);
   WORKS(gltf_meshlet_weld(nullptr, 0, 1, nullptr, &different));
-  const float points[6] = {0, 1, 2, 3, 4, NAN};
-  REFUSED(gltf_meshlet_sort_points(points, 2, numbers));
-  REFUSED(gltf_meshlet_sort_points(nullptr, 1, numbers));
-  REFUSED(gltf_meshlet_sort_points(points, 1, nullptr));
-  REFUSED(gltf_meshlet_sort_points(points, ~size_t(0), numbers));
-  WORKS(gltf_meshlet_sort_points(points, 1, numbers));
-  WORKS(gltf_meshlet_sort_points(nullptr, 0, nullptr));
 }
 
 void test_lines() {
@@ -697,57 +676,176 @@ void test_polygons() {
   REFUSED(gltf_meshlet_triangulate(points, 3, &three, 1, nullptr));
 }
 
-void test_levels() {
-  GENERATE_REFUSES(m.groups.size = 0);
-  GENERATE_REFUSES(m.groups.begin = nullptr);
-  GENERATE_REFUSES(m.groups.begin_count = 0);
-  GENERATE_REFUSES(m.two[1] = 3);
-  GENERATE_REFUSES(m.two[0] = 1);
-  GENERATE_REFUSES(m.groups.triangle_count = 1);
-  GENERATE_REFUSES(m.ids[0] = 4);
-  GENERATE_REFUSES(m.triangles[0] = 1);
-  Mesh m;
-  gltf_meshlet_surface* surface;
-  const float* shapes[2] = {m.positions, nullptr};
-  const auto open = [&](uint32_t count, uint64_t vertices) {
-    return gltf_meshlet_open_surface(shapes, count, vertices, &m.groups, 0.5f, 1, &surface);
-  };
-  REFUSED(open(0, 4));
-  REFUSED(open(2, 4));
-  REFUSED(open(1, 3));
-  REFUSED(open(1, 0));
-  REFUSED(gltf_meshlet_open_surface(nullptr, 1, 4, &m.groups, 0.5f, 1, &surface));
-  REFUSED(gltf_meshlet_open_surface(shapes, 1, 4, nullptr, 0.5f, 1, &surface));
-  REFUSED(gltf_meshlet_open_surface(shapes, 1, 4, &m.groups, 0.5f, 1, nullptr));
-  WORKS(open(1, 4));
-  gltf_meshlet_samples carried = sized<gltf_meshlet_samples>();
-  uint32_t chosen[1] = {0}, begin[2] = {0, 1}, vertex[1] = {3};
-  const float area[1] = {1};
-  carried.vertices = vertex;
-  carried.begin = begin;
-  carried.areas = area;
-  carried.count = 1;
-  gltf_meshlet_result* result;
-  const auto measure = [&] {
-    const int status =
-        gltf_meshlet_measure(surface, &m.groups, &m.groups, chosen, 1, &carried, 1, &result);
+// Stand for functions of meshoptimizer: the first triangles, one group.
+size_t first_triangles(uint32_t* to, const uint32_t* indices, size_t, const float*, size_t, size_t,
+                       const float*, size_t, const float*, size_t, const uint8_t*, size_t count,
+                       float, uint32_t, float* error) {
+  std::memcpy(to, indices, count * sizeof *to);
+  *error = 1;
+  return count;
+}
+size_t one_group(uint32_t* to, const uint32_t*, size_t, const uint32_t*, size_t clusters, size_t,
+                 size_t) {
+  std::memset(to, 0, clusters * sizeof *to);
+  return 1;
+}
+
+// A square of 200 triangles in one chunk, from which levels are built.
+struct LevelsMesh : Mesh {
+  static constexpr uint32_t kSide = 11;
+  std::vector<uint32_t> corners, numbers, places, canonical, source;
+  std::vector<uint32_t> grid;
+  std::vector<float> points, normals;
+  const uint32_t* lists[1];
+  const float* shapes[1];
+  uint32_t disks[2] = {0, 1}, clusters[2] = {0, 1};
+  int32_t finer[1] = {0};
+  double error[1] = {1}, sphere[4] = {5, 5, 0, 8};
+  gltf_meshlet_simplifier simplifier = sized<gltf_meshlet_simplifier>();
+  gltf_meshlet_levels_input input = sized<gltf_meshlet_levels_input>();
+  gltf_meshlet_statistics counted = sized<gltf_meshlet_statistics>();
+
+  LevelsMesh() {
+    for (uint32_t i = 0; i < kSide * kSide; i++) {
+      numbers.push_back(i);
+      grid.insert(grid.end(), {i % kSide, i / kSide, 0});
+      normals.insert(normals.end(), {0, 0, 1});
+      if (i % kSide == kSide - 1 || i / kSide == kSide - 1) continue;
+      corners.insert(corners.end(), {i, i + 1, i + kSide, i + kSide, i + 1, i + kSide + 1});
+    }
+    points.assign(grid.begin(), grid.end());
+    places = canonical = source = numbers;
+    lists[0] = grid.data();
+    shapes[0] = points.data();
+    stream.bits = 4;
+    mesh.triangles = corners.data();
+    mesh.triangle_count = corners.size() / 3;
+    mesh.vertex_count = numbers.size();
+    mesh.position_ids = numbers.data();
+    input.canonical_vertices = canonical.data();
+    input.source_position_ids = source.data();
+    mesh.positions = input.seam_points = points.data();
+    mesh.values = lists;
+    simplifier.simplify = reinterpret_cast<void (*)(void)>(first_triangles);
+    simplifier.partition = reinterpret_cast<void (*)(void)>(one_group);
+    input.mesh = &mesh;
+    input.simplifier = &simplifier;
+    input.shapes = shapes;
+    input.shape_count = 1;
+    input.places = places.data();
+    input.normals = normals.data();
+    input.group_size = 8;
+    input.chunk = GLTF_MESHLET_ALL_LEVELS;
+    input.reduction = 5;
+    input.error_limit = INFINITY;
+    options.page_bytes = 32768;
+  }
+
+  // As one cluster of a coarser level.
+  void give_clusters() {
+    mesh.triangle_count = 1;
+    mesh.disk_begin = disks;
+    mesh.meshlet_begin = clusters;
+    mesh.disk_begin_count = mesh.meshlet_begin_count = 2;
+    input.finer_groups = finer;
+    input.errors = error;
+    input.spheres = sphere;
+    input.level = 1;
+  }
+
+  int build() {
+    gltf_meshlet_result* result = nullptr;
+    const int status = gltf_meshlet_build_levels(&input, &options, &counted, &result);
+    EXPECT((result != nullptr) == (status == GLTF_MESHLET_OK));
     WORKS(gltf_meshlet_close(result));
     return status;
-  };
-  WORKS(measure());
-  vertex[0] = 4;
-  REFUSED(measure());
-  vertex[0] = 3;
-  begin[1] = 2;
-  REFUSED(measure());
-  begin[1] = 1;
-  chosen[0] = 1;
-  REFUSED(measure());
-  chosen[0] = 0;
-  carried.areas = nullptr;
-  REFUSED(measure());
-  WORKS(gltf_meshlet_close(surface));
-  REFUSED(gltf_meshlet_measure(nullptr, &m.groups, &m.groups, chosen, 1, &carried, 1, &result));
+  }
+};
+
+#define BUILD_REFUSES(change) \
+  do {                        \
+    LevelsMesh m;             \
+    WORKS(m.build());         \
+    change;                   \
+    REFUSED(m.build());       \
+  } while (false)
+
+void test_given_clusters() {
+  BUILD_REFUSES((m.give_clusters(), m.mesh.disk_begin = nullptr));
+  BUILD_REFUSES((m.give_clusters(), m.mesh.meshlet_begin = nullptr));
+  BUILD_REFUSES((m.give_clusters(), m.disks[1] = 2));
+  BUILD_REFUSES((m.give_clusters(), m.clusters[1] = 2));
+  BUILD_REFUSES((m.give_clusters(), m.mesh.meshlet_begin_count = 1));
+  BUILD_REFUSES((m.give_clusters(), m.input.finer_groups = nullptr));
+  BUILD_REFUSES((m.give_clusters(), m.input.errors = nullptr));
+  BUILD_REFUSES((m.give_clusters(), m.input.spheres = nullptr));
+  BUILD_REFUSES((m.give_clusters(), m.finer[0] = -1));
+  BUILD_REFUSES((m.give_clusters(), m.input.level = 0));
+  BUILD_REFUSES((m.give_clusters(), m.finer[0] = 1 << 24));
+  BUILD_REFUSES((m.give_clusters(), m.error[0] = NAN));
+  BUILD_REFUSES((m.give_clusters(), m.error[0] = -1));
+  BUILD_REFUSES((m.give_clusters(), m.sphere[3] = -1));
+  BUILD_REFUSES((m.give_clusters(), m.sphere[0] = INFINITY));
+}
+
+void test_levels() {
+  BUILD_REFUSES(m.input.size = 8);
+  BUILD_REFUSES(m.input.mesh = nullptr);
+  BUILD_REFUSES(m.mesh.triangle_count = 0);
+  BUILD_REFUSES(m.mesh.triangle_count = 1u << 30);
+  BUILD_REFUSES(m.mesh.vertex_count = 100);
+  BUILD_REFUSES(m.mesh.vertex_count = 1ull << 31);
+  BUILD_REFUSES(m.corners[0] = m.corners[1]);
+  BUILD_REFUSES(m.numbers[5] = 121);
+  BUILD_REFUSES(m.mesh.streams = nullptr);
+  BUILD_REFUSES(m.grid[0] = 16);
+  BUILD_REFUSES(m.points[0] = NAN);
+  BUILD_REFUSES(m.counted.size = 8);
+  BUILD_REFUSES(m.input.level = 1);
+  BUILD_REFUSES(m.input.source_position_ids = nullptr);
+  BUILD_REFUSES(m.source[3] = 121);
+  BUILD_REFUSES(m.source[3] = 4);
+  BUILD_REFUSES(m.input.canonical_vertices = nullptr);
+  BUILD_REFUSES(m.input.seam_points = nullptr);
+  BUILD_REFUSES(m.input.shapes = nullptr);
+  BUILD_REFUSES(m.shapes[0] = nullptr);
+  BUILD_REFUSES(m.input.attribute_count = 33);
+  BUILD_REFUSES(m.input.attribute_count = 1);
+  BUILD_REFUSES(m.canonical[3] = 121);
+  BUILD_REFUSES(m.canonical[3] = 4);
+  BUILD_REFUSES(m.places[3] = 121);
+  BUILD_REFUSES(m.places[3] = 4);
+  BUILD_REFUSES(m.input.normals = nullptr);
+  BUILD_REFUSES(m.input.other_count = 1);
+  BUILD_REFUSES(m.input.other_count = ~uint64_t(0));
+  BUILD_REFUSES(m.input.group_size = 0);
+  BUILD_REFUSES(m.input.group_size = 256);
+  BUILD_REFUSES(m.input.chunk = 3);
+  BUILD_REFUSES(m.input.reduction = 0);
+  BUILD_REFUSES(m.input.reduction = NAN);
+  BUILD_REFUSES(m.input.first_group = ~0u);
+  BUILD_REFUSES(m.input.level = ~0u);
+  BUILD_REFUSES(m.input.simplifier = nullptr);
+  BUILD_REFUSES(m.simplifier.size = 0);
+  BUILD_REFUSES(m.simplifier.partition = nullptr);
+  BUILD_REFUSES(m.options.threads = -1);
+  for (uint32_t chunk : {GLTF_MESHLET_ONE_LEVEL, GLTF_MESHLET_LAST_LEVEL}) {
+    LevelsMesh m;
+    m.input.chunk = chunk;
+    WORKS(m.build());
+    m.give_clusters();
+    WORKS(m.build());
+    m.error[0] = INFINITY;
+    REFUSED(m.build());
+  }
+  LevelsMesh cancelled;
+  REFUSED(gltf_meshlet_build_levels(&cancelled.input, nullptr, nullptr, nullptr));
+  cancelled.options.progress = [](void*, float) { return 1; };
+  EXPECT(cancelled.build() == GLTF_MESHLET_CANCELLED);
+}
+
+void test_distances() {
+  Mesh m;
   float distance[4];
   const float* p = m.positions;
   WORKS(gltf_meshlet_get_distances(p, 4, &m.groups, p, 4, 0, 1, distance, nullptr));
@@ -756,6 +854,12 @@ void test_levels() {
   REFUSED(gltf_meshlet_get_distances(nullptr, 4, &m.groups, p, 4, 0, 1, distance, nullptr));
   REFUSED(gltf_meshlet_get_distances(p, 4, &m.groups, p, 4, 0, 1, nullptr, nullptr));
   REFUSED(gltf_meshlet_get_distances(p, 4, nullptr, p, 4, 0, 1, distance, nullptr));
+  const double point[3] = {0, 0, 1}, corners[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+  double weights[3];
+  WORKS(gltf_meshlet_get_nearest_weights(point, corners, 1, weights));
+  EXPECT(weights[0] == 1);
+  REFUSED(gltf_meshlet_get_nearest_weights(point, nullptr, 1, weights));
+  REFUSED(gltf_meshlet_get_nearest_weights(point, corners, 1, nullptr));
 }
 
 }  // namespace
@@ -775,10 +879,12 @@ int main(int argc, char** argv) {
   test_encoding();
   test_results();
   test_packing();
-  test_weld_and_sort();
+  test_weld();
   test_join_vertices();
   test_lines();
   test_polygons();
+  test_given_clusters();
   test_levels();
+  test_distances();
   return 0;
 }

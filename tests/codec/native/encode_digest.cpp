@@ -1,11 +1,16 @@
-// Encodes generated meshes with every effort and prints a digest of each result, equal for every
-// compiler and optimisation level. Checks that the number of threads makes no difference.
+// Encodes generated meshes with every effort, and builds levels with a stand-in for the simplifier.
+// Prints a digest of each result, equal for every compiler and optimisation level. Checks that the
+// number of threads makes no difference.
+#include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 
 #include "encode/encoder.h"
 #include "encode/pages.h"
 #include "common/weld.h"
+#include "lod/build_levels.h"
+#include "stand_in_simplifier.h"
 
 using namespace gltf_meshlet_codec;
 
@@ -66,15 +71,32 @@ Model soup(uint32_t count) {
 
 constexpr size_t kPageBytes = 4096;
 
-// Of its pages and of it as one blob.
-uint64_t digest(const Model& m, Effort effort, int threads) {
+std::vector<Stream> streams_of_models() {
   std::vector<Stream> streams(2);
   streams[0].elements = 3;
   streams[0].bits = 12;
   streams[1].elements = 2;
   streams[1].bits = 8;
   for (Stream& s : streams) s.predictor = kChoosePredictor;
-  VertexValues values{{m.grid.data(), m.normals.data()}, {3, 2}, nullptr};
+  return streams;
+}
+
+VertexValues values_of(const Model& m) {
+  return {{m.grid.data(), m.normals.data()}, {3, 2}, nullptr};
+}
+
+uint64_t hashed(uint64_t hash, const void* data, size_t size) {
+  const auto* bytes = static_cast<const uint8_t*>(data);
+  for (size_t i = 0; i < size; i++) hash = (hash ^ bytes[i]) * 1099511628211ull;
+  return hash;
+}
+
+constexpr uint64_t kNoHash = 14695981039346656037ull;
+
+// Of its pages and of it as one blob.
+uint64_t digest(const Model& m, Effort effort, int threads) {
+  const std::vector<Stream> streams = streams_of_models();
+  const VertexValues values = values_of(m);
   EncodeOptions options;
   options.effort = effort;
   options.threads = threads;
@@ -84,23 +106,78 @@ uint64_t digest(const Model& m, Effort effort, int threads) {
   std::vector<std::vector<uint8_t>> blobs =
       encode_pages(view, streams, values, options, kPageBytes, stats);
   blobs.push_back(encode(view, streams, values, options, stats));
-  uint64_t hash = 14695981039346656037ull;
-  for (const std::vector<uint8_t>& blob : blobs)
-    for (uint8_t byte : blob) hash = (hash ^ byte) * 1099511628211ull;
+  uint64_t hash = kNoHash;
+  for (const std::vector<uint8_t>& blob : blobs) hash = hashed(hash, blob.data(), blob.size());
   return hash;
+}
+
+// The model with two vertices at each position; patches of triangles use one or the other.
+Model doubled(Model m) {
+  const auto count = uint32_t(m.positions.size() / 3);
+  for (size_t i = 0; i < m.triangles.size(); i++) m.triangles[i] += i / 600 % 2 * count;
+  const auto twice = [](auto& list) {
+    const auto copy = list;
+    list.insert(list.end(), copy.begin(), copy.end());
+  };
+  twice(m.positions), twice(m.position_ids), twice(m.grid), twice(m.normals);
+  return m;
+}
+
+// Of levels of the doubled model, whose normals are tilted at random.
+uint64_t digest_of_levels(const Model& single, int threads) {
+  const Model m = doubled(single);
+  const size_t count = m.positions.size() / 3;
+  const std::vector<Stream> streams = streams_of_models();
+  const VertexValues values = values_of(m);
+  Random random{3};
+  std::vector<float> normals, others(m.normals.begin(), m.normals.end());
+  std::vector<uint32_t> vertices;
+  for (uint32_t v = 0; v < count; v++) {
+    const float x = float(random.below(100)) / 200, y = float(random.below(100)) / 200;
+    normals.insert(normals.end(), {x, y, std::sqrt(1 - x * x - y * y)});
+    vertices.push_back(v);
+  }
+  VertexChoices choices{
+      m.position_ids.data(), normals.data(), others.data(), 2, vertices.data(), {}, {}, {}};
+  choices.fill(m.triangles.data(), m.triangles.size(), count);
+  Surface surface{};
+  surface.triangles = m.triangles.data();
+  surface.triangle_count = m.triangles.size() / 3;
+  surface.vertex_count = count;
+  surface.points = surface.seam_points = m.positions.data();
+  surface.position_ids = m.position_ids.data();
+  surface.canonical_vertices = vertices.data();
+  surface.shapes = {m.positions.data()};
+  surface.choices = &choices;
+  surface.vertex_of_position = first_vertices(surface.position_ids, count);
+  LevelOptions options{{}, 24, 4, 1e9, 0, 0, true, false};
+  options.generation.threads = threads;
+  const PagePilot pilot{surface, streams, values, kPageBytes};
+  const Levels built = build_levels(surface, {}, pilot, kStandIn, options);
+  const std::vector<uint32_t>& triangles = built.grouped.ranges.triangles;
+  uint64_t hash = hashed(kNoHash, triangles.data(), 4 * triangles.size());
+  for (const ClusterGroup& g : built.groups) {
+    hash = hashed(hash, &g.error, sizeof g.error);
+    hash = hashed(hash, &g.sphere, sizeof g.sphere);
+  }
+  return hash + built.groups.back().level;
 }
 
 }  // namespace
 
 int main() {
-  const Model models[] = {height_field(120), soup(700)};
-  for (const Model& m : models)
-    for (Effort effort : {Effort::kFast, Effort::kNormal, Effort::kPaper}) {
-      const uint64_t one = digest(m, effort, 1);
-      if (digest(m, effort, 2) != one || digest(m, effort, 5) != one) {
-        std::fprintf(stderr, "the number of threads changes the bytes\n");
-        return 1;
-      }
-      std::printf("%016llx\n", static_cast<unsigned long long>(one));
+  const auto print = [](const auto& digest_by) {
+    const uint64_t one = digest_by(1);
+    if (digest_by(2) != one || digest_by(5) != one) {
+      std::fprintf(stderr, "the number of threads changes the result\n");
+      std::exit(1);
     }
+    std::printf("%016llx\n", static_cast<unsigned long long>(one));
+  };
+  const Model models[] = {height_field(120), soup(700)};
+  for (const Model& m : models) {
+    for (Effort effort : {Effort::kFast, Effort::kNormal, Effort::kPaper})
+      print([&](int threads) { return digest(m, effort, threads); });
+    print([&](int threads) { return digest_of_levels(m, threads); });
+  }
 }

@@ -1,5 +1,5 @@
 // Tries of something that fails now and then, such as a request.
-import { delayAfter } from '../io/source.js';
+import { delayAfter, pause } from '../io/source.js';
 
 const MOST = 3; // of a page that is malformed or kills its Worker, and of what a server refuses
 
@@ -25,15 +25,15 @@ export class Attempts {
     return this.failed >= MOST;
   }
 
-  // After an error: calls again() when it is time for another one. Gives up after a few, if that does
-  // not promise to help. Returns whether there is another one.
-  postpone(error, again) {
+  // After an error: calls again() when it is time for another one, unless a signal is aborted. Gives up
+  // after a few, if that does not promise to help. Returns whether there is another one.
+  postpone(error, again, signal) {
     this.failed++;
     this.block();
     if (!error.retry && this.isOver) return false;
     const delay = delayAfter(this.failed, error);
     this.#at = performance.now() + delay;
-    setTimeout(again, delay + 1);
+    pause(delay + 1, signal).then(again, () => {});
     return true;
   }
 }

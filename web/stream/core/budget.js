@@ -1,12 +1,10 @@
 // How a stream divides its memory.
 
 import { SourceError } from '../io/source.js';
-import { GeometryPool, geometryBytes } from './geometry.js';
-import { indexType } from './vertices.js';
+import { indexType } from './formats.js';
+import { capacityOf, GeometryPool, geometryBytes } from './geometry.js';
 
 const MEGABYTE = 1e6;
-export const LEAST_BYTES = MEGABYTE;
-const COPIES = 2; // of decoded pages: an array of ours, and the buffer on the GPU
 const WORKER_BYTES = 11 * 65_536; // of WebAssembly, after pages of 32 KiB
 const UNPACKER_BYTES = 0.13 * MEGABYTE; // of its WebAssembly at first,
 const UNPACKING = 140; // and for each byte of the largest unpacked page: 95 to 130 were measured
@@ -36,8 +34,9 @@ export function decodingBytes({ owner, vertices, triangles, length, packed }) {
 }
 
 // The number of workers, and bytes: {maxBytes, workers, wasm (of a Worker), tables, waiting, decoding,
-// room (of all pools, of each copy)}. held: of the first bytes of files. Throws SourceError.
-export function planBudget(primitives, maxBytes, held) {
+// room (of all pools, of each copy)}. held: of the first bytes of files. copies: of decoded pages; 2
+// are an array of ours, and the buffer on the GPU. Throws SourceError.
+export function planBudget(primitives, maxBytes, held, copies) {
   const workers = workersOf(maxBytes);
   const pages = primitives.flatMap((one) => one.pages);
   const stored = pages.reduce((sum, { bytes }) => sum + (bytes?.length ?? 0), 0);
@@ -55,32 +54,40 @@ export function planBudget(primitives, maxBytes, held) {
     Math.min(WAITING * maxBytes, MOST_WAITING),
     stored + held + most(roots.map(decodingBytes)) - decoding, // the coarsest pages are there
   );
-  const room = (maxBytes - tables - workers * wasm - waiting - decoding) / COPIES;
+  const room = (maxBytes - tables - workers * wasm - waiting - decoding) / copies;
   if (bytesOf(roots) > room) throw tooSmall(maxBytes, 'its coarsest level does not fit');
   return { maxBytes, workers, wasm, tables, waiting, decoding, room };
 }
 
-// A pool for the primitives of each layout of vertices. Each primitive has the same share of the
-// room, for its coarsest pages: cuts have their mix of vertices and triangles.
-export function makePools(primitives, room) {
+// Pools for the primitives of each layout of vertices, which get room later.
+export function makePools(primitives) {
+  const pools = new Map();
+  for (const one of primitives) {
+    const layout = JSON.stringify(
+      one.formats.map((f) => [f.name, f.Type.name, f.size, f.normalized]),
+    );
+    if (!pools.has(layout))
+      pools.set(layout, new GeometryPool(one.formats, { vertices: 0, triangles: 0 }));
+    one.pool = pools.get(layout);
+  }
+  return [...pools.values()];
+}
+
+// Pool -> its capacity. Each primitive has the same share of the room, for its coarsest pages: cuts
+// have their mix of vertices and triangles.
+export function divideRoom(primitives, pools, room) {
   const total = bytesOf(primitives.flatMap(({ pages }) => pages));
   const shareBeyond = (bytes) => Math.min(1, (room - bytes) / Math.max(total - bytes, 1));
   const share = shareBeyond(bytesOf(primitives.flatMap(({ roots }) => roots)));
   const coarsest = new Map(primitives.map((one) => [one, coarsestPages(one, share)]));
   const rest = shareBeyond(bytesOf([...coarsest.values()].flat()));
-  const layouts = new Map();
-  for (const one of primitives) {
-    const parts = one.formats.map((f) => [f.name, f.Type.name, f.size, f.normalized]);
-    const layout = JSON.stringify(parts);
-    layouts.set(layout, [...(layouts.get(layout) ?? []), one]);
-  }
-  return [...layouts.values()].map((ones) => {
+  const divided = pools.map((pool) => {
+    const ones = primitives.filter((one) => one.pool === pool);
     const pages = ones.flatMap((one) => one.pages);
     const always = ones.flatMap((one) => coarsest.get(one));
-    const pool = new GeometryPool(ones[0].formats, pages, always, rest);
-    for (const one of ones) one.pool = pool;
-    return pool;
+    return [pool, capacityOf(pages, always, rest)];
   });
+  return new Map(divided);
 }
 
 // Root pages, and those that follow them within a share of the bytes of all others.

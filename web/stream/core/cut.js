@@ -10,7 +10,10 @@ const MOST_PLANES = 4 * 6; // numbers of a view's planes
 export class View {
   constructor({ eye, pixelsPerUnit, near, planes = null }) {
     if (planes?.length > MOST_PLANES) throw new RangeError('a view has at most six planes');
-    Object.assign(this, { eye, pixelsPerUnit, near, planes });
+    this.eye = eye;
+    this.pixelsPerUnit = pixelsPerUnit;
+    this.near = near;
+    this.planes = planes;
   }
 }
 

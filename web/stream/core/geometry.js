@@ -1,6 +1,6 @@
-// Arrays for the decoded pages of one layout, which grow up to a size. Pages lie in chunks of vertices and of
-// triangles, which need not follow one another: there is no fragmentation, and a page fits exactly
-// if enough chunks are free.
+// Memory for the decoded pages of one layout, which grows up to a size. Pages lie in chunks of
+// vertices and of triangles, which need not follow one another: there is no fragmentation, and a page
+// fits exactly if enough chunks are free.
 
 // Half a chunk is lost for each page: 1 % of pages of 32 KiB, 5 % of the coarsest of 58 small models.
 const VERTEX_CHUNK = 64;
@@ -22,61 +22,106 @@ function chunkBytes(formats, { vertices, triangles }) {
 export const geometryBytes = (formats, vertices, triangles) =>
   chunkBytes(formats, chunksOf(vertices, triangles));
 
-export class GeometryPool {
-  #vertices;
-  #triangles;
+// The capacity of a pool for some pages: with room for `always`, which are some of them, and for a
+// share, 0 to 1, of the others.
+export function capacityOf(pages, always, share) {
+  const capacity = (kind) => {
+    const sum = (some) => some.reduce((all, { chunks }) => all + chunks[kind], 0);
+    return sum(always) + Math.floor((sum(pages) - sum(always)) * share);
+  };
+  return { vertices: capacity('vertices'), triangles: capacity('triangles') };
+}
 
-  // pages: those that may come. Has room for `always`, which are some of them, and for a share, 0 to
-  // 1, of the others. Takes memory when it needs it.
-  constructor(formats, pages, always, share) {
-    this.formats = formats;
-    const capacity = (kind) => {
-      const sum = (some) => some.reduce((all, { chunks }) => all + chunks[kind], 0);
-      return sum(always) + Math.floor((sum(pages) - sum(always)) * share);
-    };
-    this.written = () => {}; // called with an array and the elements [begin, end) that were written
-    this.resized = () => {}; // called when there are new arrays, with what the earlier ones held
-    this.capacity = { vertices: capacity('vertices'), triangles: capacity('triangles') };
-    this.#clear();
+// Where a pool's pages lie unless an engine has moved them: in arrays, of which it makes buffers.
+class Arrays {
+  #pool;
+
+  constructor(pool) {
+    this.#pool = pool;
+    this.all = [...pool.formats.map(({ Type }) => new Type(0)), new Uint32Array(0)];
   }
 
-  #clear() {
-    this.#vertices = new Chunks();
-    this.#triangles = new Chunks();
-    this.arrays = this.formats.map(({ Type }) => new Type(0));
-    this.index = new Uint32Array(0);
+  resize(lengths) {
+    this.all = this.all.map((array, a) => {
+      if (array.length === lengths[a]) return array;
+      const other = new array.constructor(lengths[a]);
+      other.set(array.subarray(0, lengths[a]));
+      return other;
+    });
+    this.#pool.resized();
+  }
+
+  write(a, begin, part) {
+    this.all[a].set(part, begin);
+    this.#pool.written(this.all[a], begin, begin + part.length);
+  }
+
+  read(a, begin, end) {
+    return this.all[a].subarray(begin, end);
+  }
+
+  release() {}
+}
+
+// moves.js changes its store, too.
+export class GeometryPool {
+  // Takes memory when it needs it.
+  constructor(formats, capacity) {
+    this.formats = formats;
+    this.capacity = capacity;
+    // Called with an array and the elements [begin, end) that were written.
+    this.written = (_array, _begin, _end) => {};
+    this.resized = () => {}; // called when there are new arrays, with what the earlier ones held
+    this.useArrays();
+    this.clear();
+  }
+
+  // Of a chunk; for moves.js.
+  static sizes = { vertices: VERTEX_CHUNK, triangles: 3 * TRIANGLE_CHUNK };
+
+  useArrays() {
+    this.store = new Arrays(this);
+  }
+
+  clear() {
+    this.vertices = new Chunks();
+    this.triangles = new Chunks();
+  }
+
+  // Of the formats; none if the pages lie in buffers of an engine.
+  get arrays() {
+    return this.store.all?.slice(0, -1) ?? [];
+  }
+
+  get index() {
+    return this.store.all?.at(-1) ?? null;
+  }
+
+  get counts() {
+    const { vertices, triangles } = this;
+    return {
+      vertices: VERTEX_CHUNK * vertices.count,
+      indices: 3 * TRIANGLE_CHUNK * triangles.count,
+    };
+  }
+
+  // Elements of each array, and of the index.
+  get lengths() {
+    const { vertices, indices } = this.counts;
+    return [...this.formats.map(({ size }) => size * vertices), indices];
   }
 
   // Makes memory for a page, which fits: at least twice as much as there was.
   #grow({ vertices, triangles }) {
-    const moreVertices = this.#vertices.grow(vertices, this.capacity.vertices);
-    const moreTriangles = this.#triangles.grow(triangles, this.capacity.triangles);
-    if (!moreVertices && !moreTriangles) return;
-    const larger = (array, length) => {
-      if (array.length === length) return array;
-      const copy = new array.constructor(length);
-      copy.set(array);
-      return copy;
-    };
-    this.arrays = this.formats.map(({ size }, a) =>
-      larger(this.arrays[a], size * VERTEX_CHUNK * this.#vertices.count),
-    );
-    this.index = larger(this.index, 3 * TRIANGLE_CHUNK * this.#triangles.count);
-    this.resized();
+    const moreVertices = this.vertices.grow(vertices, this.capacity.vertices);
+    const moreTriangles = this.triangles.grow(triangles, this.capacity.triangles);
+    if (moreVertices || moreTriangles) this.store.resize(this.lengths);
   }
 
-  // pages: those that lie here, which will fit. They get new places if it has more memory than that.
-  resize(capacity, pages) {
-    this.capacity = capacity;
-    const { vertices, triangles } = capacity;
-    if (this.#vertices.count <= vertices && this.#triangles.count <= triangles) return;
-    const { arrays, index } = this;
-    const numbers = new Uint32Array(this.#vertices.count); // of chunks in their page
-    this.#clear();
-    const sum = (kind) => pages.reduce((all, { chunks }) => all + chunks[kind], 0);
-    this.#grow({ vertices: sum('vertices'), triangles: sum('triangles') });
-    for (const page of pages)
-      page.move(this.insert(page, this.#extract(page.place, arrays, index, numbers)));
+  // Whether it has more memory than its capacity, which may have become less.
+  get isTooLarge() {
+    const { vertices, triangles } = this.capacity;
+    return this.vertices.count > vertices || this.triangles.count > triangles;
   }
 
   // Bytes with a capacity.
@@ -85,7 +130,7 @@ export class GeometryPool {
   }
 
   get byteLength() {
-    return this.arrays.reduce((sum, array) => sum + array.byteLength, this.index.byteLength);
+    return this.bytesOf({ vertices: this.vertices.count, triangles: this.triangles.count });
   }
 
   // Whether it could hold so many chunks.
@@ -95,63 +140,40 @@ export class GeometryPool {
 
   fits({ chunks }) {
     return this.holds({
-      vertices: this.#vertices.used + chunks.vertices,
-      triangles: this.#triangles.used + chunks.triangles,
+      vertices: this.vertices.used + chunks.vertices,
+      triangles: this.triangles.used + chunks.triangles,
     });
   }
 
   // Copies a decoded page, which fits. Returns its place.
   insert({ chunks }, { indices, values, triangles }) {
     this.#grow(chunks);
-    const vertexChunks = this.#vertices.take(chunks.vertices);
-    const triangleChunks = this.#triangles.take(chunks.triangles);
+    const vertexChunks = this.vertices.take(chunks.vertices);
+    const triangleChunks = this.triangles.take(chunks.triangles);
     this.formats.forEach(({ size }, a) =>
-      this.#copy(values[a], this.arrays[a], vertexChunks, size * VERTEX_CHUNK),
+      this.#copy(values[a], a, vertexChunks, size * VERTEX_CHUNK),
     );
-    const place = (vertex) =>
-      VERTEX_CHUNK * vertexChunks[(vertex / VERTEX_CHUNK) | 0] + (vertex % VERTEX_CHUNK);
-    this.#copy(indices, this.index, triangleChunks, 3 * TRIANGLE_CHUNK, place);
+    const placed = new Uint32Array(indices.length);
+    for (let i = 0; i < indices.length; i++)
+      placed[i] =
+        VERTEX_CHUNK * vertexChunks[(indices[i] / VERTEX_CHUNK) | 0] + (indices[i] % VERTEX_CHUNK);
+    this.#copy(placed, this.formats.length, triangleChunks, 3 * TRIANGLE_CHUNK);
     const ends = new Uint32Array(triangles.length + 1); // triangles before each meshlet
     for (let m = 0; m < triangles.length; m++) ends[m + 1] = ends[m] + triangles[m];
     return { vertexChunks, triangleChunks, ends };
   }
 
-  // A page as it was given to insert; arrays, index: those it lies in. numbers: scratch.
-  #extract({ vertexChunks, triangleChunks, ends }, arrays, index, numbers) {
-    const gather = (from, chunks, width) => {
-      const all = new from.constructor(chunks.length * width);
-      chunks.forEach((chunk, i) => {
-        all.set(from.subarray(chunk * width, (chunk + 1) * width), i * width);
-      });
-      return all;
-    };
-    const values = this.formats.map(({ size }, a) =>
-      gather(arrays[a], vertexChunks, size * VERTEX_CHUNK),
-    );
-    vertexChunks.forEach((chunk, i) => {
-      numbers[chunk] = i;
-    });
-    const indices = gather(index, triangleChunks, 3 * TRIANGLE_CHUNK)
-      .subarray(0, 3 * ends.at(-1))
-      .map((v) => VERTEX_CHUNK * numbers[(v / VERTEX_CHUNK) | 0] + (v % VERTEX_CHUNK));
-    return { indices, values, triangles: ends.subarray(1).map((end, m) => end - ends[m]) };
-  }
-
-  // Copies to chunks of so many elements; convert: what becomes of an element.
-  #copy(from, to, chunks, width, convert = null) {
+  // Copies to chunks of so many elements.
+  #copy(from, a, chunks, width) {
     for (let i = 0, end; i < chunks.length; i = end) {
       for (end = i + 1; chunks[end] === chunks[i] + end - i; ) end++;
-      const part = from.subarray(i * width, end * width);
-      const begin = chunks[i] * width;
-      if (convert) for (let k = 0; k < part.length; k++) to[begin + k] = convert(part[k]);
-      else to.set(part, begin);
-      this.written(to, begin, begin + part.length);
+      this.store.write(a, chunks[i] * width, from.subarray(i * width, end * width));
     }
   }
 
   remove({ vertexChunks, triangleChunks }) {
-    this.#vertices.give(vertexChunks);
-    this.#triangles.give(triangleChunks);
+    this.vertices.give(vertexChunks);
+    this.triangles.give(triangleChunks);
   }
 
   // Calls ranges.add(first index, number of indices) for the meshlets [first, first + count) of a

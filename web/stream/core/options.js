@@ -6,3 +6,7 @@ export function checkNumber(name, value, least) {
   const bound = least.toLocaleString('en');
   throw new RangeError(`${name} must be a number of at least ${bound}, not ${String(value)}`);
 }
+
+const LEAST_BYTES = 1e6;
+
+export const checkMaxBytes = (bytes) => checkNumber('maxBytes', bytes, LEAST_BYTES);

@@ -35,7 +35,14 @@ export class Page {
   // owner: its primitive. Its bytes are `length` ones from `begin` on in `source`; packed: number of
   // unpacked bytes, or 0.
   constructor(owner, number, { source, begin, length, packed, vertices, triangles }) {
-    Object.assign(this, { owner, number, source, begin, length, packed, vertices, triangles });
+    this.owner = owner;
+    this.number = number;
+    this.source = source;
+    this.begin = begin;
+    this.length = length;
+    this.packed = packed;
+    this.vertices = vertices;
+    this.triangles = triangles;
     this.chunks = chunksOf(vertices, triangles);
   }
 

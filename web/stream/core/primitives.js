@@ -14,7 +14,10 @@ export function keyOf({ attributes, indices, extensions, mode }) {
 // A primitive with levels. key: of primitives of the JSON that share everything.
 export class Primitive {
   constructor(key, name, primitive, counts) {
-    Object.assign(this, { key, name, primitive, counts });
+    this.key = key;
+    this.name = name;
+    this.primitive = primitive;
+    this.counts = counts;
     this.places = null; // of the views of tables, coarse pages and fine pages
     this.tables = null;
     this.cut = null;

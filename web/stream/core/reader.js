@@ -3,14 +3,13 @@
 
 import { EXTENSION } from '../../accessors.js';
 import { MalformedError, readStreams, sameStreams } from '../../blob.js';
-import { createUnpacker, packedTable } from '../../transport.js';
-import { readPlaces } from '../io/document.js';
+import { readPlaces, transport } from '../io/document.js';
 import { LOD, readCounts, Tables } from '../io/tables.js';
 import { tooSmall } from './budget.js';
 import { Cut } from './cut.js';
+import { formatsOf } from './formats.js';
 import { Page } from './page.js';
 import { keyOf, Primitive } from './primitives.js';
-import { formatsOf } from './vertices.js';
 
 // Of the pages of the first picture, of all primitives: the coarsest level alone may be shapeless.
 const FIRST_BYTES = 96 * 1024;
@@ -157,6 +156,8 @@ export class Reader {
       fine.pages = counts.pageCount - coarse.pages;
       return [coarse, fine].filter(({ isPacked }) => isPacked);
     });
+    if (packed.length === 0) return;
+    const { createUnpacker, packedTable } = await transport();
     const bytes = await readPlaces(
       packed.map(({ source, begin, end, pages }) => {
         return { source, begin, end: Math.min(end, begin + 4 + 8 * pages) };
@@ -170,7 +171,6 @@ export class Reader {
           throw new MalformedError('a packed view has another number of pages than its levels');
       }
     });
-    if (packed.length === 0) return;
     this.unpackerModule = await this.#document.unpackerModule();
     this.#unpacker = await createUnpacker(this.unpackerModule);
   }

@@ -6,6 +6,7 @@ import { decodingBytes } from './budget.js';
 import { NONE, RESIDENT, STORED } from './page.js';
 
 const REQUESTS = 6; // at a time: what browsers send to one server with HTTP/1.1
+let requests = 0; // of all streams of the web page
 const REQUEST_BYTES = 131_072; // of neighbouring pages, if that many may wait
 const INSERT_MS = 3; // a frame, for copying decoded pages
 
@@ -21,11 +22,12 @@ export class Residency {
   #wasmBytes; // of the largest Worker
   #quiet = 0; // no requests until then: a server has asked for a pause
 
-  // given: {document, decoders, unpackerModule, budget, signal, refuse(primitive, error), onWarning,
-  // onChange, onBroken}.
-  constructor(primitives, pools, given) {
+  // given: {document, decoders, unpackerModule, signal, refuse(primitive, error), onWarning, onChange,
+  // onBroken}.
+  constructor(primitives, pools, budget, given) {
     this.#given = given;
-    this.#wasmBytes = given.budget.wasm;
+    this.budget = budget;
+    this.#wasmBytes = budget.wasm;
     this.pools = pools;
     this.pages = primitives.flatMap(({ pages }) => pages);
     this.#stored = this.pages.reduce((sum, { bytes }) => sum + (bytes?.length ?? 0), 0);
@@ -90,8 +92,11 @@ export class Residency {
   }
 
   #request(page) {
-    if (this.#requests.size >= REQUESTS || performance.now() < this.#quiet) return;
-    const { budget, document } = this.#given;
+    // One of each stream, whatever the others do.
+    if (requests >= REQUESTS && this.#requests.size > 0) return;
+    if (performance.now() < this.#quiet) return;
+    const { document } = this.#given;
+    const { budget } = this;
     // With memory to decode it, so that its arrival makes #trim forget no page that is wanted.
     const decoding = Math.max(this.#decodingBytes, decodingBytes(page));
     const most = Math.min(budget.waiting - document.held, this.#memory - decoding);
@@ -102,6 +107,7 @@ export class Residency {
     this.#requested += length;
     const request = { pages, abort: new AbortController() };
     this.#requests.add(request);
+    requests++;
     for (const one of pages) one.request();
     const [{ begin }] = pages;
     page.source
@@ -112,6 +118,7 @@ export class Residency {
       )
       .finally(() => {
         this.#requests.delete(request);
+        requests--;
         this.#requested -= length;
         this.#given.onChange();
       });
@@ -139,12 +146,13 @@ export class Residency {
   // there is no stream.
   #postpone(page, error) {
     const isRoot = page.number < page.owner.tables.rootPages;
-    if (!page.attempts.postpone(error, this.#given.onChange) && isRoot) this.#given.onBroken(error);
+    const { onBroken, onChange, signal } = this.#given;
+    if (!page.attempts.postpone(error, onChange, signal) && isRoot) onBroken(error);
   }
 
   // For pages on the way: what the first bytes of files and Workers that have grown leave.
   get #memory() {
-    const { waiting, decoding, workers, wasm } = this.#given.budget;
+    const { waiting, decoding, workers, wasm } = this.budget;
     return waiting + decoding - this.#given.document.held - workers * (this.#wasmBytes - wasm);
   }
 
@@ -239,7 +247,7 @@ export class Residency {
   // Forgets compressed bytes beyond the budget, of pages that were needed longest ago first. Of
   // those that are needed now, that of resident pages first, then that of the least urgent ones.
   #trim() {
-    const spare = this.#given.budget.maxBytes - (this.bytes.total - this.#stored);
+    const spare = this.budget.maxBytes - (this.bytes.total - this.#stored);
     if (this.#stored <= spare) return;
     const kept = this.pages.filter(
       ({ bytes, state }) => bytes && (state === RESIDENT || state === STORED),
@@ -266,11 +274,11 @@ export class Residency {
     const arrays = this.pools.reduce((sum, pool) => sum + pool.byteLength, 0);
     const bytes = {
       gpu: arrays,
-      arrays,
-      wasm: this.#given.budget.workers * this.#wasmBytes,
+      arrays: this.pools.some(({ index }) => index) ? arrays : 0,
+      wasm: this.budget.workers * this.#wasmBytes,
       compressed: this.#stored + this.#given.document.held,
       transit: this.#requested + this.#decodingBytes,
-      tables: this.#given.budget.tables,
+      tables: this.budget.tables,
     };
     bytes.total = Object.values(bytes).reduce((sum, value) => sum + value, 0);
     return bytes;

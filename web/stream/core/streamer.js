@@ -5,15 +5,15 @@ import { MalformedError } from '../../blob.js';
 import { startWorker } from '../../pool.js';
 import { openDocument } from '../io/document.js';
 import { SourceError } from '../io/source.js';
-import { LEAST_BYTES, makePools, planBudget, workersOf } from './budget.js';
-import { checkNumber } from './options.js';
+import { divideRoom, makePools, planBudget, workersOf } from './budget.js';
+import { checkMaxBytes, checkNumber } from './options.js';
 import { RESIDENT } from './page.js';
 import { Instance, Ranges } from './primitives.js';
 import { ours, Reader } from './reader.js';
 import { Residency } from './residency.js';
 import { borrowWorkers } from './workers.js';
 
-const DEFAULT_BYTES = 64e6;
+export const DEFAULT_BYTES = 64e6;
 // From one frame of a flight to the next the threshold falls by less than this, mostly.
 const NEAR_THRESHOLD = 0.8;
 
@@ -41,12 +41,14 @@ export class Streamer {
   #document = null;
   #reader = null;
   #residency = null;
-  #budget = null;
+  #copies = 2; // of decoded pages
+  #moves = null; // the module
+  #isMoving = false;
   #release = () => {}; // of Workers
   #abort = new AbortController();
   #frame = 0;
   #changes = 0; // of what is drawn, but for residency
-  #lastWork = -1; // what the last walk was for
+  #lastWork = ''; // what the last walk was for
   #lastView = null;
   #missing = 0;
   #error = 0; // of what is drawn, in pixels
@@ -54,7 +56,7 @@ export class Streamer {
   #ranges = new Ranges();
 
   constructor({ maxBytes = DEFAULT_BYTES, ...options }) {
-    checkNumber('maxBytes', maxBytes, LEAST_BYTES);
+    checkMaxBytes(maxBytes);
     for (const name of ['stallMs', 'maxWholeBytes'])
       if (options[name] !== undefined) checkNumber(name, options[name], 1);
     this.#options = { ...options };
@@ -63,6 +65,7 @@ export class Streamer {
     this.#maxBytes = maxBytes;
     this.decoders = null;
     this.threshold = 0; // pixels, as raised to fit
+    /** @type {'none' | 'page' | 'level' | 'meshlet'} */
     this.colour = 'none'; // tags of ranges: none, page, level or meshlet
     const { signal } = options;
     // Until it is closed: else the page's signal keeps it in memory.
@@ -112,22 +115,70 @@ export class Streamer {
     this.#divideMemory();
   }
 
+  #plan(maxBytes, copies) {
+    return planBudget(this.primitives, maxBytes, this.#document.held, copies);
+  }
+
   #divideMemory() {
     const { primitives, unpackerModule } = this.#reader;
-    this.#budget = planBudget(primitives, this.#maxBytes, this.#document.held);
-    const pools = makePools(primitives, this.#budget.room);
-    this.#residency = new Residency(primitives, pools, {
+    const budget = this.#plan(this.#maxBytes, this.#copies);
+    const pools = makePools(primitives);
+    for (const [pool, capacity] of divideRoom(primitives, pools, budget.room))
+      pool.capacity = capacity;
+    this.#residency = new Residency(primitives, pools, budget, {
       ...this.#options,
       document: this.#document,
       decoders: this.decoders,
       unpackerModule,
-      budget: this.#budget,
       signal: this.#abort.signal,
       refuse: ({ name, key }, error) => {
         this.refused.push({ name, key, error });
         this.#options.onBroken(error);
       },
     });
+  }
+
+  get maxBytes() {
+    return this.#maxBytes;
+  }
+
+  // What does not fit any more goes with the next update. Throws SourceError if the coarsest level
+  // does not fit.
+  set maxBytes(maxBytes) {
+    checkMaxBytes(maxBytes);
+    this.#change(maxBytes, this.#copies);
+    this.decoders.grow(workersOf(maxBytes)).catch(() => {}); // which tells it by itself
+  }
+
+  #change(maxBytes, copies) {
+    const budget = this.#plan(maxBytes, copies);
+    this.#residency.budget = budget;
+    for (const [pool, capacity] of divideRoom(this.primitives, this.pools, budget.room))
+      pool.capacity = capacity;
+    this.#maxBytes = maxBytes;
+    this.#copies = copies;
+    this.#changes++;
+    this.#options.onChange();
+  }
+
+  // Moves decoded pages to buffers of an engine, so that no copy of them stays in arrays. storeOf:
+  // pool -> store, see moves.js; null: to arrays. wasLost: what they held is no more, and is decoded again.
+  async moveTo(storeOf, wasLost = false) {
+    this.#isMoving = true;
+    const { empty, moveTo } = await this.#load().finally(() => {
+      this.#isMoving = false;
+    });
+    if (this.#abort.signal.aborted) return;
+    for (const pool of this.pools) {
+      if (wasLost) empty(pool, this.#residency);
+      moveTo(pool, storeOf?.(pool) ?? null, wasLost);
+    }
+    this.#change(this.#maxBytes, storeOf ? 1 : 2);
+  }
+
+  async #load() {
+    this.#moves ??= await import('./moves.js');
+    return this.#moves;
   }
 
   // Reads the tables of a primitive on to where the last walk has to know them. Those that are
@@ -144,7 +195,7 @@ export class Streamer {
     } catch (error) {
       if (!(error instanceof SourceError) || error.changed) return onBroken(error);
       onWarning(error.message);
-      if (!attempts.postpone(error, onChange)) {
+      if (!attempts.postpone(error, onChange, this.#abort.signal)) {
         attempts.reset();
         one.givenUp = lacks;
       }
@@ -179,7 +230,9 @@ export class Streamer {
 
   // Whether nothing is missing for the last view.
   get complete() {
-    return this.ready && !this.#unbalanced && this.#missing === 0 && !this.#lacksGroups;
+    const fits =
+      !this.#isMoving && !this.#unbalanced && this.pools.every((pool) => !pool.isTooLarge);
+    return this.ready && fits && this.#missing === 0 && !this.#lacksGroups;
   }
 
   // Whether the last walk needed groups that are not known.
@@ -203,8 +256,13 @@ export class Streamer {
     if (moved || work !== this.#lastWork) {
       this.#frame++;
       changed = this.#choose(pixels);
+      for (const pool of this.pools.filter((one) => one.isTooLarge))
+        changed = this.#move(({ shrink }) => shrink(pool, this.#residency)) || changed;
       this.#lastWork = work;
-    } else if (this.#mayRebalance) this.#rebalance();
+    } else if (this.#mayRebalance) {
+      const { needs } = this.#fitting;
+      changed = this.#move((moves) => moves.rebalance(this.pools, needs, this.#residency));
+    }
     if (this.ready) for (const one of this.primitives) this.#readTables(one);
     this.#residency.schedule();
     // For pages that update only when they are told.
@@ -269,7 +327,7 @@ export class Streamer {
     });
     wanted.sort((a, b) => b.wanted - a.wanted);
     const needs = new Map(this.pools.map((pool) => [pool, { vertices: 0, triangles: 0 }]));
-    let left = this.#budget.room;
+    let left = this.#residency.budget.room;
     let fitting = pixels; // the threshold, if memory moves between the pools
     this.threshold = pixels;
     for (const { wanted: error, chunks, owner } of wanted) {
@@ -306,21 +364,21 @@ export class Streamer {
     return this.#unbalanced && this.#missing === 0 && jobs === 0 && !this.#lacksGroups;
   }
 
-  // Moves memory between the pools. A pool at a time, first those that shrink.
-  #rebalance() {
-    const { needs } = this.#fitting;
-    const grows = (pool) => pool.bytesOf(needs.get(pool)) - pool.bytesOf(pool.capacity);
-    const same = (a, b) => a.vertices === b.vertices && a.triangles === b.triangles;
-    const [pool] = this.pools
-      .filter((one) => !same(one.capacity, needs.get(one)))
-      .sort((a, b) => grows(a) - grows(b));
-    for (const page of this.#residency.unwanted(pool)) this.#residency.evict(page);
-    const pages = this.#residency.pages.filter(
-      (p) => p.state === RESIDENT && p.owner.pool === pool,
-    );
-    pool.resize(needs.get(pool), pages);
-    for (const one of this.#instances) if (one.primitive.pool === pool) one.starts = [];
+  // Pages get other places, so that what is drawn has other ranges. Returns whether any has changed.
+  // action: of moves.js, now or in a later frame.
+  #move(action) {
+    if (!this.#moves) {
+      const again = () => {
+        this.#changes++;
+        this.#options.onChange();
+      };
+      this.#load().then(again, ({ message }) => this.#options.onWarning(message));
+      return false;
+    }
+    action(this.#moves);
+    for (const one of this.#instances) one.starts = [];
     this.#changes++;
+    return this.#walk(this.threshold, false, true);
   }
 
   #setRanges(instance, ready) {
@@ -375,8 +433,8 @@ export class Streamer {
     };
   }
 
-  close(reason = new SourceError('the stream is closed')) {
-    this.#abort.abort(reason);
+  close(reason = null) {
+    this.#abort.abort(reason ?? new SourceError('the stream is closed'));
     this.#release();
     this.#release = () => {};
   }

@@ -9,6 +9,7 @@ import { VertexBuffer } from '@babylonjs/core/Meshes/buffer.js';
 import { Geometry } from '@babylonjs/core/Meshes/geometry.js';
 import { Mesh } from '@babylonjs/core/Meshes/mesh.js';
 import { TransformNode } from '@babylonjs/core/Meshes/transformNode.js';
+import { WebGLDataBuffer } from '@babylonjs/core/Meshes/WebGL/webGLDataBuffer.js';
 import { Observable } from '@babylonjs/core/Misc/observable.js';
 import {
   registerGLTFExtension,
@@ -18,8 +19,8 @@ import '@babylonjs/loaders/glTF/2.0/index.js';
 import { ARRAYS, EXTENSION } from '../../accessors.js';
 import { MeshletExtension } from '../../babylon.js';
 import { View } from '../core/cut.js';
-import { checkNumber } from '../core/options.js';
-import { forStreamed, Session } from './session.js';
+import { forStreamed, streamOf } from './session.js';
+import { WebGLStore } from './webgl_store.js';
 
 const KINDS = {
   POSITION: VertexBuffer.PositionKind,
@@ -33,20 +34,21 @@ const KINDS = {
 };
 let loads = 0;
 
-export class MeshletStream extends TransformNode {
-  #session;
-  #pixels;
+/** @typedef {InstanceType<ReturnType<typeof streamOf>>} Stream */
+const StreamNode = /** @type {new (...given: any[]) => TransformNode & Stream} */ (
+  streamOf(TransformNode)
+);
+
+export class MeshletStream extends StreamNode {
   #container = null; // what the loader made
   #meshes = []; // StreamedMesh
   #geometries = new Map(); // pool -> Geometry
   #isLost = false; // the WebGL context
   #observers = []; // of the context
+  #stores = new Map(); // pool -> WebGLStore
 
   constructor(place, scene, { pixels = 1, ...options } = {}) {
-    checkNumber('pixels', pixels, 0); // before anything of it is in the scene
-    super('MeshletStream', scene);
-    this.pixels = pixels;
-    this.frozen = false;
+    super(place, pixels, 'MeshletStream', scene);
     this.animationGroups = [];
     this.onLoadObservable = new Observable();
     this.onProgressObservable = new Observable();
@@ -58,35 +60,12 @@ export class MeshletStream extends TransformNode {
       warning: this.onWarningObservable,
       error: this.onErrorObservable,
     };
-    this.#session = new Session(place, options, {
+    this.start(options, {
       load: (...given) => this.#load(...given),
       show: (...given) => this.#show(...given),
       clear: () => this.#clear(),
-      dispose: () => this.dispose(),
       tell: (type, message, error) => observables[type].notifyObservers(error ?? message),
     });
-    if (options.signal?.aborted) this.dispose();
-  }
-
-  get ready() {
-    return this.#session.ready;
-  }
-
-  get pixels() {
-    return this.#pixels;
-  }
-
-  set pixels(pixels) {
-    checkNumber('pixels', pixels, 0);
-    this.#pixels = pixels;
-  }
-
-  retry() {
-    this.#session.retry();
-  }
-
-  clone() {
-    throw new Error('a MeshletStream has no copies: make another one of the same file');
   }
 
   getClassName() {
@@ -116,7 +95,8 @@ export class MeshletStream extends TransformNode {
   }
 
   async #show(streamer, { container, found }, each) {
-    for (const pool of streamer.pools) this.#adopt(pool);
+    if (contextOf(this.getScene().getEngine())) await this.#moveToBuffers(streamer);
+    else for (const pool of streamer.pools) this.#adopt(pool);
     this.#watchContext(streamer);
     await each(container.meshes.slice(), (holder) => {
       const primitive = found.get(holder.isAnInstance ? holder.sourceMesh : holder);
@@ -130,45 +110,73 @@ export class MeshletStream extends TransformNode {
   // Gives a mesh without geometry a child for each of its instances.
   #fill(holder, streamer, primitive) {
     const box = boxOf(streamer.json, primitive);
-    holder.setBoundingInfo(new BoundingInfo(...box));
+    holder.setBoundingInfo(new BoundingInfo(box[0], box[1]));
     const locals = holder.hasThinInstances ? holder.thinInstanceGetWorldMatrices() : [null];
     for (const local of locals) {
-      const mesh = new StreamedMesh(holder, local, streamer.addInstance(primitive), box);
+      const instance = streamer.addInstance(primitive);
+      const valuesOf = (number) => this.#valuesOf(primitive.pool, number);
+      const mesh = new StreamedMesh(holder, local, instance, box, valuesOf);
       mesh.setGeometry(this.#geometries.get(primitive.pool));
       this.#meshes.push(mesh);
     }
   }
 
-  // Buffers of Babylon for a pool. Only what is written goes to the GPU.
+  // Decoded pages lie in buffers of the engine, without copies in arrays. wasLost: those of before.
+  async #moveToBuffers(streamer, wasLost = false) {
+    const engine = this.getScene().getEngine();
+    const gl = contextOf(engine);
+    const storeOf = (pool) => {
+      const changed = () => this.#setBuffers(pool, store.buffers.map(bufferOf));
+      const store = new WebGLStore(gl, pool.formats, changed);
+      this.#stores.set(pool, store);
+      return store;
+    };
+    await streamer.moveTo(storeOf, wasLost);
+  }
+
+  // Buffers of Babylon for the arrays of a pool. Only what is written goes to the GPU.
   #adopt(pool) {
+    const engine = this.getScene().getEngine();
+    const vertices = pool.arrays.map((array) => engine.createDynamicVertexBuffer(array));
+    const index = engine.createIndexBuffer(pool.index, true);
+    this.#setBuffers(pool, [...vertices, index]);
+    pool.resized = () => this.#adopt(pool);
+    const { arrays } = pool;
+    pool.written = (array, begin, end) => {
+      const part = array.subarray(begin, end);
+      const at = begin * array.BYTES_PER_ELEMENT;
+      if (array === pool.index) engine.updateDynamicIndexBuffer(index, part, at);
+      else engine.updateDynamicVertexBuffer(vertices[arrays.indexOf(array)], part, at);
+    };
+  }
+
+  // buffers: of Babylon; the last one is the index.
+  #setBuffers(pool, buffers) {
     const engine = this.getScene().getEngine();
     const before = this.#geometries.get(pool);
     const geometry = new Geometry(Geometry.RandomId(), this.getScene());
-    const writers = new Map(); // array -> function(part, byte)
-    pool.formats.forEach(({ name, size, components, normalized, bytes }, a) => {
-      const array = pool.arrays[a];
+    const { vertices, indices } = pool.counts;
+    pool.formats.forEach(({ name, size, components, normalized, bytes, Type }, a) => {
       if (!KINDS[name]) return;
-      const buffer = engine.createDynamicVertexBuffer(array);
-      writers.set(array, (part, at) => engine.updateDynamicVertexBuffer(buffer, part, at));
       const options = {
         size: name === 'COLOR_0' ? size : components,
         stride: bytes,
         useBytes: true,
-        type: Number(Object.keys(ARRAYS).find((type) => array instanceof ARRAYS[type])),
+        type: Number(Object.keys(ARRAYS).find((type) => ARRAYS[type] === Type)),
         normalized,
       };
-      const vertices = array.length / size;
-      geometry.setVerticesBuffer(new VertexBuffer(engine, buffer, KINDS[name], options), vertices);
+      const buffer = new VertexBuffer(engine, buffers[a], KINDS[name], options);
+      geometry.setVerticesBuffer(buffer, vertices);
     });
-    const buffer = engine.createIndexBuffer(pool.index, true);
-    writers.set(pool.index, (part, at) => writeIndices(engine, buffer, part, at));
-    geometry.setIndexBuffer(buffer, geometry.getTotalVertices(), pool.index.length, true);
+    geometry.setIndexBuffer(buffers.at(-1), vertices, indices, true);
     this.#geometries.set(pool, geometry);
     for (const mesh of this.#meshes) if (mesh.geometry === before) mesh.setGeometry(geometry);
     before?.dispose();
-    pool.resized = () => this.#adopt(pool);
-    pool.written = (array, begin, end) =>
-      writers.get(array)?.(array.subarray(begin, end), begin * array.BYTES_PER_ELEMENT);
+  }
+
+  // What a pool holds: of a format, or after them of the index.
+  #valuesOf(pool, number) {
+    return this.#stores.get(pool)?.copy(number) ?? [...pool.arrays, pool.index][number];
   }
 
   // Babylon knows no data of the pools' buffers, so that it cannot fill those of a new context.
@@ -176,7 +184,8 @@ export class MeshletStream extends TransformNode {
     const engine = this.getScene().getEngine();
     const restore = () => {
       this.#isLost = false;
-      for (const pool of streamer.pools) this.#adopt(pool);
+      if (this.#stores.size > 0) this.#moveToBuffers(streamer, true);
+      else for (const pool of streamer.pools) this.#adopt(pool);
     };
     this.#observers = [
       engine.onContextLostObservable.add(() => (this.#isLost = true)),
@@ -186,7 +195,7 @@ export class MeshletStream extends TransformNode {
 
   // Call before each frame. Returns whether the picture changes.
   update(camera) {
-    const { streamer } = this.#session;
+    const { streamer } = this.session;
     if (!streamer || this.#isLost) return false;
     for (const mesh of this.#meshes) mesh.place();
     streamer.update(this.frozen ? null : viewOf(camera), this.pixels);
@@ -195,16 +204,14 @@ export class MeshletStream extends TransformNode {
     return changed;
   }
 
-  get statistics() {
-    return this.#session.streamer?.statistics ?? { complete: false, bytes: { total: 0 } };
-  }
-
   #clear() {
     for (const observer of this.#observers.splice(0)) observer.remove();
     for (const mesh of this.#meshes) mesh.dispose();
     this.#meshes = [];
     for (const geometry of this.#geometries.values()) geometry.dispose();
     this.#geometries.clear();
+    for (const store of this.#stores.values()) store.release();
+    this.#stores.clear();
     this.#container?.dispose();
     this.#container = null;
     this.animationGroups = [];
@@ -212,7 +219,7 @@ export class MeshletStream extends TransformNode {
   }
 
   dispose(...given) {
-    this.#session.close();
+    this.session.close();
     super.dispose(...given);
   }
 }
@@ -243,7 +250,7 @@ class StreamExtension {
   }
 
   // The loader's hook for compressed geometry.
-  _loadVertexDataAsync(_context, { extensions, attributes }, mesh) {
+  _loadVertexDataAsync(_context, /** @type {any} */ { extensions, attributes }, mesh) {
     const number = extensions?.[this.name];
     if (number === undefined) return null;
     const { accessors } = this.#streamer.json;
@@ -257,24 +264,27 @@ class StreamExtension {
 class StreamedMesh extends Mesh {
   #holder;
   #instance;
+  #valuesOf;
   #local; // from POSITION to the holder
   #box; // in the units of the arrays
   #placed = Matrix.Zero();
   #shown = false;
   #version = -1;
 
-  // local: of the instance; null: the holder itself. box: minimum and maximum of POSITION.
-  constructor(holder, local, instance, box) {
+  // local: of the instance; null: the holder itself. box: minimum and maximum of POSITION. valuesOf:
+  // number of a format, or after them of the index -> what its buffer holds.
+  constructor(holder, local, instance, box, valuesOf) {
     super(holder.name, holder.getScene(), holder);
     this.#holder = holder;
     this.#instance = instance;
+    this.#valuesOf = valuesOf;
     this.#local = local ?? Matrix.Identity();
     const { formats } = instance.primitive;
     const { scale = 1, offset = [0, 0, 0] } = formats.find(({ name }) => name === 'POSITION');
     this.#box = box.map((corner) => corner.subtract(Vector3.FromArray(offset)).scale(1 / scale));
     this.rotationQuaternion = new Quaternion();
     Matrix.Scaling(scale, scale, scale)
-      .multiply(Matrix.Translation(...offset))
+      .multiply(Matrix.Translation(offset[0], offset[1], offset[2]))
       .multiply(this.#local)
       .decompose(this.scaling, this.rotationQuaternion, this.position);
     this.sideOrientation = holder.sideOrientation;
@@ -283,7 +293,7 @@ class StreamedMesh extends Mesh {
 
   setGeometry(geometry) {
     geometry.applyToMesh(this);
-    this.setBoundingInfo(new BoundingInfo(...this.#box));
+    this.setBoundingInfo(new BoundingInfo(this.#box[0], this.#box[1]));
     const [subMesh] = this.subMeshes;
     subMesh.setBoundingInfo(this.getBoundingInfo());
     subMesh.intersects = (ray, _positions, _indices, isFast, accepts) =>
@@ -321,24 +331,25 @@ class StreamedMesh extends Mesh {
     return this;
   }
 
-  // Picking reads the pool's arrays.
+  // Picking reads what the pool's buffers hold.
   _generatePointsArray() {
     return true;
   }
 
   #intersect(ray, isFast, accepts) {
     const { starts, counts, primitive } = this.#instance;
-    const { pool, formats } = primitive;
+    const { formats } = primitive;
     const position = formats.findIndex(({ name }) => name === 'POSITION');
     const { size, normalized } = formats[position];
-    const array = pool.arrays[position];
+    const array = this.#valuesOf(position);
+    const index = this.#valuesOf(formats.length);
     const unit = normalized ? 1 / largestOf(array) : 1;
     const corners = [new Vector3(), new Vector3(), new Vector3()];
     let nearest = null;
     for (let r = 0; r < starts.length; r++)
       for (let i = starts[r]; i < starts[r] + counts[r]; i += 3) {
         for (let c = 0; c < 3; c++) {
-          const at = size * pool.index[i + c];
+          const at = size * index[i + c];
           corners[c].set(array[at] * unit, array[at + 1] * unit, array[at + 2] * unit);
         }
         if (accepts && !accepts(...corners, ray, i, i + 1, i + 2)) continue;
@@ -362,16 +373,15 @@ function boxOf(json, { primitive }) {
   return [min, max].map((corner) => Vector3.FromArray(corner ?? [0, 0, 0]).scale(unit));
 }
 
-// Writes a part of an index buffer. Babylon's own function replaces all of it in WebGL.
-function writeIndices(engine, buffer, part, byte) {
-  if (engine.isWebGPU) {
-    engine.updateDynamicIndexBuffer(buffer, part, byte);
-    return;
-  }
-  const gl = engine.getRenderingCanvas().getContext('webgl2');
-  gl.bindBuffer(gl.COPY_WRITE_BUFFER, buffer.underlyingResource);
-  gl.bufferSubData(gl.COPY_WRITE_BUFFER, byte, part);
-  gl.bindBuffer(gl.COPY_WRITE_BUFFER, null);
+// null: not of WebGL 2.
+const contextOf = (engine) =>
+  engine.isWebGPU ? null : (engine.getRenderingCanvas()?.getContext('webgl2') ?? null);
+
+// A buffer of WebGL, of which Babylon does not dispose.
+function bufferOf(buffer) {
+  const wrapped = new WebGLDataBuffer(buffer);
+  wrapped.references = Number.POSITIVE_INFINITY;
+  return wrapped;
 }
 
 function viewOf(camera) {

@@ -1,9 +1,9 @@
 // What the adapters for engines share: opens a file, waits for the first picture, puts the scene
 // together, and starts again if the file changes.
-import { EXTENSION } from '../../accessors.js';
-import { TRANSPORT } from '../../transport.js';
+import { EXTENSION, TRANSPORT } from '../../accessors.js';
+import { checkMaxBytes, checkNumber } from '../core/options.js';
 import { keyOf } from '../core/primitives.js';
-import { openStreamer } from '../core/streamer.js';
+import { DEFAULT_BYTES, openStreamer } from '../core/streamer.js';
 import { delayAfter, pause } from '../io/source.js';
 import { LOD } from '../io/tables.js';
 
@@ -11,6 +11,87 @@ const RESTARTS = 5; // without a picture in between that lasts
 const LASTING_MS = 60_000; // longer than the pauses before all restarts take together
 const NO_LEVELS = `no primitive has levels that can be streamed (${LOD}): all of it is loaded at once`;
 const TASK_MS = 10; // of making the scene, at a time
+
+// Of a stream without a scene.
+const noStatistics = () => ({
+  fetched: 0,
+  requests: 0,
+  waiting: 0,
+  pages: 0,
+  resident: 0,
+  missing: 0,
+  triangles: 0,
+  fullTriangles: 0,
+  ranges: 0,
+  threshold: 0,
+  error: 0,
+  complete: false,
+  bytes: { gpu: 0, arrays: 0, wasm: 0, compressed: 0, transit: 0, tables: 0, total: 0 },
+});
+
+// A Blob, or an absolute URL. Throws TypeError.
+const placeOf = (place) =>
+  place instanceof Blob ? place : String(new URL(place, globalThis.location?.href));
+
+// What MeshletStream is in all engines, as a class of an engine's nodes.
+export const streamOf = (Node) =>
+  class extends Node {
+    #place;
+    #pixels;
+    session = null; // for adapters
+    frozen = false; // keeps the cut
+
+    // Wrong arguments leave nothing in the engine's scene. more: arguments of the node.
+    constructor(place, pixels, ...more) {
+      const absolute = placeOf(place);
+      checkNumber('pixels', pixels, 0);
+      super(...more);
+      this.#place = absolute;
+      this.#pixels = pixels;
+    }
+
+    // engine: as of Session, without `dispose`. For adapters.
+    start(options, engine) {
+      const dispose = () => this.dispose();
+      this.session = new Session(this.#place, options, { ...engine, dispose });
+      if (options.signal?.aborted) this.dispose();
+    }
+
+    // Resolves with the first picture; another promise after each retry of a stream that has ended.
+    get ready() {
+      return this.session.ready;
+    }
+
+    get pixels() {
+      return this.#pixels;
+    }
+
+    set pixels(pixels) {
+      checkNumber('pixels', pixels, 0);
+      this.#pixels = pixels;
+    }
+
+    get statistics() {
+      return this.session.streamer?.statistics ?? noStatistics();
+    }
+
+    get maxBytes() {
+      return this.session.maxBytes;
+    }
+
+    set maxBytes(maxBytes) {
+      this.session.maxBytes = maxBytes;
+    }
+
+    retry() {
+      this.session.retry();
+    }
+
+    /** @returns {never} */
+    clone() {
+      throw new Error('a MeshletStream has no copies: make another one of the same file');
+    }
+  };
 
 const nextTask = () => new Promise((resolve) => setTimeout(resolve));
 
@@ -23,7 +104,7 @@ export class Session {
   #restarts = 0;
   #refused = []; // keys of primitives of this file whose levels turned out to be malformed
   #shown = 0; // when the picture came
-  #wake = () => {};
+  #wake = (_value = null) => {};
   #isOver = false; // it has ended with an error
 
   // streamer: null unless its scene is shown. engine: an adapter's
@@ -34,9 +115,9 @@ export class Session {
   //   dispose(): the page's signal ends the stream;
   //   tell(type, message, error), of types warning, progress, load and error.
   constructor(place, { signal, ...options }, engine) {
+    this.#place = placeOf(place);
     this.#signal = signal;
     signal?.addEventListener('abort', engine.dispose, { signal: this.#abort.signal });
-    this.#place = place instanceof Blob ? place : String(new URL(place, globalThis.location?.href));
     this.#options = { ...options, signal: this.#abort.signal };
     this.#engine = engine;
     this.streamer = null;
@@ -48,6 +129,17 @@ export class Session {
     this.ready = starting;
     this.#isOver = false;
     this.#tellFailure(starting);
+  }
+
+  get maxBytes() {
+    return this.#options.maxBytes ?? DEFAULT_BYTES;
+  }
+
+  // Counts from the first picture on.
+  set maxBytes(maxBytes) {
+    checkMaxBytes(maxBytes);
+    if (this.streamer) this.streamer.maxBytes = maxBytes;
+    this.#options.maxBytes = maxBytes;
   }
 
   // What was given up is tried again; a stream that has ended with an error begins again.
@@ -111,6 +203,7 @@ export class Session {
       check();
       await engine.show(streamer, loaded, (items, action) => inTasks(items, action, check));
       check();
+      if (streamer.maxBytes !== this.maxBytes) streamer.maxBytes = this.maxBytes;
       this.streamer = streamer;
       engine.tell('load');
     } catch (error) {

@@ -4,13 +4,11 @@ import {
   Box3,
   BufferAttribute,
   BufferGeometry,
-  Color,
   DynamicDrawUsage,
   Frustum,
   Group,
   Matrix4,
   Mesh,
-  MeshStandardMaterial,
   Object3D,
   Sphere,
   Vector3,
@@ -19,8 +17,7 @@ import {
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 import { EXTENSION } from '../../accessors.js';
 import { View } from '../core/cut.js';
-import { checkNumber } from '../core/options.js';
-import { forStreamed, Session } from './session.js';
+import { forStreamed, streamOf } from './session.js';
 
 // Of attributes, where they differ from glTF's in lower case.
 const NAMES = {
@@ -32,57 +29,34 @@ const NAMES = {
 };
 const STUB_COUNT = 3; // vertices of what GLTFLoader gets instead of a primitive
 const PALETTE = 16; // colours of meshlets, levels and pages
-const GOLDEN_RATIO = 0.618034;
 
 const scratch = new Matrix4();
 
-export class MeshletStream extends Group {
-  #session;
-  #pixels;
+/** @typedef {InstanceType<ReturnType<typeof streamOf>>} Stream */
+const StreamGroup = /** @type {new (...given: any[]) => Group & Stream} */ (streamOf(Group));
+
+export class MeshletStream extends StreamGroup {
   #loader;
   #holders = []; // Holder
   #meshes = []; // of them, StreamedMesh
-  #attributes = new WeakMap(); // array of a pool -> BufferAttribute
+  #attributes = new Map(); // pool -> attributes of three, the last one of the index
+  #buffers = null; // RendererBuffers
   #palettes = new Map(); // material -> what shows colours instead
+  /** @type {'none' | 'page' | 'level' | 'meshlet'} */
   #colour = 'none';
   #loaded = null; // what GLTFLoader made
   #besides = { textureBytes: 0, otherBytes: 0 };
+  #extras = null; // the module
 
   constructor(place, { pixels = 1, loader = new GLTFLoader(), ...options } = {}) {
-    super();
+    super(place, pixels);
     this.#loader = loader;
-    this.pixels = pixels;
-    this.frozen = false;
-    this.#session = new Session(place, options, {
+    this.start(options, {
       load: (...given) => this.#load(...given),
       show: (...given) => this.#show(...given),
       clear: () => this.#clear(),
-      dispose: () => this.dispose(),
       tell: (type, message, error) => this.dispatchEvent({ type, message, error }),
     });
-    if (options.signal?.aborted) this.dispose();
-  }
-
-  // Resolves with the first picture; another promise after each retry of a stream that has ended.
-  get ready() {
-    return this.#session.ready;
-  }
-
-  get pixels() {
-    return this.#pixels;
-  }
-
-  set pixels(pixels) {
-    checkNumber('pixels', pixels, 0);
-    this.#pixels = pixels;
-  }
-
-  retry() {
-    this.#session.retry();
-  }
-
-  clone() {
-    throw new Error('a MeshletStream has no copies: make another one of the same file');
   }
 
   // --- loading ---
@@ -126,29 +100,41 @@ export class MeshletStream extends Group {
     this.animations = gltf.animations;
     this.add(root);
     streamer.colour = this.#colour;
-    this.#setMaterials();
-    this.#countBesides();
+    this.#addExtras();
   }
 
-  // Buffers of three for a pool. Only what is written goes to the GPU.
+  // What the first picture does without.
+  async #addExtras() {
+    try {
+      this.#extras ??= await import('./three_extras.js');
+    } catch (error) {
+      return this.#warn(error);
+    }
+    this.#setMaterials();
+    this.#besides = this.#extras.bytesBesides(this);
+  }
+
+  // Buffers of three for the arrays of a pool. Only what is written goes to the GPU.
   #adopt(pool) {
-    const attribute = (array, size, normalized) => {
-      const made = new BufferAttribute(array, size, normalized).setUsage(DynamicDrawUsage);
-      this.#attributes.set(array, made);
-      return made;
-    };
-    pool.formats.forEach(({ size, normalized }, a) => attribute(pool.arrays[a], size, normalized));
-    attribute(pool.index, 1, false);
-    pool.resized = () => {
-      this.#adopt(pool);
-      for (const mesh of this.#meshes)
-        if (mesh.primitive.pool === pool) this.#fill(mesh.geometry, mesh.primitive);
-    };
+    const { arrays, index } = pool;
+    const attribute = (array, { size, normalized }) =>
+      new BufferAttribute(array, size, normalized).setUsage(DynamicDrawUsage);
+    this.#setBuffers(pool, [
+      ...pool.formats.map((format, a) => attribute(arrays[a], format)),
+      attribute(index, { size: 1, normalized: false }),
+    ]);
+    pool.resized = () => this.#adopt(pool);
     pool.written = (array, begin, end) => {
-      const written = this.#attributes.get(array);
+      const written = this.#attributes.get(pool).find((one) => one.array === array);
       written.addUpdateRange(begin, end - begin);
       written.needsUpdate = true;
     };
+  }
+
+  #setBuffers(pool, attributes) {
+    this.#attributes.set(pool, attributes);
+    for (const mesh of this.#meshes)
+      if (mesh.primitive.pool === pool) this.#fill(mesh.geometry, mesh.primitive);
   }
 
   // Puts an object in the place of a mesh, with a child for each of its instances.
@@ -189,23 +175,40 @@ export class MeshletStream extends Group {
 
   // Sets the buffers of a geometry to those of a pool.
   #fill(geometry, { pool, formats }) {
-    geometry.dispose(); // those of before
+    // Those of before; but those of a store are its own.
+    if (!geometry.index?.isGLBufferAttribute) geometry.dispose();
+    const attributes = this.#attributes.get(pool);
     formats.forEach(({ name }, a) =>
-      geometry.setAttribute(
-        NAMES[name] ?? name.toLowerCase(),
-        this.#attributes.get(pool.arrays[a]),
-      ),
+      geometry.setAttribute(NAMES[name] ?? name.toLowerCase(), attributes[a]),
     );
-    geometry.setIndex(this.#attributes.get(pool.index));
+    geometry.setIndex(attributes.at(-1));
   }
+
+  // From the first frame on, decoded pages lie in buffers of its renderer. Returns whether there is
+  // something to draw.
+  #useBuffersOf(renderer, streamer) {
+    if (!this.#buffers && renderer.isWebGLRenderer) {
+      const mine = { use: () => true, release() {} };
+      this.#buffers = mine;
+      // Without it, as when the page has gone offline, arrays do.
+      import('./webgl_buffers.js').then(({ RendererBuffers }) => {
+        if (this.#buffers !== mine) return;
+        const set = (pool, attributes) => this.#setBuffers(pool, attributes);
+        this.#buffers = new RendererBuffers(renderer, streamer, set);
+      }, this.#warn);
+    }
+    return this.#buffers?.use(renderer) ?? true;
+  }
+
+  #warn = ({ message }) => this.dispatchEvent(/** @type {any} */ ({ type: 'warning', message }));
 
   // --- drawing ---
 
   // Call before each frame. renderer: also the height of the picture in pixels. Returns whether
   // the picture changes.
   update(camera, renderer) {
-    const { streamer } = this.#session;
-    if (!streamer) return false;
+    const { streamer } = this.session;
+    if (!streamer || !this.#useBuffersOf(renderer, streamer)) return false;
     if (!this.frozen) this.updateWorldMatrix(true, true);
     for (const holder of this.#holders) holder.place();
     const view = this.frozen ? null : viewOf(camera, renderer);
@@ -216,30 +219,7 @@ export class MeshletStream extends Group {
   }
 
   get statistics() {
-    const none = { complete: false, bytes: { total: 0 } };
-    return { ...(this.#session.streamer?.statistics ?? none), ...this.#besides };
-  }
-
-  // Estimated bytes of textures, and those of geometry that is not streamed.
-  #countBesides() {
-    const seen = new Set();
-    let textures = 0;
-    let others = 0;
-    this.traverse((mesh) => {
-      for (const material of [mesh.material ?? []].flat())
-        for (const value of Object.values(material))
-          if (value?.isTexture && !seen.has(value.source)) {
-            seen.add(value.source);
-            const { width = 0, height = 0 } = value.image ?? {};
-            textures += (width * height * 4 * 4) / 3; // with mipmaps
-          }
-      const { geometry } = mesh;
-      if (!geometry || mesh instanceof StreamedMesh || seen.has(geometry)) return;
-      seen.add(geometry);
-      for (const attribute of [geometry.index, ...Object.values(geometry.attributes)])
-        others += 2 * (attribute?.array?.byteLength ?? 0);
-    });
-    this.#besides = { textureBytes: Math.round(textures), otherBytes: others };
+    return { ...super.statistics, ...this.#besides };
   }
 
   // none, page, level or meshlet: a colour for each of them instead of the materials.
@@ -249,33 +229,21 @@ export class MeshletStream extends Group {
 
   set colour(colour) {
     this.#colour = colour;
-    const { streamer } = this.#session;
+    const { streamer } = this.session;
     if (!streamer) return;
     streamer.colour = colour;
     this.#setMaterials();
   }
 
   #setMaterials() {
+    if (this.#colour !== 'none' && !this.#extras) return; // until they are there
     for (const mesh of this.#meshes)
       mesh.material = this.#colour === 'none' ? [mesh.plain] : this.#paletteOf(mesh);
   }
 
   #paletteOf({ plain, geometry }) {
-    if (!this.#palettes.has(plain)) {
-      const options = {
-        roughness: 0.75,
-        side: plain.side,
-        flatShading: !geometry.attributes.normal,
-      };
-      this.#palettes.set(
-        plain,
-        Array.from({ length: PALETTE }, (_, i) => {
-          const hue = (i * GOLDEN_RATIO) % 1;
-          const color = new Color().setHSL(hue, 0.5 + 0.1 * (i % 4), 0.3 + 0.08 * (i % 3));
-          return new MeshStandardMaterial({ ...options, color });
-        }),
-      );
-    }
+    if (!this.#palettes.has(plain))
+      this.#palettes.set(plain, this.#extras.paletteOf(plain, geometry, PALETTE));
     return this.#palettes.get(plain);
   }
 
@@ -287,6 +255,9 @@ export class MeshletStream extends Group {
       mesh.geometry.dispose();
       mesh.material = mesh.plain; // which is freed below
     }
+    this.#buffers?.release();
+    this.#buffers = null;
+    this.#attributes.clear();
     this.#holders = [];
     this.#meshes = [];
     for (const material of [...this.#palettes.values()].flat()) material.dispose();
@@ -304,7 +275,7 @@ export class MeshletStream extends Group {
   }
 
   dispose() {
-    this.#session.close();
+    this.session.close();
   }
 }
 
@@ -316,7 +287,8 @@ class Holder extends Object3D {
   // Tells the instances where they are, as far as that has changed.
   place() {
     let visible = true;
-    for (let object = this; object; object = object.parent) visible &&= object.visible;
+    for (let object = /** @type {Object3D} */ (this); object; object = object.parent)
+      visible &&= object.visible;
     const moved = !this.#placed.equals(this.matrixWorld);
     this.#placed.copy(this.matrixWorld);
     for (const mesh of this.streamed)
@@ -335,6 +307,7 @@ class StreamedMesh extends Mesh {
   constructor(geometry, material, instance, local) {
     super(geometry, [material]);
     this.plain = material;
+    this.isStreamed = true;
     this.primitive = instance.primitive;
     this.#instance = instance;
     this.#local = local;
@@ -365,7 +338,8 @@ class StreamedMesh extends Mesh {
 // From what the arrays hold to POSITION.
 function decoding({ formats }) {
   const { scale = 1, offset = [0, 0, 0] } = formats.find(({ name }) => name === 'POSITION');
-  return new Matrix4().makeScale(scale, scale, scale).setPosition(...offset);
+  const [x, y, z] = offset;
+  return new Matrix4().makeScale(scale, scale, scale).setPosition(x, y, z);
 }
 
 function viewOf(camera, renderer) {

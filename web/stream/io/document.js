@@ -1,8 +1,7 @@
 // A .glb, or a .gltf with its .bin files, read by ranges.
 
-import { expect, isObject } from '../../accessors.js';
+import { expect, isObject, TRANSPORT } from '../../accessors.js';
 import { MalformedError } from '../../blob.js';
-import { compileUnpacker, createUnpacker, TRANSPORT } from '../../transport.js';
 import { HEAD_BYTES, openSource, SourceError } from './source.js';
 
 const MAGIC = 0x46546c67;
@@ -12,6 +11,9 @@ const CHUNK_BYTES = 8;
 const GAP = 2048; // between places that are read by one request: less than a request's headers cost
 const LARGEST_JSON = 2 ** 28;
 
+// For packed files only.
+export const transport = () => import('../../transport.js');
+
 // Opens a URL or a Blob; options as of openSource. Throws SourceError, MalformedError.
 export async function openDocument(place, options) {
   const source = await openSource(place, options);
@@ -20,7 +22,7 @@ export async function openDocument(place, options) {
   const isGlb = head.length >= 4 && data.getUint32(0, true) === MAGIC;
   if (!isGlb) {
     expect(!(source.total > LARGEST_JSON), 'its JSON is too large');
-    const text = head.length < HEAD_BYTES ? head : await source.readAll();
+    const text = head.length < HEAD_BYTES ? head : await source.readAll(LARGEST_JSON);
     return new Document(parseJson(text), place, [source], options);
   }
   expect(
@@ -55,7 +57,7 @@ export class Document {
   #unpacker = null;
 
   constructor(json, place, sources, options, begin = null) {
-    Object.assign(this, { json });
+    this.json = json;
     this.#place = place;
     this.#sources = sources;
     this.#options = options;
@@ -118,7 +120,9 @@ export class Document {
 
   // The compiled unpacker, for files that need it.
   unpackerModule() {
-    this.#unpacker ??= compileUnpacker(this.#options?.unpacker);
+    this.#unpacker ??= transport().then(({ compileUnpacker }) =>
+      compileUnpacker(this.#options?.unpacker),
+    );
     return this.#unpacker;
   }
 
@@ -147,6 +151,7 @@ export class Document {
     const { source, begin, end, size, isPacked } = await this.place(number);
     const bytes = await source.readSurely(begin, end);
     if (!isPacked) return bytes;
+    const { createUnpacker } = await transport();
     return (await createUnpacker(await this.unpackerModule())).unpack(bytes, size);
   }
 }

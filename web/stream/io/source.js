@@ -16,11 +16,14 @@ const RETRY_STATUS = [408, 425, 429, 500, 502, 503, 504];
 export class SourceError extends Error {
   constructor(
     message,
-    { retry = false, changed = false, unreachable = false, retryAfter = 0, cause } = {},
+    { retry = false, changed = false, unreachable = false, retryAfter = 0, cause = null } = {},
   ) {
     super(message, cause && { cause });
     this.name = 'SourceError';
-    Object.assign(this, { retry, changed, unreachable, retryAfter });
+    this.retry = retry;
+    this.changed = changed;
+    this.unreachable = unreachable;
+    this.retryAfter = retryAfter;
   }
 }
 
@@ -49,12 +52,12 @@ export async function openSource(place, options = {}) {
 }
 
 // Tries again what may work later, a few times.
-async function retrying(action, { onWarning, signal }) {
+async function retrying(action, { onWarning = null, signal = null }) {
   for (let tries = 1; ; tries++) {
     try {
       return await action();
     } catch (error) {
-      if (!error.retry || tries === TRIES) throw error;
+      if (!error?.retry || tries === TRIES) throw error;
       onWarning?.(`${error.message}; trying again`);
       await pause(delayAfter(tries, error), signal);
     }
@@ -96,7 +99,7 @@ class Source {
     try {
       this.#head = await this.#fetchRange(0, HEAD_BYTES, null);
     } catch (error) {
-      if (!error.unreachable || ++this.#unreached < 2 || !(await this.#answersHead())) throw error;
+      if (!error?.unreachable || ++this.#unreached < 2 || !(await this.#answersHead())) throw error;
       await this.#guarded(null, (guard) =>
         this.#fetchWhole(0, 0, guard, 'gives no ranges that can be read'),
       );
@@ -122,9 +125,10 @@ class Source {
     return this.#blob ? bytesOf(this.#blob, 0, HEAD_BYTES) : this.#head;
   }
 
-  // The whole file. Tries again.
-  async readAll() {
-    const fetchAll = () => this.#guarded(null, (guard) => this.#fetchWhole(0, 0, guard, null));
+  // The whole file, of at most so many bytes. Tries again.
+  async readAll(most) {
+    const fetchAll = () =>
+      this.#guarded(null, (guard) => this.#fetchWhole(0, 0, guard, null, most));
     if (!this.#blob) await retrying(fetchAll, this.#options);
     return bytesOf(this.#blob, 0, this.#blob.size);
   }
@@ -205,7 +209,10 @@ class Source {
 
   async #take(response, begin, end, guard) {
     const { status, headers } = response;
-    if (status === 200) return this.#takeWhole(response, begin, end, guard);
+    if (status === 200) {
+      if (!/^(data|blob):/.test(this.#url)) this.#warnOfWhole('does not answer ranges');
+      return this.#takeWhole(response, begin, end, guard);
+    }
     if (status !== 206) throw this.#statusError(response);
     const range = /^bytes (\d+)-(\d+)\/(\d+|\*)$/.exec(headers.get('content-range') ?? '');
     const total = range ? Number(range[3]) : Number.NaN;
@@ -247,13 +254,19 @@ class Source {
     }
   }
 
-  async #takeWhole(response, begin, end, { alive, fail }, refused = true) {
+  async #takeWhole(response, begin, end, { alive, fail }, most) {
     this.#compare(response.headers, Number.NaN);
-    if (refused && !/^(data|blob):/.test(this.#url))
-      this.#warn('the server does not answer ranges, so that the whole file is loaded');
     const { maxWholeBytes = MOST_WHOLE } = this.#options;
+    const tooLarge = () =>
+      this.#error(
+        most < maxWholeBytes
+          ? `the file has more than ${most.toLocaleString('en')} bytes, too many for a JSON`
+          : `without ranges the file is loaded whole, and has more than ` +
+              `${maxWholeBytes.toLocaleString('en')} bytes (maxWholeBytes)`,
+      );
+    const limit = Math.min(most ?? maxWholeBytes, maxWholeBytes);
     const length = Number(response.headers.get('content-length') ?? Number.NaN);
-    if (length > maxWholeBytes) throw this.#tooLarge(maxWholeBytes);
+    if (length > limit) throw tooLarge();
     let size = 0;
     const watched = response.body.pipeThrough(
       new TransformStream({
@@ -262,7 +275,7 @@ class Source {
           this.fetched += chunk.length;
           size += chunk.length;
           // By fail, as Chromium tells no error of a stream.
-          if (size > maxWholeBytes) throw fail(this.#tooLarge(maxWholeBytes));
+          if (size > limit) throw fail(tooLarge());
           controller.enqueue(chunk);
         },
       }),
@@ -275,27 +288,29 @@ class Source {
     return bytesOf(blob, begin, Math.min(end, blob.size));
   }
 
-  #tooLarge(most) {
-    const limit = `${most.toLocaleString('en')} bytes (maxWholeBytes)`;
-    return this.#error(`without ranges the file is loaded whole, and has more than ${limit}`);
+  // Without a range: those of compressed answers count compressed bytes.
+  async #fetchWhole(begin, end, guard, reason, most) {
+    if (reason) this.#warnOfWhole(reason);
+    const response = await this.#fetch({}, guard);
+    if (response.status === 200) return this.#takeWhole(response, begin, end, guard, most);
+    throw this.#statusError(response);
   }
 
-  // Without a range: those of compressed answers count compressed bytes.
-  async #fetchWhole(begin, end, guard, reason) {
-    if (reason) this.#warn(`the server ${reason}, so that the whole file is loaded`);
-    const response = await this.#fetch({}, guard);
-    if (response.status === 200) return this.#takeWhole(response, begin, end, guard, false);
-    throw this.#statusError(response);
+  #warnOfWhole(reason) {
+    this.#warn(`the server ${reason}, so that the whole file is loaded`);
   }
 
   // Compares the file of an answer with that of the first one.
   #compare(headers, total) {
-    const etag = headers.get('etag')?.replace(/^W\//, ''); // a proxy may weaken it
-    const seen = { etag, modified: headers.get('last-modified'), total };
+    const given = headers.get('etag');
+    const etag = given?.replace(/^W\//, ''); // a proxy may weaken it
+    const seen = { given, etag, modified: headers.get('last-modified'), total };
     this.#identity ??= seen;
     const before = this.#identity;
     const differs = (name) => before[name] && seen[name] && before[name] !== seen[name];
-    if (Object.keys(seen).some(differs))
+    // Servers that share a file may have copied it at different times.
+    const isSame = etag && etag === given && given === before.given;
+    if (differs('etag') || differs('total') || (!isSame && differs('modified')))
       throw this.#error('the file has changed', { changed: true });
   }
 
@@ -338,15 +353,17 @@ async function bytesOf(blob, begin, end) {
 // Rejects with the reason of a signal that is aborted meanwhile.
 export async function pause(milliseconds, signal) {
   signal?.throwIfAborted();
-  return new Promise((resolve, reject) => {
-    const stop = () => {
-      clearTimeout(timer);
-      reject(signal.reason);
-    };
-    const timer = setTimeout(() => {
-      signal?.removeEventListener('abort', stop);
-      resolve();
-    }, milliseconds);
-    signal?.addEventListener('abort', stop, { once: true });
-  });
+  return /** @type {Promise<void>} */ (
+    new Promise((resolve, reject) => {
+      const stop = () => {
+        clearTimeout(timer);
+        reject(signal.reason);
+      };
+      const timer = setTimeout(() => {
+        signal?.removeEventListener('abort', stop);
+        resolve();
+      }, milliseconds);
+      signal?.addEventListener('abort', stop, { once: true });
+    })
+  );
 }

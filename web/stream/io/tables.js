@@ -56,7 +56,10 @@ export function readCounts(extension) {
 // there yet: nothing of them is resident.
 export class Tables {
   constructor({ pageCount, coarsePageCount, groupCount, runCount, rootPageCount }) {
-    Object.assign(this, { pageCount, coarsePageCount, groupCount, runCount });
+    this.pageCount = pageCount;
+    this.coarsePageCount = coarsePageCount;
+    this.groupCount = groupCount;
+    this.runCount = runCount;
     this.statedRoots = rootPageCount;
     this.rootPages = 0; // those that hold all top groups which are known
     this.known = 0;
