@@ -147,7 +147,7 @@ export class EXTMeshletEdgebreaker extends Extension {
       arrays.set(
         number,
         number === primitive.indices
-          ? new (rows.length > 0xffff ? Uint32Array : array.constructor)(indices)
+          ? sourceIndices(array, indices, rows.length)
           : chosenRows(array, decoded.vertexCount, rows),
       );
     return arrays;
@@ -275,6 +275,15 @@ export class EXTMeshletEdgebreaker extends Extension {
       return false; // other types or counts than the blob's
     }
   }
+}
+
+// indices as an array of the same type as decoded ones; as one of a larger type where there are more
+// vertices than that holds: a table may have more of them than are decoded.
+function sourceIndices(decoded, indices, count) {
+  const type = [decoded.constructor, Uint16Array, Uint32Array].find(
+    ({ BYTES_PER_ELEMENT: bytes }) => count < 2 ** (8 * bytes),
+  );
+  return new type(indices);
 }
 
 // Some rows of an array of vertices.

@@ -14,6 +14,7 @@ from gltf_ext.sources.importers import open_model
 from gltf_meshlet.cli import main
 from spec import reference_decoder, reference_gltf
 from tests.helpers.environment import need_package
+from tests.helpers.equal_vertices import VECTOR, assert_equal_vertices
 from tests.helpers.gltf_builder import Builder, glb_bytes, glb_parts, grid_mesh
 from tests.helpers.topology import topology, torus
 
@@ -103,6 +104,8 @@ def test_trimesh_has_them_apart(tmp_path):
     gltf_ext.compress(source, tmp_path / "out.glb")
     (mesh,) = trimesh.load(tmp_path / "out.glb", process=False).geometry.values()
     assert topology(mesh.faces) == topology(triangles)
+    (mesh,) = trimesh.load(VECTOR, process=False).geometry.values()
+    assert_equal_vertices(mesh.faces, mesh.vertices)
 
 
 def test_a_soup_is_joined_and_counted(tmp_path, capsys):
