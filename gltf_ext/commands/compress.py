@@ -24,6 +24,7 @@ from gltf_ext.commands.inspect import inspect_document
 from gltf_ext.commands.jobs import Job, coarse_grids, jobs_of
 from gltf_ext.commands.losses import (
     collapse_warnings,
+    joined_warnings,
     limited,
     range_warnings,
     rounding_warnings,
@@ -355,6 +356,7 @@ def _losses(encoded: list[Job], rounding: float, is_auto: bool) -> tuple[Collaps
     lines = [
         *rounding_warnings(rounding, steps),
         *collapse_warnings(collapses, is_auto),
+        *joined_warnings([job.source.where for job in encoded if not job.has_one_numbering]),
     ]
     return total, [*lines, *limited(warnings)]
 
@@ -409,6 +411,9 @@ def _encode_job(
         return
     if source.is_in_memory:
         job.result.equal_vertices = _equal_vertices(job, record_format)
+    elif job.has_one_numbering:
+        joined = source.used_vertices - job.result.source_vertices
+        job.result.drop_counts.duplicate_vertices = joined
     if job.grid and job.choice.sample:
         job.collapse = collapse_of_source(source, job.grid, job.choice.sample)
 
