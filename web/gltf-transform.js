@@ -105,7 +105,7 @@ export class EXTMeshletEdgebreaker extends Extension {
       const buffer = context.buffers[json.bufferViews[bufferView].buffer];
       try {
         const view = context.bufferViews[bufferView];
-        const table = equalVertices && context.bufferViews[equalVertices.bufferView];
+        const table = tableOf(context, equalVertices);
         for (const [number, array] of this.#arrays(json, primitive, view, table))
           context.accessors[number].setArray(array).setBuffer(buffer);
       } catch (error) {
@@ -127,7 +127,7 @@ export class EXTMeshletEdgebreaker extends Extension {
         property.fill({
           bytes,
           object: streams,
-          table: context.bufferViews[equalVertices?.bufferView] ?? null,
+          table: tableOf(context, equalVertices),
           vertexCount: blobs.reduce((sum, blob) => sum + blob.vertexCount, 0),
         });
         context.meshes[m].listPrimitives()[p].setExtension(EXTENSION, property);
@@ -275,6 +275,14 @@ export class EXTMeshletEdgebreaker extends Extension {
       return false; // other types or counts than the blob's
     }
   }
+}
+
+// The bytes of the table of equal vertices that a property names; null without the property.
+function tableOf(context, equalVertices) {
+  if (equalVertices === undefined) return null;
+  const table = context.bufferViews[equalVertices?.bufferView];
+  if (!table) throw new Error('its table of equal vertices is not there');
+  return table;
 }
 
 // indices as an array of the same type as decoded ones; as one of a larger type where there are more

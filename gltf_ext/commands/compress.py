@@ -284,7 +284,7 @@ def _encode_at_once(
 def _equal_vertices(job: Job, record_format: RecordFormat) -> bytes:
     """Return the table of equal vertices; empty if decoders need none to have them as the source.
 
-    With a table, none are joined: sets that count.
+    With a table, none are joined: sets that count to 0.
     """
     result, source, counts = job.result, job.source, job.result.drop_counts
     has_equal = counts.duplicate_vertices > 0 and not is_soup(
@@ -295,13 +295,14 @@ def _equal_vertices(job: Job, record_format: RecordFormat) -> bytes:
         return b""
     triangles = record_format.triangles_of(source)
     joinable, _ = _codec.decode_joinable(result.view)
-    if has_equal:
-        counts.duplicate_vertices = 0
-    else:
+    if not has_equal:
         whole, _, decoded = topologies(triangles, joinable, result.source_vertices)
         if whole == decoded:
             return b""
-    return table_of(triangles, record_format, joinable)
+    table = table_of(triangles, record_format, joinable)
+    if table:
+        counts.duplicate_vertices = 0
+    return table
 
 
 def _finish_document(
