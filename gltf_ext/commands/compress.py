@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import functools
 import inspect
 import os
@@ -450,7 +451,7 @@ def _replace(document: Document, job: Job, fallback: bool) -> None:
             user["mode"] = gltf.TRIANGLES
         user["indices"] = indices
         gltf.set_attribute_sets(user, described)
-        gltf.set_extension(user, EXTENSION, dict(extension))
+        gltf.set_extension(user, EXTENSION, copy.deepcopy(extension))  # numbers change in place
     if fallback:
         mesh, index = next((m, p) for m, p, user in all_primitives(document) if user is first)
         decoded = read_compressed(document, mesh, index).decode()

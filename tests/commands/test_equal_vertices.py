@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -78,6 +80,26 @@ def test_tiles_stay_apart(tmp_path, options):
     assert (
         inspected["compressed_bytes"] == len(compressed.blob) + compressed.json_bytes + table_bytes
     )
+
+
+@pytest.mark.parametrize("options", [{}, {"transport": True}, {"fallback": True}], ids=str)
+def test_meshes_that_share_a_primitive_share_the_table(tmp_path, options):
+    """The views in front go, so that the table's gets another number, once for both meshes."""
+    positions, triangles = tiles(3)
+    source = write(tmp_path / "tiles.glb", positions, triangles)
+
+    def share(properties):
+        properties["meshes"].append(json.loads(json.dumps(properties["meshes"][0])))
+        properties["nodes"].append({"mesh": 1})
+        properties["scenes"][0]["nodes"].append(1)
+
+    changed(source, share)
+    gltf_ext.compress(source, tmp_path / "out.glb", **options)
+    assert gltf_ext.validate(tmp_path / "out.glb") == []
+    first, second = require_compressed(open_model(tmp_path / "out.glb"))
+    assert first.object == second.object
+    for primitive in gltf_ext.load(tmp_path / "out.glb"):
+        assert topology(primitive.indices) == topology(triangles)
 
 
 def test_the_reference_reads_the_same(tmp_path):
