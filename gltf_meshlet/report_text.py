@@ -43,7 +43,7 @@ def sizes(report: Report) -> str:
 
 
 def _joined_text(report: Report) -> str:
-    """Vertices of triangles that had none in common, which are one now."""
+    """Vertices that are one now: of triangles that had none in common, or read in parts."""
     count = report["dropped"]["duplicate_vertices"]
     return f"; {count:,} equal vertices joined" if count else ""
 

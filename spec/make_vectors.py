@@ -2247,6 +2247,7 @@ GLTF_VALIDATORS_ONLY = (
     "draco",
     "shared_accessors",
     *("table_cut_off", "table_place", "table_copies", "table_vertex", "table_parameter"),
+    "table_count",
 )
 
 
@@ -2275,6 +2276,7 @@ MALFORMED_TABLES = {
     "table_place": COUNT_ONE + 8 * "0" + "00001" + "1" + 18 * "0",
     "table_copies": COUNT_ONE + 8 * "0" + "1" + "0000001" + 16 * "0",
     "table_parameter": COUNT_ONE + "00000100" + 24 * "0",
+    "table_count": 32 * "1" + 8 * "0" + 56 * "1",
 }
 
 
@@ -2289,6 +2291,45 @@ def file_with_table(bits: str, file: tuple[Document, bytes] | None = None) -> by
     buffer += table
     document["buffers"][0]["byteLength"] = len(buffer)
     return pack_glb(document, buffer)
+
+
+def equal_vertices() -> tuple[bytes, dict[str, Any]]:
+    """A file with a table of equal vertices, and what it holds.
+
+    The parameter is 1, gaps are from 0 to 12, copies from 2 to 6. With the table there are more
+    vertices than the type of the indices holds. Bytes follow the last field.
+    """
+    view = encode(grid_triangles(12, 10), grid_positions(12, 10), page_bytes=192, max_triangles=24)
+    decoded = reference_decoder.decode_view(view)
+    counts = np.bincount(reference_gltf.places_of(decoded))
+    chosen = [p for p in range(4, len(counts)) if counts[p] > 1 and p % 4 and not 40 < p < 52]
+    copies = [2 + place % (int(counts[place]) - 1) for place in chosen]
+    gaps = [place - before - 1 for place, before in zip(chosen, [-1, *chosen])]
+    bits = f"{len(chosen):032b}"[::-1] + "10000000"
+    bits += "".join((gap >> 1) * "0" + "1" for gap in gaps)
+    bits += "".join(str(gap & 1) for gap in gaps)
+    bits += "".join((count - 2) * "0" + "1" for count in copies)
+    for place, count in zip(chosen, copies):
+        width = (count - 1).bit_length()
+        ranks = [corner % count for corner in range(1, counts[place])]
+        bits += "".join(f"{rank:0{width}b}"[::-1] for rank in ranks)
+    bits += -len(bits) % 32 * "0" + 32 * "1"
+    data = file_with_table(bits, parts_of(positions_alone(view, componentType=5121)))
+    document, buffer = parts_of(data)
+    table = document["bufferViews"][1]
+    begin = table["byteOffset"]
+    corners = reference_gltf.read_equal_vertices(
+        buffer[begin : begin + table["byteLength"]], decoded
+    )
+    numbers = {corner: number for number, corner in enumerate(dict.fromkeys(corners))}
+    expected = {
+        "description": "a table of equal vertices; more vertices than an index of 8 bits numbers",
+        "indices": decoded.triangles.reshape(-1).tolist(),
+        "sourceIndices": [numbers[corner] for corner in corners],
+        "attributes": {"POSITION": components(view, ATTRIBUTES[0]).tolist()},
+        "targets": [],
+    }
+    return data, expected
 
 
 def sheet_with_table() -> bytes:
@@ -2361,6 +2402,10 @@ def vector_files() -> dict[str, bytes]:
         files[f"gltf_{name}.json"] = (
             json.dumps(expected, separators=(",", ":"), allow_nan=False) + "\n"
         ).encode()
+    files["gltf_equal_vertices.glb"], expected = equal_vertices()
+    files["gltf_equal_vertices.json"] = (
+        json.dumps(expected, separators=(",", ":"), allow_nan=False) + "\n"
+    ).encode()
     reasons = {}
     for name, blob in malformed_vectors().items():
         files[f"malformed_{name}.bin"] = blob

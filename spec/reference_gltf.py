@@ -28,6 +28,7 @@ TYPES = {
     5126: np.float32,
 }
 FLOAT = 5126
+NO_PLACE = "The table of equal vertices names a place that is not there."
 
 Json = dict[str, Any]
 
@@ -92,40 +93,49 @@ def read_equal_vertices(table: bytes, decoded: Blob) -> list[tuple[int, int]]:
 
     Raises ValueError if the table is malformed.
     """
-    place_of: dict[tuple[Any, ...], int] = {}
-    places = [
-        place_of.setdefault(tuple(map(tuple, row)), len(place_of)) for row in zip(*decoded.values)
-    ]
+    places = places_of(decoded)
     corners: dict[int, list[int]] = {}
-    for corner, vertex in enumerate(decoded.triangles.reshape(-1).tolist()):
-        corners.setdefault(places[vertex], []).append(corner)
-    vertices = [0] * decoded.triangles.size
+    for corner, at in enumerate(places):
+        corners.setdefault(at, []).append(corner)
+    vertices = [0] * len(places)
     bits = _Bits(table)
     count, parameter = bits.take(32), bits.take(8)
     _require(parameter <= 31, "The parameter of the table of equal vertices is above 31.")
+    _require(count <= len(corners), NO_PLACE)
     quotients = [bits.zeros() for _ in range(count)]
     gaps = [(quotient << parameter) + bits.take(parameter) for quotient in quotients]
     copies = [2 + bits.zeros() for _ in range(count)]
     place = -1
     for gap, vertex_count in zip(gaps, copies):
         place += 1 + gap
-        _require(place in corners, "The table of equal vertices names a place that is not there.")
+        _require(place in corners, NO_PLACE)
         _require(vertex_count <= len(corners[place]), "A place has more vertices than corners.")
         for corner in corners[place][1:]:
             vertices[corner] = bits.take((vertex_count - 1).bit_length())
             _require(vertices[corner] < vertex_count, "A corner has a vertex that is not there.")
-    return [(places[v], vertices[c]) for c, v in enumerate(decoded.triangles.reshape(-1).tolist())]
+    return list(zip(places, vertices))
+
+
+def places_of(decoded: Blob) -> list[int]:
+    """The place of each corner of the decoded triangles."""
+    numbers: dict[tuple[Any, ...], int] = {}
+    of_vertices = [
+        numbers.setdefault(tuple(map(tuple, row)), len(numbers)) for row in zip(*decoded.values)
+    ]
+    return [of_vertices[vertex] for vertex in decoded.triangles.reshape(-1).tolist()]
 
 
 class _Bits:
     def __init__(self, data: bytes) -> None:
-        self._value, self._left = int.from_bytes(data, "little"), 8 * len(data)
+        self._data, self._at = data, 0
 
     def take(self, count: int) -> int:
-        _require(count <= self._left, "A field reaches beyond the table of equal vertices.")
-        value = self._value & ((1 << count) - 1)
-        self._value >>= count
-        self._left -= count
+        end = self._at + count
+        _require(end <= 8 * len(self._data), "A field reaches beyond the table of equal vertices.")
+        first = self._at >> 3
+        word = int.from_bytes(self._data[first : -(-end // 8)], "little")
+        value = word >> (self._at & 7) & ((1 << count) - 1)
+        self._at = end
         return value
 
     def zeros(self) -> int:

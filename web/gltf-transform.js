@@ -105,7 +105,7 @@ export class EXTMeshletEdgebreaker extends Extension {
       const buffer = context.buffers[json.bufferViews[bufferView].buffer];
       try {
         const view = context.bufferViews[bufferView];
-        const table = equalVertices && context.bufferViews[equalVertices.bufferView];
+        const table = tableOf(context, equalVertices);
         for (const [number, array] of this.#arrays(json, primitive, view, table))
           context.accessors[number].setArray(array).setBuffer(buffer);
       } catch (error) {
@@ -127,7 +127,7 @@ export class EXTMeshletEdgebreaker extends Extension {
         property.fill({
           bytes,
           object: streams,
-          table: context.bufferViews[equalVertices?.bufferView] ?? null,
+          table: tableOf(context, equalVertices),
           vertexCount: blobs.reduce((sum, blob) => sum + blob.vertexCount, 0),
         });
         context.meshes[m].listPrimitives()[p].setExtension(EXTENSION, property);
@@ -147,7 +147,7 @@ export class EXTMeshletEdgebreaker extends Extension {
       arrays.set(
         number,
         number === primitive.indices
-          ? new (rows.length > 0xffff ? Uint32Array : array.constructor)(indices)
+          ? sourceIndices(array, indices, rows.length)
           : chosenRows(array, decoded.vertexCount, rows),
       );
     return arrays;
@@ -275,6 +275,23 @@ export class EXTMeshletEdgebreaker extends Extension {
       return false; // other types or counts than the blob's
     }
   }
+}
+
+// The bytes of the table of equal vertices that a property names; null without the property.
+function tableOf(context, equalVertices) {
+  if (equalVertices === undefined) return null;
+  const table = context.bufferViews[equalVertices?.bufferView];
+  if (!table) throw new Error('its table of equal vertices is not there');
+  return table;
+}
+
+// indices as an array of the same type as decoded ones; as one of a larger type where there are more
+// vertices than that holds: a table may have more of them than are decoded.
+function sourceIndices(decoded, indices, count) {
+  const type = [decoded.constructor, Uint16Array, Uint32Array].find(
+    ({ BYTES_PER_ELEMENT: bytes }) => count < 2 ** (8 * bytes),
+  );
+  return new type(indices);
 }
 
 // Some rows of an array of vertices.

@@ -33,6 +33,7 @@ export function separateVertices({ indices, vertexCount, streams }, table) {
   });
   const count = rows.length;
   const bits = new Bits(table);
+  if (bits.count > count) throw new MalformedError(NOT_THERE);
   const gaps = bits.unary().map((quotient) => quotient * 2 ** bits.parameter);
   for (let n = 0; n < gaps.length; n++) gaps[n] += bits.take(bits.parameter);
   const copies = bits.unary();
@@ -57,13 +58,12 @@ const CUT_OFF = 'its table of equal vertices is cut off';
 
 class Bits {
   #table;
-  #count;
   #at = 40;
 
   constructor(table) {
     if (table.length < 5) throw new MalformedError(CUT_OFF);
     this.#table = table;
-    this.#count = new DataView(table.buffer, table.byteOffset).getUint32(0, true);
+    this.count = new DataView(table.buffer, table.byteOffset).getUint32(0, true);
     this.parameter = table[4];
     if (this.parameter > 31) throw new MalformedError(NOT_THERE);
   }
@@ -81,7 +81,7 @@ class Bits {
   // Of each place, the zeros before a one.
   unary() {
     const numbers = [];
-    while (numbers.length < this.#count) {
+    while (numbers.length < this.count) {
       let zeros = 0;
       while (this.take(1) === 0) zeros++;
       numbers.push(zeros);

@@ -13,6 +13,7 @@ from gltf_ext.attributes.records import RecordFormat, Triangles, weld_rows
 from gltf_ext.ranges import begins, first_of_each, has_repeats, occurring
 
 MAX_LENGTH = 31  # low bits of a gap, at most
+VERTEX_BITS = 32  # of a corner's vertex, at most
 COUNT_BYTES = 4
 CUT_OFF = "its table of equal vertices is cut off"
 NOT_THERE = "its table of equal vertices names vertices that are not there"
@@ -191,8 +192,12 @@ def _read(
     places: of all corners; count: of places. Returns (these corners, uint32: their vertices, from
     `count` on, the place of each of those). Raises ValueError.
     """
-    bits = _Bits(table)
-    split = np.cumsum(bits.unary() << bits.parameter | bits.low_bits()) + np.arange(bits.count)
+    bits = _Bits(memoryview(table)[: _most_bytes(len(places), count)])
+    quotients = bits.unary()
+    # Beyond these bounds, places would not fit 64 bits.
+    if bits.count > count or quotients.sum() > count >> bits.parameter:
+        raise ValueError(NOT_THERE)
+    split = np.cumsum(quotients << bits.parameter | bits.low_bits()) + np.arange(bits.count)
     copies = bits.unary() + 2
     corner_counts = np.bincount(places, minlength=count)
     if bits.count and not (split[-1] < count and (copies <= corner_counts[split]).all()):
@@ -208,6 +213,14 @@ def _read(
     numbers = count + np.repeat(begins(copies - 1)[:-1], sizes) + rank - 1
     is_further = rank > 0
     return corners[is_further], numbers[is_further], np.repeat(split, copies - 1)
+
+
+def _most_bytes(corner_count: int, place_count: int) -> int:
+    """Return the size of the largest table that a view can have; what follows is not data."""
+    of_gaps = 2 + MAX_LENGTH  # bits of a place: zeros and a one for its quotient, and low bits
+    of_corners = 2 + VERTEX_BITS  # of a corner: zeros and a one for copies, and its vertex
+    bits = of_gaps * place_count + of_corners * corner_count
+    return COUNT_BYTES + 1 + -(-bits // 8)
 
 
 def _corners_at(places: np.ndarray, is_split: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

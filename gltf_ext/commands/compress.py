@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import functools
 import inspect
 import os
@@ -24,6 +25,7 @@ from gltf_ext.commands.inspect import inspect_document
 from gltf_ext.commands.jobs import Job, coarse_grids, jobs_of
 from gltf_ext.commands.losses import (
     collapse_warnings,
+    joined_warnings,
     limited,
     range_warnings,
     rounding_warnings,
@@ -283,7 +285,7 @@ def _encode_at_once(
 def _equal_vertices(job: Job, record_format: RecordFormat) -> bytes:
     """Return the table of equal vertices; empty if decoders need none to have them as the source.
 
-    With a table, none are joined: sets that count.
+    With a table, none are joined: sets that count to 0.
     """
     result, source, counts = job.result, job.source, job.result.drop_counts
     has_equal = counts.duplicate_vertices > 0 and not is_soup(
@@ -294,13 +296,14 @@ def _equal_vertices(job: Job, record_format: RecordFormat) -> bytes:
         return b""
     triangles = record_format.triangles_of(source)
     joinable, _ = _codec.decode_joinable(result.view)
-    if has_equal:
-        counts.duplicate_vertices = 0
-    else:
+    if not has_equal:
         whole, _, decoded = topologies(triangles, joinable, result.source_vertices)
         if whole == decoded:
             return b""
-    return table_of(triangles, record_format, joinable)
+    table = table_of(triangles, record_format, joinable)
+    if table:
+        counts.duplicate_vertices = 0
+    return table
 
 
 def _finish_document(
@@ -355,6 +358,7 @@ def _losses(encoded: list[Job], rounding: float, is_auto: bool) -> tuple[Collaps
     lines = [
         *rounding_warnings(rounding, steps),
         *collapse_warnings(collapses, is_auto),
+        *joined_warnings([job.source.where for job in encoded if not job.has_one_numbering]),
     ]
     return total, [*lines, *limited(warnings)]
 
@@ -409,6 +413,9 @@ def _encode_job(
         return
     if source.is_in_memory:
         job.result.equal_vertices = _equal_vertices(job, record_format)
+    elif job.has_one_numbering:
+        joined = source.used_vertices - job.result.source_vertices
+        job.result.drop_counts.duplicate_vertices = joined
     if job.grid and job.choice.sample:
         job.collapse = collapse_of_source(source, job.grid, job.choice.sample)
 
@@ -444,7 +451,7 @@ def _replace(document: Document, job: Job, fallback: bool) -> None:
             user["mode"] = gltf.TRIANGLES
         user["indices"] = indices
         gltf.set_attribute_sets(user, described)
-        gltf.set_extension(user, EXTENSION, dict(extension))
+        gltf.set_extension(user, EXTENSION, copy.deepcopy(extension))  # numbers change in place
     if fallback:
         mesh, index = next((m, p) for m, p, user in all_primitives(document) if user is first)
         decoded = read_compressed(document, mesh, index).decode()

@@ -42,6 +42,7 @@ class Job:
         reason_kept: why it is not compressed; empty if it is.
         collapse: its triangles that the grid collapses.
         result: what it became.
+        has_one_numbering: whether all its attributes have the same numbers, as in memory.
         scale: the largest that nodes show it with.
         counts: of its vertices, triangles and corners, as in the document.
     """
@@ -58,6 +59,7 @@ class Job:
     def __post_init__(self) -> None:
         """Count before the source gives its rows back."""
         triangles = self.source.triangle_count + self.source.replaced["POSITION"]
+        self.has_one_numbering = len(self.source.numberings) == 1
         self.counts = {self.source.vertex_count, triangles, 3 * triangles}
 
     @property

@@ -152,6 +152,17 @@ def collapse_warnings(collapses: dict[str, Collapse], is_auto: bool) -> list[str
     ]
 
 
+def joined_warnings(places: list[str]) -> list[str]:
+    """Warn of primitives whose equal vertices are joined, but not counted. places: of these."""
+    if not places:
+        return []
+    more = f" and {len(places) - MAX_NAMED:,} more" if len(places) > MAX_NAMED else ""
+    return [
+        f"{', '.join(places[:MAX_NAMED])}{more}: read in parts, so vertices that are equal in all "
+        "values are joined; compress the model without --max-memory to have them apart"
+    ]
+
+
 def range_warnings(choice: Choice, plan: Plan) -> list[str]:
     """Warn of attributes whose range is so large that the step of their bits shows."""
     warnings = []

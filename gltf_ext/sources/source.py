@@ -66,6 +66,8 @@ class Source:
         is_copy: whether the rows are in work files of this source and others of the same document.
         bounds: name -> [2, components]: smallest and largest values at corners, without degenerate
             triangles; once read.
+        used_vertices: number of the vertices at these corners, of a source whose attributes have
+            the same numbers; read with the bounds.
         replaced: kind of value that was not finite (repair.py) -> how many there were.
     """
 
@@ -77,6 +79,7 @@ class Source:
     threads: int = 1
     is_copy: bool = False
     bounds: dict[str, np.ndarray] = field(default_factory=dict)
+    used_vertices: int = 0
     replaced: Counter[str] = field(default_factory=Counter)
     _used: tuple[list[Any], np.ndarray] | None = None  # rows in memory, and what _are_used returned
 
@@ -138,11 +141,15 @@ class Source:
             self.attributes, self.numberings = {}, []
 
     def read_bounds(self, advance: Advance | None = None) -> None:
-        """Set `bounds`, to none if all triangles are degenerate. Reads everything.
+        """Set `bounds`, to none if all triangles are degenerate, and `used_vertices`.
+
+        Reads everything.
 
         Raises MeshletError, OSError.
         """
-        for extremes in self.of_used_vertices(self._bounds, advance):
+        self.used_vertices = 0
+        for count, extremes in self.of_used_vertices(self._count_and_bounds, advance):
+            self.used_vertices += count
             for name, rows in extremes.items():
                 rows = np.concatenate([self.bounds.get(name, rows), rows])
                 self.bounds[name] = np.stack(bounds(rows))
@@ -280,9 +287,12 @@ class Source:
             is_same[:, slice(*part)] = _equal_corners(columns, corners[slice(*part)])
         return is_same
 
-    def _bounds(self, vertices: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    def _count_and_bounds(
+        self, vertices: dict[str, np.ndarray]
+    ) -> tuple[int, dict[str, np.ndarray]]:
         with np.errstate(invalid="ignore"):  # bounds of NaN and others are NaN
-            return {name: np.stack(bounds(values)) for name, values in vertices.items()}
+            extremes = {name: np.stack(bounds(values)) for name, values in vertices.items()}
+        return len(next(iter(vertices.values()))), extremes
 
     def vertices(self, names: tuple[str, ...], first: int, last: int) -> dict[str, np.ndarray]:
         """Return name -> [last - first, components]. Raises MeshletError, OSError."""

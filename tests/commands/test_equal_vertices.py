@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -10,11 +12,14 @@ from hypothesis import strategies as st
 import gltf_ext
 from gltf_ext.attributes.extension import require_compressed
 from gltf_ext.errors import MeshletError
+from gltf_ext.sources import large
 from gltf_ext.sources.importers import open_model
 from gltf_meshlet.cli import main
 from spec import reference_decoder, reference_gltf
 from tests.helpers.environment import need_package
+from tests.helpers.equal_vertices import VECTOR, assert_equal_vertices
 from tests.helpers.gltf_builder import Builder, glb_bytes, glb_parts, grid_mesh
+from tests.helpers.large import use_small_chunks
 from tests.helpers.topology import topology, torus
 
 EXTENSION = "EXT_meshlet_edgebreaker"
@@ -77,6 +82,26 @@ def test_tiles_stay_apart(tmp_path, options):
     )
 
 
+@pytest.mark.parametrize("options", [{}, {"transport": True}, {"fallback": True}], ids=str)
+def test_meshes_that_share_a_primitive_share_the_table(tmp_path, options):
+    """The views in front go, so that the table's gets another number, once for both meshes."""
+    positions, triangles = tiles(3)
+    source = write(tmp_path / "tiles.glb", positions, triangles)
+
+    def share(properties):
+        properties["meshes"].append(json.loads(json.dumps(properties["meshes"][0])))
+        properties["nodes"].append({"mesh": 1})
+        properties["scenes"][0]["nodes"].append(1)
+
+    changed(source, share)
+    gltf_ext.compress(source, tmp_path / "out.glb", **options)
+    assert gltf_ext.validate(tmp_path / "out.glb") == []
+    first, second = require_compressed(open_model(tmp_path / "out.glb"))
+    assert first.object == second.object
+    for primitive in gltf_ext.load(tmp_path / "out.glb"):
+        assert topology(primitive.indices) == topology(triangles)
+
+
 def test_the_reference_reads_the_same(tmp_path):
     positions, triangles = tiles(4)
     source = write(tmp_path / "tiles.glb", positions, triangles)
@@ -103,6 +128,8 @@ def test_trimesh_has_them_apart(tmp_path):
     gltf_ext.compress(source, tmp_path / "out.glb")
     (mesh,) = trimesh.load(tmp_path / "out.glb", process=False).geometry.values()
     assert topology(mesh.faces) == topology(triangles)
+    (mesh,) = trimesh.load(VECTOR, process=False).geometry.values()
+    assert_equal_vertices(mesh.faces, mesh.vertices)
 
 
 def test_a_soup_is_joined_and_counted(tmp_path, capsys):
@@ -117,6 +144,33 @@ def test_a_soup_is_joined_and_counted(tmp_path, capsys):
     (primitive,) = gltf_ext.load(tmp_path / "out.glb")
     assert primitive.vertex_count == len(positions)
     assert gltf_ext.verify(source, tmp_path / "out.glb")["ok"]
+
+
+def test_parts_say_what_they_join(tmp_path, capsys, monkeypatch):
+    positions, triangles = tiles(4)
+    source = write(tmp_path / "tiles.glb", positions, triangles)
+    use_small_chunks(monkeypatch, 100)
+    output = tmp_path / "out.glb"
+    assert main(["compress", str(source), str(output), "--max-memory", "1G"]) == 0
+    assert "; 24 equal vertices joined" in capsys.readouterr().out
+    monkeypatch.undo()
+    assert gltf_ext.verify(source, output)["joined_vertices"] == 24
+
+
+def test_parts_of_several_numberings_say_that_they_join(tmp_path, monkeypatch):
+    """Nothing counts the vertices of such a file."""
+    positions, triangles = tiles(4)
+    lines = [f"v {x} {y} {z}" for x, y, z in positions.tolist()]
+    lines += ["vn 0 0 1", *("f " + " ".join(f"{v}//1" for v in t + 1) for t in triangles)]
+    (tmp_path / "tiles.obj").write_text("\n".join(lines))
+    report = gltf_ext.compress(tmp_path / "tiles.obj", tmp_path / "out.glb")
+    assert report["dropped"]["duplicate_vertices"] == 0 and report["warnings"] == []
+    use_small_chunks(monkeypatch, 100)
+    monkeypatch.setattr(large, "_memory_of", lambda path: 1 << 40)
+    report = gltf_ext.compress(tmp_path / "tiles.obj", tmp_path / "out.glb", max_memory="1G")
+    assert report["dropped"]["duplicate_vertices"] == 0
+    (warning,) = report["warnings"]
+    assert warning.startswith("mesh 0 primitive 0: read in parts, so vertices that are equal")
 
 
 def test_verify_says_what_is_joined(tmp_path):

@@ -50,7 +50,8 @@ def make_seeds(folder: Path) -> list[Seed]:
             found.append(_read(path, original))
     found.append(_external(found[0], folder))
     vectors = ROOT / "spec" / "vectors"
-    for path in (vectors / "gltf_pages.glb", *(ROOT / "spec" / "lod_vectors").glob("lod_*.glb")):
+    files = [vectors / f"gltf_{name}.glb" for name in ("pages", "equal_vertices")]
+    for path in (*files, *(ROOT / "spec" / "lod_vectors").glob("lod_*.glb")):
         found.append(_read(path, path))
     return found
 

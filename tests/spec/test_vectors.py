@@ -4,6 +4,7 @@ import inspect
 import json
 import random
 import re
+import tracemalloc
 from contextlib import suppress
 from unittest import mock
 
@@ -13,9 +14,14 @@ import pytest
 
 import gltf_ext
 from gltf_ext import _codec
+from gltf_ext.attributes.extension import require_compressed
+from gltf_ext.attributes.join import decode_view
+from gltf_ext.sources.importers import open_model
 from spec import make_vectors, predictors, reference_decoder, reference_gltf
 from spec.blob_writer import random_blob
 from spec.make_vectors import FOLDER
+from tests.helpers.equal_vertices import VECTOR as EQUAL_VERTICES
+from tests.helpers.equal_vertices import assert_equal_vertices
 
 VALID = sorted(path.stem for path in FOLDER.glob("valid_*.bin"))
 VIEWS = sorted(path.stem for path in FOLDER.glob("view_*.bin"))
@@ -69,7 +75,8 @@ def assert_same(ours, theirs):
 def test_there_are_vectors():
     assert {name.removeprefix("valid_") for name in VALID} == set(make_vectors.VALID)
     assert {name.removeprefix("view_") for name in VIEWS} == set(make_vectors.VIEWS)
-    assert {name.removeprefix("gltf_") for name in FILES} == set(make_vectors.GLTF)
+    names = {*make_vectors.GLTF, "equal_vertices"}
+    assert {name.removeprefix("gltf_") for name in FILES} == names
     reasons = json.loads((FOLDER / "malformed.json").read_text())
     assert sorted(reasons) == sorted(MALFORMED + MALFORMED_FILES)
     assert len(MALFORMED) > 50
@@ -160,7 +167,7 @@ def accessor_values(gltf: pygltflib.GLTF2, index: int) -> np.ndarray:
     return np.frombuffer(b"".join(rows), dtype).reshape(accessor.count, width)
 
 
-@pytest.mark.parametrize("name", FILES)
+@pytest.mark.parametrize("name", [f"gltf_{name}" for name in make_vectors.GLTF])
 def test_files(name, tmp_path):
     """Whole files decompress to the expected components."""
     expected = json.loads((FOLDER / f"{name}.json").read_text())
@@ -176,6 +183,43 @@ def test_files(name, tmp_path):
         for attribute, components in attributes.items():
             ours = accessor_values(gltf, indices[attribute]).astype(np.float64)
             assert ours.tolist() == components, attribute
+
+
+def test_the_table_of_equal_vertices(tmp_path):
+    """Decoders join by it, or read the decoded triangles as if it were not there."""
+    assert gltf_ext.validate(EQUAL_VERTICES) == []
+    (primitive,) = gltf_ext.load(EQUAL_VERTICES)
+    assert_equal_vertices(primitive.indices, primitive.attributes["POSITION"])
+    gltf_ext.decompress(EQUAL_VERTICES, tmp_path / "out.glb")
+    (plain,) = gltf_ext.load(tmp_path / "out.glb")
+    assert_equal_vertices(plain.indices, plain.attributes["POSITION"])
+    reference_gltf.check_file(EQUAL_VERTICES.read_bytes())
+    document, buffer = make_vectors.parts_of(EQUAL_VERTICES.read_bytes())
+    del make_vectors.object_of(document)["equalVertices"]
+    path = tmp_path / "without.glb"
+    path.write_bytes(make_vectors.pack_glb(document, buffer))
+    (ignored,) = gltf_ext.load(path)
+    expected = json.loads(EQUAL_VERTICES.with_suffix(".json").read_text())
+    assert ignored.indices.reshape(-1).tolist() == expected["indices"]
+    assert ignored.attributes["POSITION"].tolist() == expected["attributes"]["POSITION"]
+
+
+def test_a_hostile_table_takes_no_time_and_memory(tmp_path):
+    """What follows the largest table that a view can have is not even read."""
+    document, buffer = make_vectors.parts_of(EQUAL_VERTICES.read_bytes())
+    view = document["bufferViews"][1]
+    begin = view["byteOffset"]
+    table = buffer[begin : begin + view["byteLength"]]
+    (compressed,) = require_compressed(open_model(EQUAL_VERTICES))
+    size = 1 << 22
+    for contents in (table + bytes(size), table[:5] + bytes(size), table[:5] + b"\xff" * size):
+        decoded = reference_decoder.decode_view(bytes(compressed.blob))
+        theirs = answer(reference_gltf.read_equal_vertices, contents, decoded)
+        tracemalloc.start()
+        ours = answer(decode_view, compressed.blob, None, contents)
+        assert tracemalloc.get_traced_memory()[1] < size
+        tracemalloc.stop()
+        assert (ours is None) == (theirs is None)
 
 
 @pytest.mark.parametrize("name", MALFORMED)

@@ -14,7 +14,9 @@ from gltf_ext import compress, decompress
 from gltf_ext.attributes.extension import require_compressed
 from gltf_ext.document.gltf import has_extension
 from gltf_ext.sources.importers import open_model
+from spec.make_vectors import FOLDER, object_of, pack_glb, parts_of
 from tests.helpers import environment, web_package
+from tests.helpers.equal_vertices import VECTOR, assert_equal_vertices
 from tests.helpers.gltf_builder import Builder
 from tests.helpers.topology import topology, torus
 
@@ -87,6 +89,28 @@ def test_equal_vertices_of_the_source_are_apart(folder, tmp_path):
     (moved,) = gltf_ext.load(tmp_path / "moved.glb")
     assert topology(moved.indices) == topology(both)
     assert moved.vertex_count == 2 * len(points)
+
+
+def test_the_vector_with_a_table_of_equal_vertices(folder, tmp_path):
+    """It has more vertices with the table than its indices, of 8 bits, can number."""
+    assert convert(folder, VECTOR, tmp_path / "moved.glb", "move") == ""
+    (moved,) = gltf_ext.load(tmp_path / "moved.glb")
+    assert_equal_vertices(moved.indices, moved.attributes["POSITION"] - 1)
+
+
+@pytest.mark.parametrize("name", [f.stem for f in sorted(FOLDER.glob("malformed_gltf_table_*"))])
+def test_malformed_tables_are_refused(name, folder, tmp_path):
+    message = convert(folder, FOLDER / f"{name}.glb", tmp_path / "out.glb")
+    assert "its table of equal vertices" in message
+
+
+@pytest.mark.parametrize("value", [7, {"bufferView": 99}, None], ids=str)
+def test_a_table_that_is_not_there_is_refused(value, folder, tmp_path):
+    document, buffer = parts_of(VECTOR.read_bytes())
+    object_of(document)["equalVertices"] = value
+    (tmp_path / "in.glb").write_bytes(pack_glb(document, buffer))
+    message = convert(folder, tmp_path / "in.glb", tmp_path / "out.glb")
+    assert "its table of equal vertices is not there" in message
 
 
 @pytest.mark.parametrize("bits", [7, 12])
