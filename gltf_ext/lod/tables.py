@@ -16,6 +16,7 @@ from gltf_ext.ranges import begins, members
 EXTENSION = "EXT_meshlet_lod"
 VERSION = 1
 MAX_GROUPS = 1 << 24
+MAX_CLUSTERS = 255  # of a group: 8 bits
 
 PAGE = np.dtype(
     [("byteLength", "<u4"), ("firstGroup", "<u4"), ("triangles", "<u4"), ("vertices", "<u4")]
