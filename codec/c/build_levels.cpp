@@ -10,6 +10,8 @@ namespace {
 
 constexpr size_t kPointsAtOnce = 1024;
 constexpr uint64_t kMostAttributes = 32;  // meshoptimizer checks nothing
+// With more, the error expected of a small surface would round to 0, which never doubles.
+constexpr double kMostReduction = 1e6;
 
 template <class Function>
 Function function_of(void (*address)(void)) {
@@ -122,7 +124,8 @@ LevelsInput::LevelsInput(const gltf_meshlet_levels_input* input,
   take_choices();
   take_given();
   require(in.group_size >= 1 && in.group_size <= kMostClusters, "a group holds 1 to 255 clusters");
-  require(std::isfinite(in.reduction) && in.reduction > 0, "the reduction is not above 0");
+  require(in.reduction >= 1 && in.reduction <= kMostReduction,
+          "the reduction is below 1 or above a million");
   require(in.first_group <= kMostGroups && in.level <= kMostGroups, "there are too many groups");
   require(in.chunk <= GLTF_MESHLET_LAST_LEVEL, "the kind of chunk is unknown");
   options.group_size = in.group_size;

@@ -102,8 +102,8 @@ typedef struct gltf_meshlet_levels_input {
   uint32_t level, first_group; /* of the groups to form */
   uint32_t group_size;         /* clusters, about */
   uint32_t chunk;              /* GLTF_MESHLET_ONE_LEVEL, ... */
-  double reduction;            /* triangles of a group over those of its replacement */
-  double error_limit;          /* groups with a larger error stay as they are */
+  double reduction;   /* triangles of a group over those of its replacement: 1 to a million */
+  double error_limit; /* groups with a larger error stay as they are */
   const gltf_meshlet_simplifier* simplifier;
 } gltf_meshlet_levels_input;
 

@@ -6,9 +6,6 @@
 namespace gltf_meshlet_codec {
 namespace {
 
-constexpr uint32_t kMostGroups = 1u << 24;
-constexpr uint64_t kMostClusters = 255;  // of a group
-
 template <class Row>
 bool copy_rows(const uint8_t* from, size_t count, List<Row>& rows) {
   if (!rows.resize(count)) return false;
@@ -47,7 +44,7 @@ Problem LevelTables::open(const LevelCounts& counts, const LevelBytes& bytes) {
 Problem LevelTables::check_counts() const {
   const LevelCounts& c = counts_;
   if (c.coarse_pages == 0 || c.coarse_pages >= c.pages || c.pages > c.groups ||
-      c.groups > kMostGroups || c.runs == 0 || c.runs > kMostClusters * c.groups ||
+      c.groups > kMostGroups || c.runs == 0 || c.runs > uint64_t(kMostClusters) * c.groups ||
       c.root_pages > c.pages)
     return {"the levels have counts that cannot be"};
   return {};
@@ -116,7 +113,8 @@ Problem LevelTables::check_pages() {
     begin += page.bytes;
   }
   for (uint32_t p = 0; p < counts_.pages; p++)
-    if (has_too_much(pages_[p], kMostClusters * (page_end_group(p) - pages_[p].first_group)))
+    if (has_too_much(pages_[p],
+                     uint64_t(kMostClusters) * (page_end_group(p) - pages_[p].first_group)))
       return {kTooMuch, p};
   return {};
 }

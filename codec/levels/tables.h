@@ -5,6 +5,9 @@
 
 namespace gltf_meshlet_codec {
 
+constexpr uint32_t kMostGroups = 1u << 24;  // 24 bits of a run
+constexpr uint32_t kMostClusters = 255;     // of a group: 8 bits
+
 // Rows as in the file.
 struct LevelPage {
   uint32_t bytes, first_group, triangles, vertices;

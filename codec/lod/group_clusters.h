@@ -4,14 +4,14 @@
 #include <vector>
 
 #include "encode/pages.h"
+#include "levels/tables.h"
 #include "lod/clusters.h"
 #include "lod/simplifier.h"
 #include "lod/surface.h"
 
 namespace gltf_meshlet_codec {
 
-constexpr uint32_t kMostClusters = 255;  // of a group: 8 bits in the tables
-constexpr uint32_t kSmallestGroup = 4;   // clusters in a group, about
+constexpr uint32_t kSmallestGroup = 4;  // clusters in a group, about
 
 // The numbers of each group's clusters.
 using Groups = std::vector<std::vector<uint32_t>>;

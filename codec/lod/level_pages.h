@@ -28,8 +28,6 @@ struct EncodedLevels {
   LevelPages pages;
 };
 
-constexpr size_t kMostGroups = 1 << 24;
-
 // Builds levels and encodes them. Where a page would be too large, groups are made smaller.
 // Arguments as in build_levels and encode_levels.
 EncodedLevels build_and_encode(const Surface& surface, const ClusterSet& given,

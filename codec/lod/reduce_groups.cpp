@@ -240,8 +240,8 @@ class Reduction {
   // Collapses edges onto existing vertices until the target is reached, or the group's limit.
   Triangles simplify(uint32_t g, const Triangles& triangles, size_t attribute_count,
                      double& collapse_error) const {
-    const double target =
-        std::max(std::nearbyint(double(triangles.size() / 3) / step_), 1.0);  // half to even
+    const double all = double(triangles.size() / 3);
+    const double target = std::clamp(std::nearbyint(all / step_), 1.0, all);  // half to even
     const float limit = float(std::min(state_.collapse_limit[g], double(kLargestError)));
     const size_t vertices = surface_.vertex_count, stride = attribute_count * sizeof(float);
     const float* const attributes = attribute_count ? surface_.attributes : nullptr;

@@ -249,10 +249,10 @@ def _levels_of(result: Result, describe: Callable[[bytes], dict[str, Any]]) -> C
     ranges = ClusterRanges(result.array(5).reshape(-1, 3), disks, clusters)
     stuck_triangles, triangles = (result.array(n, np.uint64).tolist() for n in (11, 12))
     coarse_table, fine_table = (result.array(number).reshape(-1, 4) for number in (13, 14))
-    groups, data = result.array(15).astype(np.int64), result.array(16, np.uint8).tobytes()
+    groups, data = result.array(15).astype(np.int64), result.array(16, np.uint8)
     group_count, size = int(coarse_table[:, 1].sum()), int(coarse_table[:, 0].sum(dtype=np.int64))
-    coarse = _pages_of(coarse_table, groups[:group_count], data[:size])
-    fine = _pages_of(fine_table, groups[group_count:], data[size:])
+    coarse = _pages_of(coarse_table, groups[:group_count], data[:size].tobytes())
+    fine = _pages_of(fine_table, groups[group_count:], data[size:].tobytes())
     return ChunkLevels(
         Hierarchy(cluster_group, finer_group, levels, errors, spheres[:, :3], spheres[:, 3]),
         ClusterSet(ranges, waits_for, waiting_errors, waiting_spheres),

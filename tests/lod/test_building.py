@@ -512,3 +512,8 @@ def test_touching_surfaces_are_parted_where_floats_have_room(first, is_parted):
     apart = _separate_points(points, same_position, numbers, triangles, numbers)
     assert (len(np.unique(apart, axis=0)) == 6) == is_parted
     assert np.abs(apart - points).max() < 0.5
+
+
+def test_chunks_and_the_codec_mean_the_same_by_a_level_that_shrinks():
+    header = (environment.ROOT / "codec" / "lod" / "reduce_groups.h").read_text()
+    assert f"constexpr double kShrink = {levels_builder.SHRINK};" in header

@@ -22,7 +22,7 @@ PROGRAMS = (
 )
 # Fused multiplications and additions would make another mesh.
 OPTIONS = ("-O1", "-ffp-contract=off", f"-I{HEADERS}")
-VECTOR = ROOT / "spec" / "vectors" / "valid_group_tables.bin"
+VECTOR = ROOT / "spec" / "vectors" / "valid_several_groups.bin"
 
 
 @pytest.fixture(scope="module")

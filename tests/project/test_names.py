@@ -12,6 +12,7 @@ WORDS = re.compile(
     "known|left|lost|made|named|needed|opened|own|placed|shown|stated|taken|there|waiting|wanted|"
     "written"
 )
+TYPE = re.compile(r"(?:struct|class|enum(?: class)?) (\w+)(?: final)?(?: :.*)? \{")
 
 
 def names_of(tree):
@@ -45,3 +46,31 @@ def test_participles_are_noticed():
     source = "class Found:\n def kept(self, given):\n  self.left = made = given\nDONE = used = 1\n"
     names = [name for name, _ in names_of(ast.parse(source)) if is_forbidden(name)]
     assert sorted(names) == ["Found", "given", "kept", "left", "made"]
+
+
+def types_of(source):
+    """(namespace, name) of each C++ type that other files may see: outside anonymous namespaces."""
+    namespaces = []
+    for line in source.splitlines():
+        if opened := re.match(r"(?:inline )?namespace ([\w:]*) ?\{", line):
+            namespaces.append(opened[1])
+        elif line.startswith("}  // namespace"):
+            namespaces.pop()
+        elif (defined := TYPE.match(line)) and "" not in namespaces:
+            yield "::".join(namespaces), defined[1]
+
+
+def test_each_type_of_the_codec_has_its_own_name():
+    """Two of one name break the rule of one definition: at -O0 one takes the other's functions."""
+    files = {}
+    for path in sorted((ROOT / "codec").rglob("*.[hc]*")):
+        for name in set(types_of(path.read_text(encoding="utf-8"))):
+            files.setdefault(name, []).append(path.relative_to(ROOT).as_posix())
+    assert len(files) > 100
+    assert {name: paths for name, paths in files.items() if len(paths) > 1} == {}
+
+
+def test_types_that_other_files_see_are_noticed():
+    source = """namespace a {\nnamespace {\nstruct Own {\n}  // namespace
+class Seen : public Base {\nstruct Declared;\n  struct Inner {\n}  // namespace a"""
+    assert list(types_of(source)) == [("a", "Seen")]

@@ -822,6 +822,8 @@ void test_levels() {
   BUILD_REFUSES(m.input.group_size = 256);
   BUILD_REFUSES(m.input.chunk = 3);
   BUILD_REFUSES(m.input.reduction = 0);
+  BUILD_REFUSES(m.input.reduction = 0.99);  // more triangles than there are
+  BUILD_REFUSES(m.input.reduction = 1e300);
   BUILD_REFUSES(m.input.reduction = NAN);
   BUILD_REFUSES(m.input.first_group = ~0u);
   BUILD_REFUSES(m.input.level = ~0u);
