@@ -136,7 +136,7 @@ def _add_shared(command: argparse.ArgumentParser) -> None:
         "--backend",
         choices=BACKENDS,
         default="mitsuba",
-        help="path tracing on the CPU, or the GPU (default %(default)s)",
+        help="path tracing by Mitsuba, or drawing on the GPU by Vulkan (default %(default)s)",
     )
     command.add_argument(
         "--width", type=int, default=800, metavar="N", help="pixels (default %(default)s)"
@@ -217,8 +217,19 @@ def _check(options: argparse.Namespace) -> None:
             "leave one of them out",
             options=("cache",),
         )
+    _check_cuda(options)
     if not Path(options.output).absolute().parent.is_dir():
         raise MeshletError("its folder does not exist", "create it first", options.output)
+
+
+def _check_cuda(options: argparse.Namespace) -> None:
+    """Raises MeshletError for a cache, which Mitsuba's variants for GPUs do not have."""
+    asks = options.cache is not None or options.accel == "cache"
+    if options.backend == "mitsuba" and options.variant.startswith("cuda") and asks:
+        raise MeshletError(
+            f"--variant {options.variant} has no cache",
+            "leave --cache and --accel out, or use --variant llvm_ad_rgb",
+        )
 
 
 def _out_of_range(options: argparse.Namespace, name: str, values: str) -> MeshletError:

@@ -79,7 +79,8 @@ def _set_variant(variant: str) -> None:
         if not variant.startswith("cuda"):
             raise
         raise MeshletError(
-            f"{variant} needs an NVIDIA GPU and its driver: {str(error).splitlines()[0]}",
+            f"{variant} needs an NVIDIA GPU and its driver: "
+            + str(error).splitlines()[0].split(". ")[0].rstrip("."),
             "use --variant scalar_rgb or llvm_ad_rgb",
         ) from None
 
@@ -101,6 +102,7 @@ def _report(
     if options.json:
         names = ("output", "backend", "variant", "width", "height", "spp", "lod_error")
         report = {name: getattr(options, name) for name in names} | {
+            "accel": "triangles" if figures["block_bytes"] else "cache",
             "seconds": seconds,
             "statistics": figures,
             "mesh_triangles": meshes,

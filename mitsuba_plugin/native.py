@@ -96,6 +96,7 @@ def load() -> ctypes.CDLL:
         ctypes.POINTER(StatisticsRow),
         ctypes.c_int,
     ]
+    library.meshlet_fits_memory.argtypes = [ctypes.c_uint64]
     library.meshlet_shapes.argtypes = [ctypes.POINTER(ctypes.c_uint64), ctypes.c_uint32]
     library.meshlet_shapes.restype = ctypes.c_uint32
     library.meshlet_working_bytes.restype = ctypes.c_uint64
@@ -165,7 +166,8 @@ def statistics(shape: Any = None, *, reset: bool = False) -> dict[str, int]:
     rendering; refused: decoded meshlets that did not enter the cache.
     resident_bytes, resident_entries: content of the cache; limit_bytes: its limit.
     triangles, meshlets: those shown; vertices, compressed_bytes: of their blobs; table_bytes:
-    boxes, areas, the cache's tables; decoded_bytes: of all meshlets if they were in the cache;
+    boxes, areas, the tables of caches and emitters; decoded_bytes: of all meshlets if they were in
+    the cache; block_bytes: of those that are resident, by `accel` = `triangles`.
     working_bytes: memory that all threads of the process decode in, whatever the limit.
     Shapes that share a cache count it once. May be called during a render; reset: zero the counts.
     """
@@ -179,6 +181,11 @@ def statistics(shape: Any = None, *, reset: bool = False) -> dict[str, int]:
             caches.add(row.cache)
     total["working_bytes"] = library.meshlet_working_bytes()
     return total
+
+
+def fits_memory(triangles: int) -> bool:
+    """Whether half of the memory that is free holds so many, as `accel` = `auto` sees it."""
+    return bool(library.meshlet_fits_memory(triangles))
 
 
 def _cache_ids(shape: Any) -> list[int]:

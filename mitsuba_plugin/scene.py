@@ -44,6 +44,7 @@ from gltf_scene.view_points import view_points
 from . import reader
 from .lod import LodView, scales_alike
 from .materials import Materials
+from .native import fits_memory
 
 PLUGIN = "meshlet_edgebreaker"
 # glTF cameras look along -z, Mitsuba's along +z with x to the left.
@@ -159,7 +160,7 @@ class _Builder:
         self._accel = accel
         self._cache: dict[str, Any] = {} if cache is None else {"cache": cache}
         if accel == "cache" or cache is not None or cache_bytes is not None:
-            self._cache["cache_group"] = f"load_scene {next(_group_numbers)}"
+            self._share_cache()
         self._cache_bytes = cache_bytes
         self._scene: dict[str, Any] = {
             "type": "scene",
@@ -190,19 +191,45 @@ class _Builder:
 
     # --- meshes ---
 
+    def _share_cache(self) -> None:
+        self._cache["cache_group"] = f"load_scene {next(_group_numbers)}"
+
     def _add_meshes(self) -> None:
         nodes = _nodes(self._source.primitives)
         shown = [self._what_is_shown(primitives) for primitives in nodes]
         places = Counter(shown)
-        groups = {key: f"group_{i}" for i, key in enumerate(places)}
-        for primitives, key in zip(nodes, shown):
+        groups = {
+            key: f"group_{i}"
+            for i, (key, primitives) in enumerate(dict(zip(shown, nodes)).items())
             # Mitsuba has no emitters in shape groups.
-            glowing = any(self._materials.emission(p.material) for p in primitives)
-            if places[key] > 1 and not glowing:
+            if places[key] > 1 and not any(self._materials.emission(p.material) for p in primitives)
+        }
+        once = {
+            groups.get(key, i): primitives for i, (key, primitives) in enumerate(zip(shown, nodes))
+        }
+        self._choose_accel([p for primitives in once.values() for p in primitives])
+        for primitives, key in zip(nodes, shown):
+            if key in groups:
                 self._add_instance(primitives, groups[key])
             else:
                 for p in primitives:
                     self._scene[f"{p.node}_{p.primitive}"] = self._shape(p, p.matrix, self._lod)
+
+    def _choose_accel(self, shapes: list[_Shown]) -> None:
+        """Takes a cache if the shapes do not fit memory together; each sees itself alone."""
+        if self._accel != "auto" or self._cache or self._decoded or self._lod:
+            return
+        if (mi.variant() or "").startswith("cuda"):  # has no cache
+            return
+        primitives = [self._document.primitive(p.mesh, p.primitive) for p in shapes]
+        counts = [
+            self._document.accessors[p["indices"]]["count"] // 3
+            for p in primitives
+            if is_compressed(p) and "indices" in p
+        ]
+        if not fits_memory(sum(counts)):
+            self._accel = "cache"
+            self._share_cache()
 
     def _what_is_shown(self, primitives: list[_Shown]) -> tuple[Hashable, ...]:
         """Equal for nodes that can be instances of one shape group: same mesh, same details."""

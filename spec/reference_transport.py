@@ -25,6 +25,8 @@ MAX_BYTES = 448 << 20
 TOKEN_BASE = [0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128]
 TOKEN_BITS = [0, 0, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5, 7]
 SYMBOLS = "CLERS"
+C, L, E, R, S = range(5)
+OWNED_ONE, CANDIDATE, PRIVATE_ONE, FOREIGN_ONE = range(4)  # what a reference is
 HALF_TURN = 1608  # in 1/512 of a radian
 Value = list[int]
 
@@ -150,6 +152,20 @@ def token_of(x: int) -> int:
 # --- a page ---
 
 
+def stream_of(row: bytes) -> blob_writer.Stream:
+    """The stream of a row of the stream table."""
+    kind, elements, bits, predictor, chain, interior, anchor, zero, step, *offset = struct.unpack(
+        "<8B5f", row
+    )
+    require(1 <= elements <= 4 and 1 <= bits <= 32, "a stream is out of range.")
+    require(zero == 0, "a reserved byte is not zero.")
+    require(bits <= 24 or predictor == COPY, "a stream has too many bits to be predicted.")
+    require(predictor != GEO or (elements == 2 and 2 <= bits <= 16), "normals are out of range.")
+    return blob_writer.Stream(
+        kind, elements, bits, predictor, chain, interior, anchor, step, tuple(offset)
+    )
+
+
 @dataclass
 class Reference:
     """A reference. owner: of a foreign one; user: of an owned one, the last that points at it.
@@ -160,7 +176,7 @@ class Reference:
     meshlet: int
     index: int
     kind: str
-    loop_end: bool = True
+    loop_end: bool = False
     length: int = 0
     shares: list[bool] = field(default_factory=list)
     slot: int = 0
@@ -181,17 +197,44 @@ class Reference:
 class Step:
     """How a vertex is predicted: by corners of the vertex, opposite to others; or by neighbours."""
 
-    vertex: int  # local id
+    vertex: int  # local id, of several with one number the first
     candidates: list[int]
     neighbours: list[int]  # corners
 
 
 @dataclass
+class Contexts:
+    """Of a value's residuals."""
+
+    class_: int
+    spread: int
+    level: int
+
+
+@dataclass
+class Candidate:
+    """The parallelogram of the values a, b and, across their edge, o. x, y: vertices of a and b."""
+
+    x: int
+    y: int
+    a: Value
+    b: Value
+    o: Value
+
+    def parallelogram(self) -> Value:
+        return [signed(i + j - k) for i, j, k in zip(self.a, self.b, self.o)]
+
+    def diagonal(self) -> bool:
+        """Is the edge the longest of its triangle?"""
+        others = distance(self.a, self.o), distance(self.b, self.o)
+        return distance(self.a, self.b) > max(others)
+
+
+@dataclass
 class Meshlet:
-    references: list[Reference]
-    stored: int  # references in the blob
-    symbols: str = ""
-    connectivity: Connectivity | None = None
+    symbols: str
+    connectivity: Connectivity
+    references: list[Reference] = field(default_factory=list)
     ids: list[list[int]] = field(default_factory=list)  # [stream][local id]
     corner: int = 0  # of its first triangle
     steps: list[Step] = field(default_factory=list)  # of stream 0
@@ -225,16 +268,12 @@ class Page:
             "a packed page has impossible counts.",
         )
         self.models, self.flags = Models(), Flags()
-        self.choices, matches, copies, self.angles, self.repeats = (
-            reader.bits(1) for _ in range(5)
-        )
-        self.matches = (matches, copies)  # of stream 0, of others
+        self.choices, self.smooth, self.angles = (bool(reader.bits(1)) for _ in range(3))
         self.streams = self._streams()
         self.meshlets: list[Meshlet] = []
         self.values: list[dict[int, Value]] = [{} for _ in self.streams]  # [stream][vertex]
         self.count = [0 for _ in self.streams]  # of vertices
         self.sizes: list[dict[int, int]] = [{} for _ in self.streams]
-        self.valence: dict[int, int] = {}
         self.opposite: list[int | None] = []
         self.corners: list[list[int]] = [[] for _ in self.streams]  # [stream][corner]: vertex
         for m in range(reader.meshlets):
@@ -259,23 +298,23 @@ class Page:
 
     # --- numbers ---
 
-    def _large(self, name: str, sign: bool) -> int:
-        length = 9 + self.reader.symbol(self.models[name, "large"])
+    def _large(self, sign: bool) -> int:
+        length = 9 + self.reader.symbol(self.models["large",])
         if length == 24:
             length = min(24 + self.reader.bits(4), 32)
         x = 1 << length - 1 | self.reader.bits(length - 1)
         return -x if sign and self.reader.bits(1) else x
 
-    def _unsigned(self, name: str, a: Model, b: Model) -> int:
-        token = self.reader.symbol(a, b)
-        if token == 15:
-            return self._large(name, False)
-        return TOKEN_BASE[token] + self.reader.bits(TOKEN_BITS[token])
-
-    def _signed(self, name: str, *models: Model) -> int:
+    def _unsigned(self, *models: Model) -> int:
         token = self.reader.symbol(*models)
         if token == 15:
-            return self._large(name, True)
+            return self._large(False)
+        return TOKEN_BASE[token] + self.reader.bits(TOKEN_BITS[token])
+
+    def _signed(self, *models: Model) -> int:
+        token = self.reader.symbol(*models)
+        if token == 15:
+            return self._large(True)
         bits = self.reader.bits(TOKEN_BITS[token] + (token > 0))
         x = TOKEN_BASE[token] + (bits >> 1)
         return -x if bits & 1 else x
@@ -289,47 +328,41 @@ class Page:
             for i in range(7):
                 if self.reader.bits(1):
                     words[i] = self.reader.bits(32)
-            kind, elements, bits, predictor, chain, interior, anchor, zero, step, *offset = (
-                struct.unpack("<8B5f", struct.pack("<7I", *words))
-            )
-            require(
-                1 <= elements <= 4 and 1 <= bits <= 32 and zero == 0, "a stream is out of range."
-            )
-            require(bits <= 24 or predictor == COPY, "a stream is out of range.")
-            require(
-                predictor != GEO or (s > 0 and elements == 2 and 2 <= bits <= 16),
-                "a stream is out of range.",
-            )
-            streams.append(
-                blob_writer.Stream(
-                    kind, elements, bits, predictor, chain, interior, anchor, step, tuple(offset)
-                )
-            )
+            streams.append(stream_of(struct.pack("<7I", *words)))
+            require(streams[-1].predictor != GEO or s > 0, "normals come before positions.")
         return streams
 
     # --- connectivity ---
 
-    def _count(self, name: str) -> int:
-        high = self.reader.symbol(self.models[name, "high"])
-        return high << 4 | self.reader.symbol(self.models[name, "low", min(high, 3)])
-
     def _meshlet(self, m: int) -> None:
-        triangles, stored = self._count("triangles") + 1, self._count("references")
-        require(triangles <= 64 and stored <= 63, "a meshlet is too large.")
-        meshlet = Meshlet([], stored, corner=len(self.opposite))
+        symbols = self._symbols()
+        meshlet = Meshlet(symbols, decode_serial(symbols), corner=len(self.opposite))
         self.meshlets.append(meshlet)
-        if stored:
-            self._references(m, meshlet)
-        meshlet.symbols = self._symbols(meshlet, triangles)
-        connectivity = meshlet.connectivity = decode_serial(meshlet.symbols)
-        if not stored:
-            meshlet.references = [Reference(m, d, PRIVATE) for d in range(len(connectivity.disks))]
-        self._place(meshlet)
+        for disk in meshlet.connectivity.disks:
+            self._loop(m, meshlet, disk.loop)
+        self._resolve(meshlet)
         for s in range(len(self.streams)):
             self._number(meshlet, s)
         self._link(meshlet)
-        for c in self.corners[0][meshlet.corner :]:
-            self.valence[c] = self.valence.get(c, 0) + 1
+
+    def _symbols(self) -> str:
+        """From the last one to the first."""
+        high = self.reader.symbol(self.models["triangles.high",])
+        low = self.reader.symbol(self.models["triangles.low", min(high, 3)])
+        stored = high << 4 | low
+        require(stored < 64, "a meshlet is too large.")
+        parts = Parts()
+        one, two, symbols = E, E, "E"
+        for _ in range(stored):
+            p, q = parts.gate()
+            symbol = self.reader.symbol(
+                self.models["gate", p, q], self.models["before", one, two, p]
+            )
+            require(symbol < 5, "a symbol is out of range.")
+            parts.add(symbol)
+            symbols = SYMBOLS[symbol] + symbols
+            one, two = symbol, one
+        return symbols
 
     def _candidate(self, r: Reference) -> tuple[int, Reference | None]:
         """(state, the open reference around the corner at which the foreign reference r ends)."""
@@ -347,124 +380,90 @@ class Page:
             p = q.user if q.kind == OWNED else q.owner
         return 0, None
 
-    def _references(self, m: int, meshlet: Meshlet) -> None:
-        fresh, before, before_before = True, 0, 3
-        pending: list[Reference] = []  # foreign ones whose owner may come later in the meshlet
-        for j in range(meshlet.stored):
-            last = j + 1 == meshlet.stored
-            previous = meshlet.references[-1] if j else None
-            after_foreign = previous is not None and previous.kind == FOREIGN
-            state, candidate = 0, None
-            if not fresh and previous is not None and after_foreign:
-                state, candidate = self._candidate(previous)
-            context = 4 if fresh else before
-            what = self.reader.symbol(
-                self.models["kind", context, state + 4 * (before_before == 0)]
-            )
-            require(what <= 3 and (what != 1 or candidate is not None), "a reference is damaged.")
-            before_before, before = before, what
-            r = Reference(m, j, (OWNED, FOREIGN, PRIVATE, FOREIGN)[what])
-            meshlet.references.append(r)
-            if not last:
-                r.loop_end = self.reader.flag(self.flags["loop end", r.kind])
-            if what == 1:
-                r.owner = candidate
-            elif what == 3:
-                self._owner(meshlet, r, fresh, after_foreign, pending)
-            if r.kind == FOREIGN:
-                if r.owner is not None:
-                    r.owner.user, r.length = r, r.owner.length
-                self._shares(r, previous)
-            elif r.kind == OWNED or not (r.loop_end and fresh):
-                kind = (OWNED, FOREIGN, PRIVATE).index(r.kind)
-                r.length = 1 + self._unsigned(
-                    "length",
-                    self.models["length", min(meshlet.stored, 15)],
-                    self.models["length at", kind * 4 + last + 2 * fresh],
-                )
-                require(r.length <= 64, "a reference is too long.")
-            fresh = r.loop_end
-        for r in pending:
-            owned = [q for q in meshlet.references if q.kind == OWNED]
-            require(r.slot < len(owned), "a reference has no owner.")
-            r.owner = owned[r.slot]
+    def _loop(self, m: int, meshlet: Meshlet, loop: list[int]) -> None:
+        """The references of a loop."""
+        around, at = loop + loop[:1], 0
+        while at < len(loop):
+            left = len(loop) - at
+            r = self._reference(m, meshlet, at == 0, left)
+            require(r.length <= left, "an owner is longer than the loop has room.")
+            r.run = around[at : at + r.length + 1]
+            at += r.length
+            r.loop_end = at == len(loop)
+
+    def _reference(self, m: int, meshlet: Meshlet, fresh: bool, left: int) -> Reference:
+        """left: edges of the loop without a reference. fresh: it is the first one of its loop."""
+        require(len(meshlet.references) < 63, "a meshlet has too many references.")
+        previous = None if fresh else meshlet.references[-1]
+        after_foreign = previous is not None and previous.kind == FOREIGN
+        state, candidate = 0, None
+        if previous is not None and after_foreign:
+            state, candidate = self._candidate(previous)
+        context = "first" if previous is None else previous.kind
+        what = self.reader.symbol(self.models["kind", context, state])
+        require(what <= FOREIGN_ONE, "a reference is out of range.")
+        require(what != CANDIDATE or candidate is not None, "a reference has no candidate.")
+        r = Reference(m, len(meshlet.references), (OWNED, FOREIGN, PRIVATE, FOREIGN)[what])
+        meshlet.references.append(r)
+        if what == CANDIDATE:
+            r.owner = candidate
+        elif what == FOREIGN_ONE:
+            self._owner(meshlet, r, 0 if fresh else 1 + after_foreign)
+        if r.owner is not None:
             r.owner.user, r.length = r, r.owner.length
+        else:
+            r.length = self._length(r.kind, fresh, left)
+        if r.kind == FOREIGN:
+            before = meshlet.references[-2] if r.index else None
+            self._shares(r, before)
+        return r
+
+    def _length(self, kind: str, fresh: bool, left: int) -> int:
+        if left == 1 or self.reader.flag(self.flags["last", kind, fresh]):
+            return left
+        length = 1 + self._unsigned(
+            self.models["length", token_of(left)], self.models["length of", kind, fresh]
+        )
+        require(length < left, "a reference is longer than its loop.")
+        return length
+
+    def _owner(self, meshlet: Meshlet, r: Reference, context: int) -> None:
+        """Sets the owner; only its slot if that may come later in the meshlet."""
+        delta = self._unsigned(self.models["delta", context])
+        require(delta <= r.meshlet, "an owner is of a meshlet before the first.")
+        members = self.meshlets[r.meshlet - delta].references
+        owners = [q for q in members if q.open]
+        if self.reader.flag(self.flags["taken",]):
+            r.slot = self.reader.bits(6)
+            if delta == 0:
+                return
+            owners = [q for q in members if q.kind == OWNED]
+        elif len(owners) > 16:
+            r.slot = self.reader.bits(6)
+        elif len(owners) > 1:
+            r.slot = self.reader.symbol(self.models["slot", len(owners)])
+        require(r.slot < len(owners), "a slot is not among the owners.")
+        r.owner = owners[r.slot]
+
+    def _resolve(self, meshlet: Meshlet) -> None:
+        """Owners that may come later in the meshlet. Then the slots of the blob."""
+        owned = [q for q in meshlet.references if q.kind == OWNED]
+        for r in meshlet.references:
+            if r.kind == FOREIGN and r.owner is None:
+                require(r.slot < len(owned), "a slot is not among the owners of its meshlet.")
+                require(owned[r.slot].length == r.length, "an owner has another length.")
+                r.owner = owned[r.slot]
+                r.owner.user = r
         for r in meshlet.references:
             if r.owner is not None:
                 members = self.meshlets[r.owner.meshlet].references[: r.owner.index]
                 r.slot = sum(q.kind == OWNED for q in members)
-
-    def _owner(
-        self,
-        meshlet: Meshlet,
-        r: Reference,
-        fresh: bool,
-        after_foreign: bool,
-        pending: list[Reference],
-    ) -> None:
-        delta = self._unsigned(
-            "delta",
-            self.models["delta", 0 if fresh else 1],
-            self.models["delta", 2 + after_foreign],
-        )
-        require(delta <= r.meshlet, "a reference has no owner.")
-        members = self.meshlets[r.meshlet - delta].references
-        if delta == 0:
-            members = members[: r.index]
-        choices = [q for q in members if q.open]
-        slot = 0
-        if self.reader.flag(self.flags["claimed",]):
-            slot = self.reader.bits(6)
-            if delta == 0:
-                r.slot = slot
-                pending.append(r)
-                return
-            choices = [q for q in members if q.kind == OWNED]
-        elif len(choices) > 16:
-            slot = self.reader.bits(6)
-        elif len(choices) > 1:
-            slot = self.reader.symbol(self.models["slot", len(choices)])
-        require(slot < len(choices), "a reference has no owner.")
-        r.owner = choices[slot]
 
     def _shares(self, r: Reference, previous: Reference | None) -> None:
         r.shares = [True]
         for s in range(1, len(self.streams)):
             seam = previous is not None and previous.kind == FOREIGN and not previous.shares[s]
             r.shares.append(self.reader.flag(self.flags["share", s, r.shares[-1], seam]))
-
-    def _place(self, meshlet: Meshlet) -> None:
-        assert meshlet.connectivity is not None
-        rest = list(meshlet.references)
-        for disk in meshlet.connectivity.disks:
-            around, at = disk.loop + disk.loop[:1], 0
-            first = True
-            while True:
-                require(bool(rest), "the references do not fit the loops.")
-                r = rest.pop(0)
-                if r.kind == PRIVATE and r.loop_end and first:
-                    r.length = len(disk.loop)
-                require(0 < r.length <= len(disk.loop) - at, "the references do not fit the loops.")
-                r.run = around[at : at + r.length + 1]
-                at += r.length
-                first = False
-                if r.loop_end:
-                    break
-            require(at == len(disk.loop), "the references do not fit the loops.")
-        require(not rest, "the references do not fit the loops.")
-
-    def _symbols(self, meshlet: Meshlet, triangles: int) -> str:
-        ring = Ring(self, meshlet)
-        symbols = ""
-        fresh = True
-        for _ in range(triangles - 1):
-            if fresh:
-                ring.begin_disk()
-            k = self.reader.symbol(self.models["gate", ring.state(ring.b), ring.state(ring.a)])
-            require(k < 5, "a symbol is damaged.")
-            symbols += SYMBOLS[k]
-            fresh = ring.advance(SYMBOLS[k])
-        return symbols + "E"
 
     # --- numbers of vertices, corners ---
 
@@ -480,7 +479,6 @@ class Page:
         return p.owner if p.foreign(s) else None
 
     def _number(self, meshlet: Meshlet, s: int) -> None:
-        assert meshlet.connectivity is not None
         names: dict[int, tuple[Meshlet, int]] = {}
         for r in meshlet.references:
             h = self._hop(r, s)
@@ -512,7 +510,6 @@ class Page:
         meshlet.ids.append([i for i in ids if i is not None])
 
     def _link(self, meshlet: Meshlet) -> None:
-        assert meshlet.connectivity is not None
         edges: dict[tuple[int, int], int] = {}
         triangles = meshlet.connectivity.triangles
         for t, triangle in enumerate(triangles):
@@ -544,86 +541,96 @@ class Page:
             self._value(meshlet, s, step)
 
     def _value(self, meshlet: Meshlet, s: int, step: Step) -> None:
-        stream, values = self.streams[s], self.values[s]
-        kind = 0 if s == 0 else 1 if (stream.kind, stream.elements) == (GRID, 2) else 2
         match = 0
         if step.candidates:
-            prediction, class_, spread, around = self._predict(s, kind, step.candidates)
+            prediction, contexts = self._predict(s, step.candidates)
         else:
-            prediction, spread, around = self._start(s, step.neighbours)
-            class_ = 0
-            match = self._match(s, len(step.neighbours)) if self.matches[s > 0] else 0
-        number, size, mask = meshlet.ids[s][step.vertex], 0, (1 << stream.bits) - 1
+            prediction, contexts = self._start(s, step.neighbours)
+            match = self._match(s, len(step.neighbours))
+        number, size = meshlet.ids[s][step.vertex], 0
         if match:
-            value = values[self.order[-match]]
+            value = self.values[s][self.order[-match]]
         else:
-            if stream.bits < 32:
-                prediction = [min(max(x, 0), signed(mask)) for x in prediction]
-            level = 0 if around < 3 else 1 if around < 6 else 2 if around < 9 else 3
-            value = []
-            for e in range(stream.elements):
-                models = [self.models["first", kind, class_, spread, level]]
-                if e:
-                    token = token_of((2 if e == 1 else 1) * size & 0xFFFFFFFF)
-                    models = [
-                        self.models["near", kind, e, class_, spread],
-                        self.models["around", kind, e, token, level],
-                    ]
-                d = self._signed(f"values {kind}", *models)
-                size += abs(d)
-                value.append(prediction[e] + d & mask)
-            size &= 0xFFFFFFFF
-        values[number] = self.last = value
+            value, size = self._residual(s, prediction, contexts)
+        self.values[s][number] = self.last = value
         self.sizes[s][number] = min(size, 255)
         self.order.append(number)
 
-    def _predict(self, s: int, kind: int, candidates: list[int]) -> tuple[Value, int, int, int]:
-        """(prediction, class, token of the spread, token of the residuals around)."""
-        values = self.values[s]
+    def _kind(self, s: int) -> int:
+        stream = self.streams[s]
+        return 0 if s == 0 else 1 if (stream.kind, stream.elements) == (GRID, 2) else 2
 
-        def points(c: int, s: int) -> list[int]:
-            """Of a candidate: the vertices of x, y and z in stream s, and the one at corner c."""
-            x, y = c // 3 * 3 + (c + 1) % 3, c // 3 * 3 + (c + 2) % 3
-            across = self.opposite[c]
-            assert across is not None
-            return [self.corners[s][i] for i in (x, y, across, c)]
+    def _residual(self, s: int, prediction: Value, contexts: Contexts) -> tuple[Value, int]:
+        """(value, the sum of the residuals' magnitudes)."""
+        stream, kind = self.streams[s], self._kind(s)
+        mask = (1 << stream.bits) - 1
+        if stream.bits < 32:
+            prediction = [min(max(x, 0), mask) for x in prediction]
+        value, size = [], 0
+        for e in range(stream.elements):
+            models = [self.models["first", kind, contexts.class_, contexts.spread, contexts.level]]
+            if e:
+                token = token_of((2 if e == 1 else 1) * size & 0xFFFFFFFF)
+                models = [
+                    self.models["near", kind, e, contexts.class_, contexts.spread],
+                    self.models["around", kind, e, token],
+                ]
+            d = self._signed(*models)
+            size += abs(d)
+            value.append(prediction[e] + d & mask)
+        return value, size & 0xFFFFFFFF
 
-        ids = points(candidates[0], s)
-        a, b, o = (values[i] for i in ids[:3])
-        around = token_of(sum(self.sizes[s][i] for i in ids[:3]))
-        prediction, spread, class_ = parallelogram(a, b, o), distance(a, b), 1
+    def _candidate_of(self, s: int, c: int) -> Candidate:
+        x, y, z = self._around(s, c)
+        return Candidate(x, y, *(self.values[s][i] for i in (x, y, z)))
+
+    def _around(self, s: int, c: int) -> list[int]:
+        """The vertices x, y and z of the candidate at corner c."""
+        first = c - c % 3
+        across = self.opposite[c]
+        assert across is not None
+        corners = self.corners[s]
+        return [corners[first + (c + 1) % 3], corners[first + (c + 2) % 3], corners[across]]
+
+    def _predict(self, s: int, candidates: list[int]) -> tuple[Value, Contexts]:
+        one = self._candidate_of(s, candidates[0])
+        level = level_of(sum(self.sizes[s][i] for i in self._around(s, candidates[0])))
         if s == 0 and len(candidates) == 2:
-            two = parallelogram(*(values[i] for i in points(candidates[1], s)[:3]))
-            each = [[signed(x + y + 1) >> 1 for x, y in zip(prediction, two)], prediction, two]
-            spread, class_, choice = distance(prediction, two), 2, 0
-            if self.choices and spread > self.streams[s].elements:
-                choice = min(self.reader.symbol(self.models["choice", token_of(spread)]), 2)
-                class_ = 3 if choice else 2
-            prediction = each[choice]
-        if kind == 1:
-            places = [self.values[0][i] for i in points(candidates[0], 0)]
-            weights = predictors.affine_weights(*places)
+            return self._choose(one, self._candidate_of(s, candidates[1]), level)
+        prediction = one.parallelogram()
+        if self._kind(s) == 1:
+            c = candidates[0]
+            ids = [*self._around(0, c), self.corners[0][c]]
+            weights = predictors.affine_weights(*(self.values[0][i] for i in ids))
             if weights is not None:
-                prediction = predictors.affine_apply(a, b, o, *weights)
-        return prediction, class_, token_of(spread), around
+                prediction = predictors.affine_apply(one.a, one.b, one.o, *weights)
+        return prediction, Contexts(1 + one.diagonal(), token_of(distance(one.a, one.b)), level)
 
-    def _start(self, s: int, neighbours: list[int]) -> tuple[Value, int, int]:
-        """Without candidates: (prediction, two contexts)."""
+    def _choose(self, one: Candidate, two: Candidate, level: int) -> tuple[Value, Contexts]:
+        p, q = one.parallelogram(), two.parallelogram()
+        apart = distance(p, q)
+        spread, choice = token_of(apart), 0
+        if self.choices and apart > self.streams[0].elements:
+            diagonals = one.diagonal() + 2 * two.diagonal()
+            choice = min(self.reader.symbol(self.models["choice", diagonals, spread]), 2)
+        prediction = (mean(one, two, self.smooth), p, q)[choice]
+        return prediction, Contexts(4 if choice else 3, spread, level)
+
+    def _start(self, s: int, neighbours: list[int]) -> tuple[Value, Contexts]:
+        """Without candidates."""
         ids = [self.corners[s][c] for c in neighbours]
         if not ids:
-            return self.last, 0, 15
+            return self.last, Contexts(0, 0, 3)
         p, q = self.values[s][ids[0]], self.values[s][ids[-1]]
-        around = token_of(3 * self.sizes[s][ids[0]])
+        level = level_of(3 * self.sizes[s][ids[0]])
         if len(ids) == 1:
-            return p, 1, around
-        return [signed(x + y) >> 1 for x, y in zip(p, q)], token_of(distance(p, q)), around
+            return p, Contexts(0, 1, level)
+        middle = [signed(x + y) >> 1 for x, y in zip(p, q)]
+        return middle, Contexts(0, token_of(distance(p, q)), level)
 
     def _match(self, s: int, neighbours: int) -> int:
-        self.last_match = self._unsigned(
-            "match",
-            self.models["match", s > 0, int(self.last_match > 0)],
-            self.models["match", s > 0, 2 + (neighbours > 0)],
-        )
+        context = 2 * (self.last_match > 0) + (neighbours > 0)
+        self.last_match = self._unsigned(self.models["match", s > 0, context])
         require(self.last_match <= len(self.order), "a vertex repeats one that is not there.")
         return self.last_match
 
@@ -632,30 +639,24 @@ class Page:
         stream, n = self.streams[s], self.count[s]
         sums = self._normal_sums(s)
         centre = ((1 << stream.bits) - 2) // 2
-        last = before = repeated = 0
+        last = before = 0
         for i in range(n):
-            if self.repeats and i > 0:
-                same = self.reader.flag(self.flags["repeated", repeated])
-                repeated = 2 * repeated + same & 3
-                if same:
-                    self.values[s][i] = self.values[s][i - 1]
-                    continue
             p = [x - centre for x in predictors.octahedral(sums[i], stream.bits)]
             inside_out = abs(p[0]) + abs(p[1]) > centre
             if inside_out:
-                p = invert(*p, centre)
+                p = invert(p[0], p[1], centre)
             area = min(max(abs(x) for x in sums[i]).bit_length() // 2, 15)
             near = token_of(2 * last + before)
             size, q = 0, [0, 0]
             for e in range(2):
                 second = token_of(size) if e else near
-                d = self._signed("normal", self.models["normal", e, area, second])
+                d = self._signed(self.models["normal", e, area, second])
                 require(abs(d) <= 2 * centre, "a normal is out of range.")
                 size += abs(d)
                 q[e] = (p[e] + d + centre) % (2 * centre + 1) - centre
             before, last = last, min(size, 255)
             if inside_out:
-                q = invert(*q, centre)
+                q = invert(q[0], q[1], centre)
                 if max(abs(q[0]), abs(q[1])) == centre:
                     q = [
                         -x if self.reader.flag(self.flags["mirrored", e]) else x
@@ -691,165 +692,99 @@ class Page:
         return sums
 
 
-class Ring:
-    """The border of what is left of a disk, as linked nodes, with the triangles at each."""
+class Parts:
+    """The parts of a meshlet that symbols have built, from the last symbol to the first.
 
-    UNKNOWN, ON_RUN, RUN_END, INSIDE = range(4)
+    The border of each is a ring of nodes, with the number of triangles at each. Begins with the
+    last triangle.
+    """
 
-    def __init__(self, page: Page, meshlet: Meshlet) -> None:
-        self.place: list[int] = []
+    def __init__(self) -> None:
+        self.next: list[int] = []
+        self.previous: list[int] = []
         self.triangles: list[int] = []
-        self.next: list[int | None] = []
-        self.previous: list[int | None] = []
-        self.loops: list[tuple[int, int]] = []  # first node, number of nodes
-        self.splits: list[list[int]] = []  # the left part's a, L symbols beyond the known nodes
-        self.a = self.b = 0
-        self.disk = 0
-        self.known = meshlet.stored > 0
-        for r in meshlet.references:
-            if r.length == 0 or len(self.place) + r.length > 64:
-                self.known = False
-                break
-            self._add_run(page, meshlet, r)
+        self.gates: list[int] = []  # of each part, the first node of its gate
+        self._triangle()
 
-    def _add_run(self, page: Page, meshlet: Meshlet, r: Reference) -> None:
-        p = meshlet.before(r)
-        first = len(self.place)
-        if r.index == 0 or meshlet.references[r.index - 1].loop_end:
-            self.loops.append((first, 0))
-        for k in range(r.length):
-            v = self.add(self.UNKNOWN)
-            if v:
-                self.join(v - 1, v)
-            for q, local in ((r, r.length - k), (p, 0)):
-                if q.owner is None or q.owner.meshlet == r.meshlet or (q is p and k > 0):
-                    continue
-                if q is p and r.owner is not None and r.owner.meshlet != r.meshlet:
-                    continue
-                owner = page.meshlets[q.owner.meshlet]
-                self.place[v] = self.ON_RUN if k else self.RUN_END
-                self.triangles[v] = page.valence[owner.ids[0][q.owner.run[local]]]
-                break
-        if r.loop_end:
-            begin = self.loops[-1][0]
-            self.loops[-1] = begin, len(self.place) - begin
-            self.join(len(self.place) - 1, begin)
+    def gate(self) -> tuple[int, int]:
+        """The numbers of triangles at the gate of the last part, up to 9."""
+        p = self.gates[-1]
+        return min(self.triangles[p], 9), min(self.triangles[self.next[p]], 9)
 
-    def add(self, place: int) -> int:
-        self.place.append(place)
-        self.triangles.append(0)
-        self.next.append(None)
-        self.previous.append(None)
-        return len(self.place) - 1
+    def add(self, symbol: int) -> None:
+        """Adds a triangle."""
+        if symbol == E:
+            self._triangle()
+            return
+        p = self.gates.pop()
+        q = self.next[p]
+        self.triangles[q] += 1
+        if symbol == C:  # p is an inner vertex now
+            a = self.previous[p]
+            self.triangles[a] += 1
+            self._join(a, q)
+            self.gates.append(a)
+            return
+        self.triangles[p] += 1
+        if symbol == S:
+            require(bool(self.gates), "an S has no two parts to join.")
+            a = self.gates[-1]
+            v = self.next[a]  # v and p are one vertex
+            self.triangles[a] += 1
+            self.triangles[p] += self.triangles[v]
+            self._join(p, self.next[v])
+            self._join(a, q)
+            return
+        v = self._node()
+        self._join(p, v)
+        self._join(v, q)
+        self.gates.append(v if symbol == L else p)
 
-    def join(self, p: int, q: int) -> None:
+    def _node(self) -> int:
+        for links in (self.next, self.previous):
+            links.append(0)
+        self.triangles.append(1)
+        return len(self.triangles) - 1
+
+    def _join(self, p: int, q: int) -> None:
         self.next[p], self.previous[q] = q, p
 
-    def state(self, v: int) -> int:
-        n = self.triangles[v]
-        match self.place[v]:
-            case self.UNKNOWN:
-                return min(n, 4)
-            case self.ON_RUN:
-                return 5 + min(max(n, 1) - 1, 6)
-            case self.RUN_END:
-                return 12 + min(n, 4)
-            case _:
-                return 17 + min(max(n, 1) - 1, 6)
-
-    def after(self, v: int) -> int:
-        """The node after v; a new one if it is not known."""
-        node = self.next[v]
-        if node is None:
-            node = self.next[v] = self.add(self.UNKNOWN)
-        return node
-
-    def begin_disk(self) -> None:
-        self.splits = []
-        if self.known and self.disk < len(self.loops) and self.loops[self.disk][1] >= 3:
-            self.b = self.loops[self.disk][0]
-            before = self.previous[self.b]
-            assert before is not None
-            self.a = before
-        else:
-            self.a, self.b = self.add(self.UNKNOWN), self.add(self.UNKNOWN)
-            self.next[self.a] = self.b
-            self.known = False
-        self.disk += 1
-
-    def advance(self, symbol: str) -> bool:
-        """Takes a triangle away. Returns True at the end of a disk."""
-        a, b = self.a, self.b
-        self.triangles[a] += 1
-        self.triangles[b] += 1
-        if symbol == "C":
-            v = self.add(self.INSIDE)
-            self.join(a, v)
-            self.join(v, b)
-            self.a = v
-        elif symbol == "L":
-            node = self.previous[a]
-            if node is None:
-                node = self.add(self.UNKNOWN)
-                if self.splits:
-                    self.splits[-1][1] += 1
-            v = self.a = node
-            self.next[v] = b
-        elif symbol == "R":
-            v = self.b = self.after(b)
-            self.next[a] = v
-        elif symbol == "S":
-            self.splits.append([a, 0])
-            self.a = self.add(self.UNKNOWN)
-            self.next[self.a] = b
-            return False
-        else:
-            v = self.after(b)
-            self.triangles[v] += 1
-            if not self.splits:
-                return True
-            left, steps = self.splits.pop()
-            end = self.next[v] if self.previous[a] is None else v
-            for _ in range(steps):
-                end = self.next[end] if end is not None else None
-            if end is None:
-                end = self.add(self.UNKNOWN)
-            self.triangles[end] += 1
-            self.a, self.b = left, end
-            self.next[left] = end
-            return False
-        self.triangles[v] += 1
-        return False
+    def _triangle(self) -> None:
+        a, b, v = (self._node() for _ in range(3))
+        for p, q in ((a, b), (b, v), (v, a)):
+            self._join(p, q)
+        self.gates.append(a)
 
 
 class Plan:
     """The order of the vertices of a meshlet that are new in a stream: its steps."""
 
     def __init__(self, page: Page, meshlet: Meshlet, s: int) -> None:
-        assert meshlet.connectivity is not None
         self.page, self.meshlet, self.s = page, meshlet, s
-        self.triangles = meshlet.connectivity.triangles
-        self.ids = meshlet.ids[s]
-        self.unknown = {v for v, i in enumerate(self.ids) if i not in page.values[s]}
-        self.candidates: list[list[int]] = [[] for _ in self.ids]
+        ids = meshlet.ids[s]
+        self.unknown = {i for i in ids if i not in page.values[s]}
+        self.first = {i: v for v, i in reversed(list(enumerate(ids)))}  # local id of a vertex
+        self.triangles = [[ids[v] for v in t] for t in meshlet.connectivity.triangles]
+        self.candidates: dict[int, list[int]] = {i: [] for i in ids}
         self.steps: list[Step] = []
         for t in range(len(self.triangles)):
             if len(self.missing(t)) == 1:
                 self.add(t)
         while self.unknown:
-            step = self.next_step()
+            vertex, step = self.next_step()
             self.steps.append(step)
-            self.know(self.ids[step.vertex])
+            self.know(vertex)
 
     def missing(self, t: int) -> list[int]:
-        return [v for v in self.triangles[t] if v in self.unknown]
+        """The vertices of its corners without a value."""
+        return [i for i in self.triangles[t] if i in self.unknown]
 
     def add(self, t: int) -> None:
         """Triangle t lacks one vertex: it is a candidate if the vertex across is known."""
-        missing = self.missing(t)
-        if not missing or len(self.candidates[missing[0]]) == 2:
+        (missing,) = self.missing(t)
+        if len(self.candidates[missing]) == 2:
             return
-        c = self.meshlet.corner + 3 * t + self.triangles[t].index(missing[0])
+        c = self.meshlet.corner + 3 * t + self.triangles[t].index(missing)
         across, begin = self.page.opposite[c], self.meshlet.corner
         if across is None or across >= begin + 3 * len(self.triangles):
             return
@@ -857,7 +792,7 @@ class Plan:
             return
         if self.s and self.is_seam(c, across):
             return
-        self.candidates[missing[0]].append(c)
+        self.candidates[missing].append(c)
 
     def is_seam(self, c: int, d: int) -> bool:
         """Do the two vertices of the edge have other numbers on its other side?"""
@@ -865,43 +800,54 @@ class Plan:
         ends = [[corners[x // 3 * 3 + (x + i) % 3] for i in (1, 2)] for x in (c, d)]
         return ends[0] != ends[1][::-1]
 
-    def next_step(self) -> Step:
-        most = max(len(self.candidates[v]) for v in self.unknown)
+    def next_step(self) -> tuple[int, Step]:
+        """The next vertex, and how it is predicted."""
+        order = sorted(self.unknown, key=lambda i: self.first[i])
+        most = max(len(self.candidates[i]) for i in order)
         if most:
-            v = min(v for v in self.unknown if len(self.candidates[v]) == most)
-            return Step(v, self.candidates[v], [])
+            i = next(i for i in order if len(self.candidates[i]) == most)
+            return i, Step(self.first[i], self.candidates[i], [])
         for lacking in (1, 2):
             for t, triangle in enumerate(self.triangles):
                 missing = self.missing(t)
                 if len(missing) == lacking:
                     known = [k for k in (2, 1, 0) if triangle[k] not in self.unknown]
                     corners = [self.meshlet.corner + 3 * t + k for k in known]
-                    return Step(missing[0], [], corners)
-        return Step(min(self.unknown), [], [])
+                    return missing[0], Step(self.first[missing[0]], [], corners)
+        return order[0], Step(self.first[order[0]], [], [])
 
-    def know(self, number: int) -> None:
+    def know(self, i: int) -> None:
         """The vertex is known now: adds the candidates that it completes."""
-        same = [v for v, i in enumerate(self.ids) if i == number]
-        left = [len(self.missing(t)) for t in range(len(self.triangles))]
-        self.unknown -= set(same)
-        for w in same:
-            around = [t for t, triangle in enumerate(self.triangles) if w in triangle]
-            for t in around:
-                left[t] -= 1
-            for t in around:
-                if left[t] == 1:
-                    self.add(t)
-            for t in around:
-                if left[t] == 0:  # w may be the vertex across from another triangle's
-                    k = self.triangles[t].index(w)
-                    across = self.page.opposite[self.meshlet.corner + 3 * t + k]
-                    u = -1 if across is None else (across - self.meshlet.corner) // 3
-                    if 0 <= u < len(self.triangles) and left[u] == 1:
-                        self.add(u)
+        self.unknown.remove(i)
+        around = [t for t, triangle in enumerate(self.triangles) if i in triangle]
+        for t in around:
+            if len(self.missing(t)) == 1:
+                self.add(t)
+        for t in around:
+            if not self.missing(t):  # the vertex may be across from another triangle's
+                k = self.triangles[t].index(i)
+                across = self.page.opposite[self.meshlet.corner + 3 * t + k]
+                u = -1 if across is None else (across - self.meshlet.corner) // 3
+                if 0 <= u < len(self.triangles) and len(self.missing(u)) == 1:
+                    self.add(u)
 
 
-def parallelogram(x: Value, y: Value, z: Value) -> Value:
-    return [signed(i + j - k) for i, j, k in zip(x, y, z)]
+def mean(one: Candidate, two: Candidate, smooth: bool) -> Value:
+    """The mean of two candidates. With one common vertex of their edges, it may be weighted."""
+    x, y = (v in (two.x, two.y) for v in (one.x, one.y))
+    if not smooth or x == y:
+        pairs = zip(one.parallelogram(), two.parallelogram())
+        return [signed(p + q + 1) >> 1 for p, q in pairs]
+    common = one.a if x else one.b
+    elements = zip(common, one.a, one.b, two.a, two.b, one.o, two.o)
+    return [
+        signed(4 * m + 5 * (a + b + c + d - 2 * m) - 3 * (o + q) + 4) >> 3
+        for m, a, b, c, d, o, q in elements
+    ]
+
+
+def level_of(size: int) -> int:
+    return sum(size >= limit for limit in (3, 8, 24))
 
 
 def distance(p: Value, q: Value) -> int:
@@ -954,7 +900,6 @@ class Residuals:
     """The lists of a meshlet's blob for stream s."""
 
     def __init__(self, page: Page, meshlet: Meshlet, s: int) -> None:
-        assert meshlet.connectivity is not None
         self.stream = page.streams[s]
         self.meshlet = meshlet
         self.values = [page.values[s][i] for i in meshlet.ids[s]]
@@ -987,7 +932,6 @@ class Residuals:
 
     def _traversed(self, position_bits: int) -> list[Value]:
         connectivity = self.meshlet.connectivity
-        assert connectivity is not None
         known: set[int] = set()
         for r in self.meshlet.references:
             known.update(r.run[:1] if r.kind == PRIVATE else r.run[:-1])
@@ -996,7 +940,8 @@ class Residuals:
             normals = predictors.normals(connectivity.triangles, self.positions, position_bits)
         residuals = []
         for disk in connectivity.disks:
-            visits = [(disk.loop[-1], disk.first, disk.first, None)]
+            visits: list[tuple[int, int, int, int | None]] = []
+            visits.append((disk.loop[-1], disk.first, disk.first, None))
             for t in range(disk.triangle_begin, disk.triangle_end):
                 a, b, v = connectivity.triangles[t]
                 visits.append((v, a, b, connectivity.opposite[t]))
@@ -1042,7 +987,9 @@ def written(page: Page, meshlet: Meshlet) -> blob_writer.Meshlet:
     """A meshlet as blob_writer takes it."""
     loops: list[list[blob_writer.Reference]] = []
     fresh = True
-    for r in meshlet.references if meshlet.stored else []:
+    whole = len(meshlet.references) == len(meshlet.connectivity.disks)  # a reference per loop
+    private = all(r.kind == PRIVATE for r in meshlet.references)
+    for r in [] if whole and private else meshlet.references:
         if fresh:
             loops.append([])
         delta = r.meshlet - r.owner.meshlet if r.owner else 0
@@ -1094,7 +1041,6 @@ def vertex_count(page: Page) -> int:
     """A.8: local vertices that are no aliases."""
     count = 0
     for meshlet in page.meshlets:
-        assert meshlet.connectivity is not None
         count += meshlet.connectivity.vertex_count
         for r in meshlet.references:
             whole = r.kind == FOREIGN and all(r.shares)
@@ -1104,13 +1050,17 @@ def vertex_count(page: Page) -> int:
     return count
 
 
-def unpack_page(data: bytes, resident: int) -> bytes:
-    """The blob of a packed page. resident: its length by the page table."""
-    page = Page(data, resident)
+def write_page(page: Page) -> bytes:
+    """The blob in canonical form."""
     meshlets = [written(page, meshlet) for meshlet in page.meshlets]
-    blob = blob_writer.write_blob(
+    return blob_writer.write_blob(
         page.streams, meshlets, vertex_count(page), lambda g: group_layout(meshlets[32 * g :][:32])
     )
+
+
+def unpack_page(data: bytes, resident: int) -> bytes:
+    """The blob of a packed page. resident: its length by the page table."""
+    blob = write_page(Page(data, resident))
     require(len(blob) == resident, "a packed page does not have the length that its table says.")
     return blob
 

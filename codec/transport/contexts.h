@@ -29,35 +29,28 @@ constexpr uint8_t kTokenBits[15] = {0, 0, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5, 7}
 constexpr uint8_t kDoubled[kLargeToken] = {0, 2, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 14, 15};
 constexpr uint32_t kLargeLength = 9, kManyBits = 24;  // lengths of numbers of kLargeToken
 
-constexpr uint32_t kStates = 24;  // of a vertex of a gate
-constexpr uint32_t kClasses = 4;  // of predictions
+constexpr uint32_t kMostCounted = 9;  // triangles at a node of a gate
+constexpr uint32_t kClasses = 5;      // of predictions
 
 // The kinds of streams that have models of their own.
 enum StreamClass : uint8_t { kPositions, kPairs, kOthers, kStreamClasses };
 
 struct ValueModels {
   Model first[kClasses][kSymbols][4];
-  Model near[3][kClasses][kSymbols], around[3][kSymbols][4];  // of further elements
-  Model large;
-};
-
-struct NormalModels {
-  Model near[2][kSymbols][kSymbols];
-  Model large;
-  Flag repeated[4], mirrored[2];
+  Model near[3][kClasses][kSymbols], around[3][kSymbols];  // of further elements
 };
 
 struct Contexts {
-  Model triangles, triangles_low[4], references, references_low[4];
-  Model symbols[kStates][kStates];
-  Model reference_kind[5][8];
-  Model delta[4], slot[16], length[kSymbols], length_before[12];
-  Model delta_large, length_large;
-  Model choice[kSymbols];
-  Model match[2][4], match_large;
+  Model triangles, triangles_low[4];
+  Model gate[kMostCounted + 1][kMostCounted + 1], before[25][kMostCounted + 1];  // of symbols
+  Model reference_kind[4][4];
+  Model delta[3], slot[16], length[kSymbols], length_of[3][2];
+  Model choice[4][kSymbols];
+  Model match[2][4];
   ValueModels values[kStreamClasses];
-  NormalModels normals;
-  Flag loop_end[3], claimed, shares[BLOB_MAX_STREAMS][4];
+  Model normal[2][kSymbols][kSymbols];
+  Model large;
+  Flag last[3][2], taken, shares[BLOB_MAX_STREAMS][4], mirrored[2];
 
   // In place: there are 100 kB of them, which might not fit the stack.
   void reset() { new (this) Contexts; }

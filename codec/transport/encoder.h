@@ -3,7 +3,10 @@
 #include <unordered_map>
 #include <vector>
 
+#include "transport/connectivity_coder.h"
+#include "transport/normal_coder.h"
 #include "transport/page_coder.h"
+#include "transport/value_coder.h"
 
 namespace gltf_meshlet_codec {
 namespace MESHLET_BUILD {

@@ -75,43 +75,36 @@ void read_blob(const ViewBlob& blob, Page& page) {
   }
 }
 
-// Tries settings and keeps those that save bits. Settings of different parts of a page do not
-// change each other's bits: they are tried together.
+// Tries settings and keeps those that save bits. What normals take does not depend on settings of
+// positions.
 std::vector<uint8_t> encode(const Page& page) {
   const uint32_t triangles = page.triangles.size(), meshlets = page.meshlets.size();
   Page known;
   PageCoder<Encoder> coder(known);
+  uint64_t cost[kParts], before[kParts];
   const auto attempt = [&](const Settings& settings) {
     coder.coder.reset();
     coder.settings = settings;
     bool valid = coder.begin(&page, triangles, meshlets);
     for (uint32_t s = 0; valid && s < page.stream_count(); s++) valid = coder.code_stream(s);
     if (coder.no_memory) out_of_memory();
+    std::copy(cost, cost + kParts, before);
+    std::copy(coder.cost, coder.cost + kParts, cost);
     return valid;
   };
-  Settings best;
+  Settings best, last;
   if (!attempt(best)) return {};
-  uint64_t fewest[kParts];
-  std::copy(coder.cost, coder.cost + kParts, fewest);
-  const uint64_t all = coder.coder.cost();
-  constexpr bool Settings::* rounds[2][kParts] = {
-      {&Settings::choices, &Settings::copies, &Settings::angles},
-      {&Settings::matches, nullptr, &Settings::repeats}};
-  for (const auto& round : rounds) {
-    Settings settings = best;
-    for (const auto setting : round)
-      if (setting) settings.*setting = true;
-    if (!attempt(settings)) continue;
-    for (uint32_t part = 0; part < kParts; part++) {
-      if (!round[part] || coder.cost[part] >= fewest[part]) continue;
-      // Angles take time when unpacking.
-      if (round[part] == &Settings::angles && (fewest[part] - coder.cost[part]) * 32 < all)
-        continue;
-      fewest[part] = coder.cost[part];
-      best.*round[part] = true;
-    }
-  }
-  if (!attempt(best)) return {};
+  last.choices = last.angles = true;
+  if (!attempt(last)) return {};
+  best.choices = cost[kPositionPart] < before[kPositionPart];
+  // Angles take time when unpacking.
+  best.angles = cost[kNormalPart] + coder.coder.cost() / 32 < before[kNormalPart];
+  if (!best.choices) cost[kPositionPart] = before[kPositionPart];
+  last = best;
+  last.smooth = true;
+  if (!attempt(last)) return {};
+  best.smooth = cost[kPositionPart] < before[kPositionPart];
+  if (!best.smooth && !attempt(best)) return {};
   return coder.coder.finish(triangles, meshlets);
 }
 

@@ -2,8 +2,11 @@
 #ifndef TRANSPORT_PAGE_UNPACKER_H
 #define TRANSPORT_PAGE_UNPACKER_H
 #include "transport/blob_emitter.h"
+#include "transport/connectivity_coder.h"
+#include "transport/normal_coder.h"
 #include "transport/page_coder.h"
 #include "transport/transport.h"
+#include "transport/value_coder.h"
 
 namespace gltf_meshlet_codec {
 namespace MESHLET_BUILD {

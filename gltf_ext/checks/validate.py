@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -22,8 +23,9 @@ from gltf_ext.document import gltf, json_values
 from gltf_ext.document.accessors import accessor_format, bounds, read_accessor, stated_bounds
 from gltf_ext.document.document import Document, item
 from gltf_ext.document.gltf2 import Model, name_of
-from gltf_ext.document.references import Renumber, map_accessors, map_views
+from gltf_ext.document.references import Renumber, extensions_of, map_accessors, map_views
 from gltf_ext.errors import MeshletError
+from gltf_ext.lod.tables import EXTENSION as LOD
 from gltf_ext.progress import Advance, progress_bar, shared_progress
 from gltf_ext.sources.importers import open_model
 from gltf_ext.sources.primitives import EXTENSION, all_primitives, is_compressed
@@ -51,7 +53,8 @@ def validate(path: Model, *, progress: bool = False) -> list[str]:
     broken = _broken_references(document)
     if broken:
         return list(dict.fromkeys(broken))  # many views may read one damaged buffer
-    problems = _extension_lists(document)
+    problems = [*document.packing_faults, *_users_of_packed_views(document)]
+    problems += _extension_lists(document)
     with progress_bar(Path(name_of(path)).name, progress) as advance:
         for_blobs, for_levels = shared_progress(advance, [BLOBS_SHARE, 1 - BLOBS_SHARE])
         numbers = [(m, p) for m, p, user in all_primitives(document) if is_compressed(user)]
@@ -105,6 +108,32 @@ def _broken_references(document: Document) -> list[str]:
             document.bytes_of_view(index)
         except MeshletError as error:
             problems.append(error.message)
+    return problems
+
+
+def _users_of_packed_views(document: Document) -> list[str]:
+    """Return problems of packed views that something else refers to than blobs' extensions."""
+    if not document.packed_views:
+        return []
+    references: Counter[int] = Counter()
+    allowed: Counter[int] = Counter()
+
+    def count(index: int) -> int:
+        references[index] += 1
+        return index
+
+    map_views(document, count)
+    for name, value in extensions_of(document.json):
+        holder = json_values.member(value, "pages") if name == LOD else value
+        view = holder.get("bufferView") if isinstance(holder, dict) else None
+        if name in (EXTENSION, LOD) and isinstance(view, int):
+            allowed[view] += 1
+    problems = []
+    for index in sorted(document.packed_views):
+        if not allowed[index]:
+            problems.append(f"bufferView {index} is packed, but no {EXTENSION} or {LOD} uses it")
+        elif references[index] > allowed[index]:
+            problems.append(f"bufferView {index} is packed, but something else refers to it")
     return problems
 
 

@@ -59,6 +59,8 @@ class Document:
         import_rounding: the largest difference of a coordinate to that in the file, a double.
         import_files: the other files that were read then, such as materials and textures.
         was_packed: the file had packed views (transport.py).
+        packed_views: their numbers in the file.
+        packing_faults: rules of packing that the file breaks although they could be read.
         orphans: numbers of accessors ("accessor") and buffer views ("bufferview") that nothing in
             the file refers to, as far as is known, if it has an unknown extension (references.py).
         unread_bytes: what all views take that are decoded when they are read (meshopt.py).
@@ -92,6 +94,8 @@ class Document:
         self.import_rounding = 0.0
         self.import_files: tuple[Path, ...] = ()
         self.was_packed = False
+        self.packed_views: frozenset[int] = frozenset()
+        self.packing_faults: list[str] = []
         self.orphans: dict[str, set[int]] = {"accessor": set(), "bufferview": set()}
         self.unread_bytes = 0
         self._binary = binary

@@ -36,6 +36,10 @@ def unpack_views(document: Document) -> bool:
     packed = [
         i for i, view in enumerate(document.bufferViews) if gltf.has_extension(view, TRANSPORT)
     ]
+    document.packed_views = frozenset(packed)
+    for field in ("extensionsUsed", "extensionsRequired"):
+        if packed and TRANSPORT not in getattr(document, field):
+            document.packing_faults.append(f"{field} lacks {TRANSPORT}")
     for index in packed:
         view = document.bufferViews[index]
         extension = gltf.pop_extension(view, TRANSPORT)

@@ -252,7 +252,7 @@ bool fill(const std::vector<Primitive>& primitives, const Parallel& parallel, Bl
   for (const Part& part : parts) vertices += part.blocks.vertices.size();
   const uint32_t words = std::max(3u, 2 * all.form.attribute_words);  // with those of spectra
   if (vertices / all.form.vertex_words() * words > std::numeric_limits<uint32_t>::max())
-    throw std::runtime_error("there are too many vertices for accel triangles");
+    throw std::runtime_error("there are too many vertices for accel triangles; use cache");
   for (Part& part : parts) join(all, part, number_of(all.grids, part.grid));
   all.heads.insert(all.heads.end(), {0, 0, 0, all.vertex_count()});
   return true;
@@ -303,7 +303,10 @@ void smooth(Blocks& b) {
       for (int a = 0; a < 3; a++) b.normals[3 * size_t(v) + a] = bits_of(n[a]);
     }
   }
-  for (Grid& grid : b.grids) grid.normals = true;
+  for (Grid& grid : b.grids) {
+    grid.smooth = !grid.normals;
+    grid.normals = true;
+  }
 }
 
 }  // namespace
@@ -353,7 +356,7 @@ Place place_of(const Grid& grid, const double (&to_world)[3][4], bool flip_texco
   const double determinant = m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) -
                              m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
                              m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
-  const double sign = !grid.normals ? 0.0 : determinant < 0 ? -1.0 : 1.0;
+  const double sign = !grid.normals ? 0.0 : determinant < 0 && !grid.smooth ? -1.0 : 1.0;
   for (int i = 0; i < 3; i++)  // the inverse transpose, but for its length
     for (int j = 0; j < 3; j++) {
       const int i1 = (i + 1) % 3, i2 = (i + 2) % 3, j1 = (j + 1) % 3, j2 = (j + 2) % 3;

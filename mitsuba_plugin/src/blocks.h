@@ -33,6 +33,7 @@ struct Grid {
   double step = 1, offset[3] = {0, 0, 0};
   float normal_scale = 0;  // 0: there are no normals, or they are floats
   bool normals = false, texcoords = false;
+  bool smooth = false;  // normals are those of the triangles, and turn with them
   float texcoord_scale = 1, texcoord_offset[2] = {0, 0};
   float lower[3], upper[3];  // of the positions, before step and offset
 

@@ -66,16 +66,27 @@ Listing::~Listing() {
   listings().by_id.erase(id);
 }
 
-bool fits_memory(uint64_t triangles) {
-  constexpr uint64_t kBytes = 110;  // of a triangle, as measured
+// The machine's free memory, but no more than a container's limit; the largest number if unknown.
+static uint64_t free_memory() {
+  uint64_t bytes = std::numeric_limits<uint64_t>::max();
   std::ifstream file("/proc/meminfo");
   for (std::string name, unit; file >> name;) {
     uint64_t kilobytes = 0;
     if (!(file >> kilobytes)) break;
-    if (name == "MemAvailable:") return triangles * kBytes <= kilobytes * 1024 / 2;
+    if (name == "MemAvailable:") bytes = kilobytes * 1024;
     std::getline(file, unit);
   }
-  return true;  // unknown
+  for (const char* path :
+       {"/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes"}) {
+    uint64_t limit;
+    if (std::ifstream(path) >> limit) bytes = std::min(bytes, limit);
+  }
+  return bytes;
+}
+
+bool fits_memory(uint64_t triangles) {
+  constexpr uint64_t kBytes = 110;  // of a triangle, as measured
+  return triangles <= free_memory() / 2 / kBytes;
 }
 
 ModelFacts check_primitives(std::vector<Primitive>& primitives) {
@@ -265,7 +276,7 @@ void Model::index_texcoords() {
 bool Model::at_texcoord(const float (&uv)[2], uint32_t& meshlet, uint32_t& triangle,
                         SurfacePoint& out) const {
   if (cells_.first.empty() || !std::isfinite(uv[0]) || !std::isfinite(uv[1])) return false;
-  const uint32_t cell = TexcoordCells::cell(uv);
+  const uint32_t cell = cells_.cell(uv);
   for (uint32_t i = cells_.first[cell]; i < cells_.first[cell + 1]; i++) {
     meshlet = cells_.items[i];
     const Triangles& t = triangles(meshlet);

@@ -88,6 +88,8 @@ EXPORT uint32_t meshlet_shapes(uint64_t* ids, uint32_t capacity) {
   return n;
 }
 
+EXPORT int meshlet_fits_memory(uint64_t triangles) { return fits_memory(triangles); }
+
 // Bytes of the threads' decoders and scratch memory, which no limit counts.
 EXPORT uint64_t meshlet_working_bytes() {
   return thread_slots() * gltf_meshlet_codec::make_decoder()->bytes() + scratch_bytes();

@@ -149,7 +149,7 @@ struct ResidentBlocks {
     return uv;
   }
 
-  Mask has_texcoords(const Corners& c, const Mask&) const {
+  Mask has_texcoords(const Corners& c) const {
     return grids.size() > 1 ? placed(c.grid, offsetof(Place, texcoords)) != 0.f : Mask(true);
   }
 
@@ -218,6 +218,7 @@ struct ResidentBlocks {
     for (uint32_t i = 0; i < triangle_count; i++)
       cells.add(i, {uv.begin() + 6 * size_t(i), uv.begin() + 6 * size_t(i) + 6});
     cells.sort();
+    cells_per_axis = cells.per_axis;
     cell_first = array<Words>(cells.first);
     cell_triangles = array<Words>(cells.items);
   }
@@ -229,7 +230,7 @@ struct ResidentBlocks {
     Point2f weights(0.f);
     active &= dr::isfinite(uv.x()) && dr::isfinite(uv.y());
     if (!form.texcoords || cell_first.empty()) active = false;
-    const UInt32 cell = cell_of(dr::select(active, uv.y(), 0.f)) * kUvCells +
+    const UInt32 cell = cell_of(dr::select(active, uv.y(), 0.f)) * cells_per_axis +
                         cell_of(dr::select(active, uv.x(), 0.f));
     if (cell_first.empty()) return {face, weights};
     const UInt32 end = dr::gather<UInt32>(cell_first, cell + 1u, active);
@@ -262,19 +263,16 @@ struct ResidentBlocks {
   ScalarBoundingBox3f bbox;
   Words heads, block_grid, vertices, triangles, first_block, normals, texcoords, attributes;
   Words cell_first, cell_triangles;
+  uint32_t cells_per_axis = 1;
   Floats places;  // a Place for each grid
 
  private:
   using Head = dr::Array<UInt32, kHeadWords>;
 
-  // In variants for CPUs at once, so that the host may read it.
+  // Copied when it returns: in variants for CPUs the host may read it.
   template <typename Array, typename Value>
   static Array array(const std::vector<Value>& from) {
-    if constexpr (dr::is_cuda_v<Float>) return dr::load<Array>(from.data(), from.size());
-    if (from.empty()) return Array();
-    Array to = dr::empty<Array>(from.size());
-    std::memcpy((void*)to.data(), from.data(), sizeof(Value) * from.size());
-    return to;
+    return from.empty() ? Array() : dr::load<Array>(from.data(), from.size());
   }
 
   std::vector<Place> place(const ScalarAffineTransform4f& transform, bool flip_texcoords) {
@@ -388,9 +386,9 @@ struct ResidentBlocks {
     return all;
   }
 
-  static UInt32 cell_of(const Float& coordinate) {
-    return dr::minimum(UInt32((coordinate - dr::floor(coordinate)) * float(kUvCells)),
-                       kUvCells - 1);
+  UInt32 cell_of(const Float& coordinate) const {
+    return dr::minimum(UInt32((coordinate - dr::floor(coordinate)) * float(cells_per_axis)),
+                       cells_per_axis - 1);
   }
 
   std::pair<Mask, Point2f> contains(const UInt32& face, const Point2f& uv,

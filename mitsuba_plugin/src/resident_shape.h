@@ -8,7 +8,6 @@
 #include <mitsuba/render/scene_ir.h>
 #include <mitsuba/render/shape.h>
 #include <mitsuba/render/srgb.h>
-#include <nanothread/nanothread.h>
 
 #include <atomic>
 #include <cstring>
@@ -52,11 +51,12 @@ class ResidentMeshlets final : public Shape<Float, Spectrum> {
     cb->put("to_world", m_to_world, ParamFlags::NonDifferentiable);
     cb->put("vertex_count", m_blocks.vertex_count, kFacts);
     cb->put("face_count", m_blocks.triangle_count, kFacts);
+    cb->put("bbox.min", m_blocks.bbox.min, kFacts);
+    cb->put("bbox.max", m_blocks.bbox.max, kFacts);
   }
 
   void parameters_changed(const std::vector<std::string>& keys) override {
     if (keys.empty() || string::contains(keys, "to_world")) {
-      if constexpr (dr::is_llvm_v<Float>) dr::sync_thread();  // kernels may read the old place
       m_to_world = m_to_world.value().update();
       drop_triangles();
       m_blocks.move(m_to_world.scalar(), m_options.flip_texcoords);
@@ -283,7 +283,7 @@ class ResidentMeshlets final : public Shape<Float, Spectrum> {
     Point2f uv[3];
     for (int k = 0; k < 3; k++) uv[k] = m_blocks.texcoord(c, k, active);
     const Float b0 = 1.f - b.x() - b.y();
-    const Mask there = m_blocks.has_texcoords(c, active);
+    const Mask there = m_blocks.has_texcoords(c);
     si.uv = dr::select(there, dr::fmadd(uv[0], b0, dr::fmadd(uv[1], b.x(), uv[2] * b.y())), b);
     if (!tangents) return;
     const Vector3f e1 = si.dp_du, e2 = si.dp_dv;
@@ -332,8 +332,9 @@ class ResidentMeshlets final : public Shape<Float, Spectrum> {
   void prepare_sampling() {
     m_areas = {};
     if (!this->emitter() && !this->sensor()) return;
-    areas();
-    m_blocks.index_texcoords();
+    if (m_blocks.cell_first.empty()) m_blocks.index_texcoords();
+    m_facts.table_bytes = sizeof(uint32_t) * (2 * areas().size() + m_blocks.cell_first.size() +
+                                              m_blocks.cell_triangles.size());
   }
 
   // A table of all triangles, for emitters and who asks for the area.

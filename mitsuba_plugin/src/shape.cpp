@@ -32,7 +32,10 @@ class MeshletEdgebreaker final : public Shape<Float, Spectrum> {
   using typename Base::ScalarSize;
 
   MeshletEdgebreaker(const Properties& props, std::unique_ptr<Model> model)
-      : Base(props), m_model(std::move(model)) {
+      : Base(props),
+        m_model(std::move(model)),
+        m_face_count(uint32_t(m_model->facts().triangles)),
+        m_bbox(to_bbox<ScalarBoundingBox3f>(m_model->box())) {
     const std::vector<float>& areas = m_model->areas();
     std::vector<ScalarFloat> values(areas.begin(), areas.end());
     for (ScalarFloat area : values) m_surface_area += area;
@@ -47,11 +50,15 @@ class MeshletEdgebreaker final : public Shape<Float, Spectrum> {
   void traverse(TraversalCallback* cb) override {
     Base::traverse(cb);
     m_cache_id = double(m_model->id());  // for mitsuba_plugin.statistics
-    cb->put("cache_id", m_cache_id, ParamFlags::NonDifferentiable | ParamFlags::ReadOnly);
+    constexpr auto kFacts = ParamFlags::NonDifferentiable | ParamFlags::ReadOnly;
+    cb->put("cache_id", m_cache_id, kFacts);
+    cb->put("face_count", m_face_count, kFacts);
+    cb->put("bbox.min", m_bbox.min, kFacts);
+    cb->put("bbox.max", m_bbox.max, kFacts);
   }
 
   ScalarSize primitive_count() const override { return m_model->facts().meshlets; }
-  ScalarBoundingBox3f bbox() const override { return to_bbox<ScalarBoundingBox3f>(m_model->box()); }
+  ScalarBoundingBox3f bbox() const override { return m_bbox; }
   ScalarBoundingBox3f bbox(ScalarIndex index) const override {
     return to_bbox<ScalarBoundingBox3f>(m_model->box(index));
   }
@@ -273,6 +280,8 @@ class MeshletEdgebreaker final : public Shape<Float, Spectrum> {
   Queries<Float> m_queries;
   DiscreteDistribution<Float> m_area_pmf;
   ScalarFloat m_surface_area = 0.f;
+  uint32_t m_face_count;
+  ScalarBoundingBox3f m_bbox;
   double m_cache_id = 0;
 };
 
@@ -368,7 +377,9 @@ ref<Object> make(const Properties& props) {
     std::vector<Primitive> primitives =
         read(filename, selection, props.get<bool>("keep_outside", false));
     if constexpr (dr::is_cuda_v<Float>) {
-      if (options.accel == "cache") throw std::runtime_error("cuda variants have no accel cache");
+      if (options.accel == "cache" || (options.accel == "auto" && options.cache_is_given))
+        throw std::runtime_error(
+            "cuda variants have no cache; leave it out, or use a scalar or llvm variant");
     } else if (uses_cache(options, primitives)) {
       Affine to_world;
       std::memcpy(to_world.m, selection.to_world, sizeof(to_world.m));

@@ -161,3 +161,35 @@ def level_0_of_the_vector():
 def test_transport_needs_the_whole_model_in_memory(files):
     with pytest.raises(gltf_ext.MeshletError, match="transport needs the whole model"):
         gltf_ext.compress(files / "plain.glb", files / "x.glb", transport=True, max_memory="1G")
+
+
+@pytest.mark.parametrize(
+    ("edit", "words"),
+    [
+        (lambda p: p["extensionsUsed"].remove(TRANSPORT), "extensionsUsed lacks"),
+        (lambda p: p["extensionsRequired"].remove(TRANSPORT), "extensionsRequired lacks"),
+        (lambda p: p.setdefault("images", []).append(image_of(p)), "something else refers to it"),
+        (lambda p: without_users(p), "is packed, but no"),
+    ],
+)
+def test_validate_finds_broken_rules(files, tmp_path, edit, words):
+    broken = change(files / "packed.glb", tmp_path / "broken.glb", edit)
+    assert any(words in problem for problem in gltf_ext.validate(broken))
+
+
+def packed_view(properties):
+    views = enumerate(properties["bufferViews"])
+    return next(i for i, view in views if TRANSPORT in view.get("extensions", {}))
+
+
+def image_of(properties):
+    return {"bufferView": packed_view(properties), "mimeType": "image/png"}
+
+
+def without_users(properties):
+    view = packed_view(properties)
+    for mesh in properties["meshes"]:
+        for primitive in mesh["primitives"]:
+            extensions = primitive.get("extensions", {})
+            if extensions.get("EXT_meshlet_edgebreaker", {}).get("bufferView") == view:
+                del extensions["EXT_meshlet_edgebreaker"]

@@ -95,6 +95,19 @@ def test01_load(variant, tmp_path):
         assert plugin.statistics(s)[sign] > 0
 
 
+def test01a_auto_adds_up_the_shapes(tmp_path, monkeypatch):
+    """Each fits the memory alone, but not all together."""
+    _, plugin = require("scalar_rgb")
+    path = scene_file(tmp_path)
+    triangles = plugin.statistics(plugin.load_scene(path))["triangles"]
+    asked = []
+    monkeypatch.setattr("mitsuba_plugin.scene.fits_memory", lambda n: asked.append(n))
+    loaded = plugin.load_scene(path)
+    assert asked == [triangles]
+    assert plugin.statistics(loaded)["limit_bytes"] > 0
+    assert plugin.statistics(loaded)["block_bytes"] == 0
+
+
 @pytest.mark.parametrize("variant", VARIANTS[:1])
 def test01b_packed(variant, tmp_path):
     """A file packed for download gives the same picture."""
@@ -348,6 +361,7 @@ def test07_render(suffix, tmp_path, capsys):
     assert main([*arguments, "--json", "--cache", "5000"]) == 0
     report = json.loads(capsys.readouterr().out)
     assert report["width"] == 40 and report["statistics"]["limit_bytes"] == 5000
+    assert report["accel"] == "cache"
     assert not list(tmp_path.glob(".*part*"))
 
 
@@ -370,6 +384,8 @@ def test14_render_what_is_not_compressed(tmp_path, capsys):
         (["--variant", "scalar_double"], "there is no variant scalar_double; use one of "),
         (["--accel", "bvh"], "there is no accel bvh; use one of auto, triangles, cache"),
         (["--accel", "triangles", "--cache", "9"], "is not for --accel triangles"),
+        (["--variant", "cuda_ad_rgb", "--cache", "9"], "--variant cuda_ad_rgb has no cache"),
+        (["--variant", "cuda_ad_rgb", "--accel", "cache"], "--variant cuda_ad_rgb has no cache"),
         (["-o", "out.gif"], "out.gif: the output has an unknown format; use one of .png"),
     ],
 )
@@ -389,12 +405,15 @@ def test15b_without_a_gpu(tmp_path, capsys, monkeypatch):
     arguments = ["render", str(scene_file(tmp_path)), "-o", str(tmp_path / "out.png")]
 
     def refuse(_variant):
-        raise ImportError("the CUDA backend hasn't been initialized.\nMore lines")
+        raise ImportError(
+            "the CUDA backend hasn't been initialized. Make sure to call it.\nMore lines"
+        )
 
     monkeypatch.setattr(mi, "set_variant", refuse)
     assert main([*arguments, "--variant", "cuda_ad_rgb"]) == 2
     (line,) = capsys.readouterr().err.splitlines()
-    assert "cuda_ad_rgb needs an NVIDIA GPU and its driver" in line
+    assert "cuda_ad_rgb needs an NVIDIA GPU and its driver: the CUDA backend" in line
+    assert "Make sure" not in line and ".;" not in line
     assert "use --variant scalar_rgb or llvm_ad_rgb" in line
 
 

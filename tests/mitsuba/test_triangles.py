@@ -256,3 +256,54 @@ def test11_smooth_normals(variant, bits, tmp_path):
     np.testing.assert_allclose(b[..., 3:9], a[..., 3:9], atol=1e-3)
     with pytest.raises(RuntimeError, match="no smooth_normals"):
         mi.load_dict({**ours["shape_0"], "accel": "cache"})
+
+
+@pytest.mark.parametrize("keep_outside", [False, True])
+def test12_smooth_normals_turn_with_their_triangles(keep_outside, tmp_path):
+    """Under a transform that mirrors, as ply computes them."""
+    mi, _ = require("scalar_rgb")
+    path, primitives = sheet(tmp_path, ("POSITION",))
+    mesh_of(primitives[0]).write_ply(str(tmp_path / "mesh.ply"))
+    mirror = mi.ScalarTransform4f().scale([-1, 1, 1])
+    ours = shapes_of(path, primitives, smooth_normals=True, keep_outside=keep_outside)["shape_0"]
+    ply = {"type": "ply", "filename": str(tmp_path / "mesh.ply")}
+    expected, found = (
+        mi.load_dict({"type": "scene", "shape": {**shape, "to_world": mirror}}).ray_intersect(
+            mi.Ray3f(mi.Point3f(-0.7, 0.4, 2), mi.Vector3f(0, 0, -1))
+        )
+        for shape in (ply, ours)
+    )
+    sign = -1 if keep_outside else 1
+    np.testing.assert_allclose(sign * found.n, expected.n, atol=EQUAL)
+    np.testing.assert_allclose(sign * found.sh_frame.n, expected.sh_frame.n, atol=1e-3)
+
+
+@pytest.mark.parametrize("accel", ["triangles", "cache"])
+def test13_tables_of_emitters_are_bounded(accel, tmp_path):
+    """Texture coordinates that repeat over each triangle: each lies in all cells of the table."""
+    mi, plugin = require("scalar_rgb")
+    values, triangles, _ = everything(columns=120, rows=80)
+    values["TEXCOORD_0"] = np.random.default_rng(0).random((len(values["POSITION"]), 2)) * 90
+    values["TEXCOORD_0"] = values["TEXCOORD_0"].astype(np.float32)
+    builder = Builder()
+    builder.mesh({n: values[n] for n in ("POSITION", "TEXCOORD_0")}, triangles)
+    path, primitives = compressed(builder.write(tmp_path / "in.glb"), tmp_path)
+    shape = shapes_of(path, primitives, accel=accel)["shape_0"]
+    shape["emitter"] = {"type": "area", "radiance": {"type": "rgb", "value": 1.0}}
+    light = mi.load_dict(shape)
+    assert plugin.statistics(light)["table_bytes"] < 200 * len(triangles)
+    found = light.eval_parameterization(mi.Point2f(0.3, 0.6))
+    assert found.is_valid()
+    np.testing.assert_allclose(np.array(found.uv) % 1, [0.3, 0.6], atol=1e-3)
+
+
+@pytest.mark.parametrize("accel", ["triangles", "cache"])
+def test14_facts_in_traverse(accel, tmp_path):
+    mi, _ = require("scalar_rgb")
+    path, primitives = sheet(tmp_path)
+    shape = mi.load_dict(shapes_of(path, primitives, accel=accel)["shape_0"])
+    parameters = mi.traverse(shape)
+    assert parameters["face_count"] == len(primitives[0].indices)
+    points = primitives[0].attributes["POSITION"]
+    np.testing.assert_allclose(parameters["bbox.min"], points.min(axis=0), atol=1e-6)
+    np.testing.assert_allclose(parameters["bbox.max"], points.max(axis=0), atol=1e-6)

@@ -42,9 +42,9 @@ def test_vectors_use_every_setting():
     for path in VALID:
         for packed, size in reference_transport.page_table(path.read_bytes()):
             if len(packed) != size:
-                bits = reference_transport.PageReader(packed).bits(5)
-                settings |= {i for i in range(5) if bits >> i & 1}
-    assert settings == {0, 1, 2, 3, 4}
+                bits = reference_transport.PageReader(packed).bits(3)
+                settings |= {i for i in range(3) if bits >> i & 1}
+    assert settings == {0, 1, 2}
 
 
 @pytest.mark.parametrize("name", MALFORMED)

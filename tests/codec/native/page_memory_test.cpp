@@ -99,7 +99,6 @@ PackedShape packed_page(const Shape& shape, uint32_t meshlets) {
     std::memset(page.streams[s].values.grow(values), 0, 4 * values);
   }
   PageCoder<Encoder> coder(known);
-  coder.settings.matches = coder.settings.copies = true;  // they take an array
   if (!coder.begin(&page, page.triangles.size(), meshlets)) std::abort();
   for (uint32_t s = 0; s < shape.streams; s++)
     if (!coder.code_stream(s)) std::abort();
