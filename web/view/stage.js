@@ -100,7 +100,7 @@ export class Stage {
     const scene = environmentOf(this.#environment);
     this.#lights = generator.fromScene(scene, 0.04);
     generator.dispose();
-    for (const { geometry, material } of scene.children) {
+    for (const { geometry, material } of /** @type {any[]} */ (scene.children)) {
       geometry.dispose();
       material.dispose();
     }
