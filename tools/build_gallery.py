@@ -7,8 +7,10 @@ package. Any server of files will do; those that answer range requests let it st
 from __future__ import annotations
 
 import argparse
+import html
 import subprocess
 from pathlib import Path
+from urllib.parse import quote
 
 import gltf_ext
 from gltf_ext.lod.simplifier import has_simplifier
@@ -19,7 +21,7 @@ MODULES = ROOT / "build" / "node" / "node_modules"
 PLACE = "<!-- models -->"
 FIGURE = """
 <figure>
-<meshlet-view src="{name}.glb" alt="{title}"></meshlet-view>
+<meshlet-view src="{address}" alt="{title}"></meshlet-view>
 <figcaption>{title}: {triangles:,} triangles, {kilobytes:,.0f} kB</figcaption>
 </figure>"""
 
@@ -35,18 +37,18 @@ def main(arguments: list[str] | None = None) -> None:
 def build(folder: Path, models: list[Path]) -> None:
     """Write the page, its scripts and its models."""
     subprocess.run(["node", SOURCES / "build.mjs", MODULES, folder], check=True)
-    figures = "".join(_figure(model, folder) for model in models)
+    figures = "".join(figure(model, folder) for model in models)
     page = (SOURCES / "index.html").read_text()
     (folder / "index.html").write_text(page.replace(PLACE, figures))
 
 
-def _figure(model: Path, folder: Path) -> str:
+def figure(model: Path, folder: Path) -> str:
     """Write a model. Return what the page has for it."""
     output = folder / f"{model.stem}.glb"
     gltf_ext.compress(model, output, lod=has_simplifier())
     return FIGURE.format(
-        name=model.stem,
-        title=model.stem.capitalize(),
+        address=f"./{quote(output.name)}",
+        title=html.escape(model.stem.capitalize()),
         triangles=gltf_ext.inspect(output)["totals"]["triangles"],
         kilobytes=output.stat().st_size / 1000,
     )

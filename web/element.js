@@ -25,8 +25,8 @@ const STYLE = `
 const TURNS = { ArrowLeft: [1, 0], ArrowRight: [-1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
 
 // Attributes: src; alt, a text for those who do not see it; pixels and max-bytes, as the options of
-// MeshletStream; turntable: it turns. Events: load, error {detail: Error}. Property: stream, null
-// unless the file is open.
+// MeshletStream; turntable: it turns. Events: load, error {detail: Error}. Property: stream, of the file
+// that opens or is open; null before it is seen.
 export class MeshletView extends HTMLElement {
   static observedAttributes = ['src', 'alt', 'pixels', 'max-bytes', 'turntable'];
   stream = null;
@@ -74,7 +74,6 @@ export class MeshletView extends HTMLElement {
     cancelAnimationFrame(this.#requested);
     this.#requested = 0;
     this.#controls?.dispose();
-    this.#scene.environment?.dispose();
     this.#renderer?.dispose();
     this.#renderer?.forceContextLoss(); // browsers have a few contexts only
     this.#renderer?.domElement.remove();
@@ -98,11 +97,12 @@ export class MeshletView extends HTMLElement {
   async #open() {
     const src = this.getAttribute('src');
     if (this.stream || !src) return;
+    let stream = null;
     try {
       if (!this.#renderer) this.#start();
       const options = { pixels: Number(this.getAttribute('pixels') ?? 1) };
       if (this.hasAttribute('max-bytes')) options.maxBytes = Number(this.getAttribute('max-bytes'));
-      const stream = /** @type {any} */ (new MeshletStream(src, options));
+      stream = /** @type {any} */ (new MeshletStream(src, options));
       this.stream = stream;
       stream.addEventListener('progress', () => this.#draw());
       await stream.ready;
@@ -111,7 +111,7 @@ export class MeshletView extends HTMLElement {
       this.#fit(stream);
       this.dispatchEvent(new Event('load'));
     } catch (error) {
-      if (src !== this.getAttribute('src') || !this.isConnected) return;
+      if (stream !== this.stream) return; // it has been closed
       this.#message.textContent = this.getAttribute('alt') || error.message;
       this.dispatchEvent(new CustomEvent('error', { detail: error }));
     }
@@ -129,12 +129,21 @@ export class MeshletView extends HTMLElement {
     this.#renderer = new WebGLRenderer({ antialias: true, alpha: true });
     this.#renderer.toneMapping = ACESFilmicToneMapping;
     this.shadowRoot.prepend(this.#renderer.domElement);
-    const generator = new PMREMGenerator(this.#renderer);
-    this.#scene.environment = generator.fromScene(new RoomEnvironment(), 0.04).texture;
-    generator.dispose();
+    this.#light();
+    // three.js uploads again what it has not drawn itself.
+    this.#renderer.domElement.addEventListener('webglcontextrestored', () => this.#light());
     this.#controls = new OrbitControls(this.#camera, this.#renderer.domElement);
     this.#controls.addEventListener('change', () => this.#draw());
     this.#resize();
+  }
+
+  #light() {
+    const generator = new PMREMGenerator(this.#renderer);
+    const room = new RoomEnvironment();
+    this.#scene.environment = generator.fromScene(room, 0.04).texture;
+    room.dispose();
+    generator.dispose();
+    this.#draw();
   }
 
   #fit(stream) {

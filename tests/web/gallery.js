@@ -1,4 +1,6 @@
 // Tells screenshots.mjs when models of the gallery are drawn: what they show.
+import { loseContext } from './lost_context.js';
+
 // The first two: each context of WebGL takes software long.
 const views = [...document.querySelectorAll('meshlet-view')].slice(0, 2);
 const frame = () => new Promise(requestAnimationFrame);
@@ -22,11 +24,19 @@ first.setAttribute('max-bytes', '3000000');
 const changed = stream.maxBytes;
 first.removeAttribute('src');
 const gone = first.stream;
+let errors = 0;
+first.addEventListener('error', () => errors++);
 first.setAttribute('src', 'gear.glb');
+first.parentNode.prepend(first); // moved, while its file opens
 await new Promise((resolve) => first.addEventListener('load', resolve));
 const other = first.stream !== stream;
 first.remove();
 await frame();
 const canvases = first.shadowRoot.querySelectorAll('canvas').length;
 const alt = views.map((view) => view.getAttribute('aria-label'));
-globalThis.done = { ends, shown, changed, gone, other, canvases, alt };
+const [, second] = views;
+second.scrollIntoView();
+while (!second.stream?.statistics.complete) await frame();
+await loseContext(second.shadowRoot.querySelector('canvas'), () => {});
+for (let i = 0; i < 5 || !second.stream.statistics.complete; i++) await frame();
+globalThis.done = { ends, shown, changed, gone, other, errors, canvases, alt };

@@ -2,6 +2,7 @@
 // test_stream_adapters.py.
 // Usage: node stream_adapters.mjs FOLDER TASK FILE; FOLDER has the packages, installed. Prints JSON.
 import { readFileSync } from 'node:fs';
+import { register } from 'node:module';
 import path from 'node:path';
 import { pathToFileURL } from 'node:url';
 
@@ -10,6 +11,75 @@ import { serveFile } from './fault_server.mjs';
 const [folder, task, file] = process.argv.slice(2);
 const load = (name) => import(pathToFileURL(path.join(folder, 'node_modules', name)));
 const pause = (milliseconds) => new Promise((resolve) => setTimeout(resolve, milliseconds));
+
+// As much of WebGL as buffers need. Lost, it forgets them.
+class BufferContext {
+  ELEMENT_ARRAY_BUFFER = 1;
+  COPY_READ_BUFFER = 2;
+  COPY_WRITE_BUFFER = 3;
+  isLost = false;
+  #bound = new Map();
+
+  isContextLost() {
+    return this.isLost;
+  }
+
+  getParameter() {
+    return null;
+  }
+
+  bindVertexArray() {}
+
+  createBuffer() {
+    return { bytes: new Uint8Array(0) };
+  }
+
+  deleteBuffer(buffer) {
+    buffer.bytes = new Uint8Array(0);
+  }
+
+  bindBuffer(target, buffer) {
+    this.#bound.set(target, buffer);
+  }
+
+  bufferData(target, length) {
+    this.#bound.get(target).bytes = new Uint8Array(length);
+  }
+
+  copyBufferSubData(from, to, _begin, _at, length) {
+    this.#bound.get(to).bytes.set(this.#bound.get(from).bytes.subarray(0, length));
+  }
+
+  bufferSubData(target, at, { buffer, byteOffset, byteLength }) {
+    this.#bound.get(target).bytes.set(new Uint8Array(buffer, byteOffset, byteLength), at);
+  }
+
+  getBufferSubData(target, at, part) {
+    if (this.isLost) return;
+    const bytes = new Uint8Array(part.buffer);
+    bytes.set(this.#bound.get(target).bytes.subarray(at, at + bytes.length));
+  }
+}
+
+const rendererOf = (context) => ({
+  isWebGLRenderer: true,
+  domElement: new EventTarget(),
+  getContext: () => context,
+  getViewport: (viewport) => viewport.set(0, 0, 800, 600),
+  getPixelRatio: () => 1,
+});
+
+// How many vertices a stream in three.js draws.
+function verticesOf(stream) {
+  const drawn = new Set();
+  stream.traverse(({ geometry }) => {
+    if (!geometry?.index) return;
+    const { array } = geometry.index;
+    for (const { start, count } of geometry.groups)
+      for (const vertex of array.subarray(start, start + count)) drawn.add(vertex);
+  });
+  return drawn.size;
+}
 
 // A scene of Babylon, and what Babylon has said.
 async function babylonScene() {
@@ -122,6 +192,60 @@ const tasks = {
     const made = countsOf(scene);
     stream.dispose();
     return { said, made, left: countsOf(scene) };
+  },
+
+  // How many vertices a stream in three.js draws in one renderer, and in another one whose first frame
+  // comes between the loss of the first one's context and its event.
+  async lostRenderer() {
+    const { PerspectiveCamera } = await load('three/build/three.module.js');
+    const { stream } = await streamOf('three', blob(), {});
+    await stream.ready;
+    const camera = new PerspectiveCamera(35);
+    camera.position.set(0, 0, 5);
+    const isInArrays = () => stream.statistics.bytes.arrays > 0;
+    const restIn = async (renderer, hasArrays) => {
+      do {
+        stream.update(camera, renderer);
+        await pause(5);
+      } while (isInArrays() !== hasArrays || !stream.statistics.complete);
+      stream.update(camera, renderer);
+      return verticesOf(stream);
+    };
+    const [context, other] = [new BufferContext(), new BufferContext()];
+    const first = await restIn(rendererOf(context), false);
+    context.isLost = true;
+    const second = await restIn(rendererOf(other), true);
+    stream.dispose();
+    return [first, second];
+  },
+
+  // Of a stream in three.js of instances without levels: their meshes, and those freed.
+  async instances() {
+    const { stream } = await streamOf('three', blob(), {});
+    await stream.ready;
+    let [made, freed] = [0, 0];
+    stream.traverse((mesh) => {
+      if (!mesh.isInstancedMesh) return;
+      made++;
+      mesh.addEventListener('dispose', () => freed++);
+    });
+    stream.dispose();
+    return { made, freed };
+  },
+
+  // What a stream in Babylon's WebGL tells if the module that moves pages does not come.
+  async offline() {
+    const hook = `export const resolve = (name, context, next) => {
+      if (name.endsWith('/moves.js')) throw new Error('offline');
+      return next(name, context);
+    };`;
+    register(`data:text/javascript,${encodeURIComponent(hook)}`);
+    const { stream, scene } = await streamOf('babylon', blob(), {});
+    scene.getEngine().getRenderingCanvas = () => ({ getContext: () => ({}) });
+    const warnings = [];
+    stream.onWarningObservable.add((message) => warnings.push(message));
+    const ready = await stream.ready.then(() => 'nothing', String);
+    return { ready, warnings };
   },
 
   // What is left in Babylon's scene of a stream that ends when its loader is done, and pages are on

@@ -152,6 +152,19 @@ const tasks = {
     return { problem, listeners: getEventListeners(signal, 'abort').length };
   },
 
+  // What a stream tells whose page closes it while an adapter waits, before it fills the scene.
+  async closedWhileShown([file]) {
+    const engine = { ...placing({}), dispose() {} };
+    engine.show = async (_streamer, _loaded, each) => {
+      session.close();
+      await each([1], () => {
+        throw new TypeError('it is freed');
+      });
+    };
+    const session = new Session(new Blob([readFileSync(file)]), {}, engine);
+    return told(session.ready);
+  },
+
   // What a stream tells whose page aborts it without a reason, while it opens.
   async aborted([file]) {
     const results = [];

@@ -11,6 +11,7 @@ import pytest
 
 from tests.helpers import environment, web_package
 from tests.helpers.environment import ROOT
+from tests.helpers.instances import scattered, write_instanced
 
 LEVELS = ROOT / "spec" / "lod_vectors" / "lod_levels.glb"
 
@@ -22,9 +23,9 @@ def user(tmp_path_factory) -> Path:
     return web_package.install(tmp_path_factory.mktemp("web") / "user", *packages)
 
 
-def run(user: Path, task: str) -> Any:
+def run(user: Path, task: str, file: Path = LEVELS) -> Any:
     environment.need_program("node", "Debian: apt install nodejs")
-    command = ["node", ROOT / "tests" / "web" / "stream_adapters.mjs", user, task, LEVELS]
+    command = ["node", ROOT / "tests" / "web" / "stream_adapters.mjs", user, task, file]
     done = subprocess.run(list(map(str, command)), capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)
@@ -67,3 +68,18 @@ def test_babylon_is_empty_after_a_stream_that_ends_while_its_pages_come(user):
     result = run(user, "early")
     assert (result["ready"], result["errors"]) == ("Error: the stream is disposed", [])
     assert (result["freed"], result["left"]) == (1, [0, 0, 0, 0])
+
+
+def test_another_renderer_gets_nothing_of_a_lost_context(user):
+    """Also before the event tells that it is lost."""
+    first, second = run(user, "lostRenderer")
+    assert first == second > 100
+
+
+def test_places_of_instances_are_freed(user, tmp_path):
+    path = write_instanced(tmp_path / "balls.glb", scattered(3))
+    assert run(user, "instances", path) == {"made": 2, "freed": 2}
+
+
+def test_babylon_does_without_the_module_that_moves_pages(user):
+    assert run(user, "offline") == {"ready": "nothing", "warnings": ["offline"]}

@@ -43,6 +43,10 @@ def test_a_place_that_is_no_url_leaves_no_listener():
     assert stream("noPlace") == {"problem": "TypeError", "listeners": 0}
 
 
+def test_nothing_is_done_with_what_a_closed_stream_has_freed():
+    assert stream("closedWhileShown", LEVELS) == "Error: the stream is disposed"
+
+
 def test_an_end_without_a_reason_has_a_message(bunny):
     assert stream("aborted", bunny) == 3 * ["SourceError: the stream is closed"]
 

@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 import trimesh
 from PIL import Image
+from scipy import ndimage
 
 import gltf_ext
 from gltf_ext.sources.primitives import EXTENSION
@@ -26,6 +27,8 @@ from gltf_meshlet.view_server import ViewServer
 from tests.helpers import browsers, environment, processes
 from tests.helpers.environment import NODE_MODULES, VECTORS
 from tests.helpers.gltf_builder import Builder, glb_json, grid_mesh
+from tests.helpers.instances import write_instanced
+from tests.helpers.vulkan_scenes import ball
 
 DRIVER = Path(__file__).with_name("view.mjs")
 SCENE = {"dark": (0x1D, 0x21, 0x26), "light": (0xEE, 0xF0, 0xF3)}  # --scene in view.css
@@ -513,6 +516,143 @@ def test_phone_width(browse, serve, torus, tmp_path):
     assert results[-1] == 0
     top, bottom = np.array_split(drawn(Path(picture), "light"), 2)
     assert top.mean() > 0.05 and abs(top.mean() - bottom.mean()) < 0.01
+
+
+def choose(name: str, value: str) -> list[str]:
+    return ["evaluate", f"{name}.value = '{value}'; {name}.dispatchEvent(new Event('change'))"]
+
+
+def test_panel_of_comparisons_fits_a_phone(browse, serve, torus):
+    """It lies inside the window and covers no label."""
+    problems = """(() => {
+      const rectOf = (id) => document.getElementById(id).getBoundingClientRect();
+      const { left, right, top, bottom } = rectOf('comparing');
+      const covers = ['label-original', 'label-compressed'].filter((id) => {
+        const label = rectOf(id);
+        return label.width > 0 && label.left < right && label.right > left &&
+          label.top < bottom && label.bottom > top;
+      });
+      return [...covers, ...(left < 8 || right > innerWidth - 8 ? ['outside'] : [])];
+    })()"""
+    kinds = ("beside", "wipe", "distance", "normal")
+    steps = [step for kind in kinds for step in (choose("compare", kind), ["evaluate", problems])]
+    opened = [SHOWN, ["key", "o"], PAINTED, SHOWN]
+    page = {"address": serve(torus), "width": 360, "height": 740, "steps": [*opened, *steps]}
+    (results,) = browse(page)
+    assert dict(zip(kinds, results[5::2])) == {kind: [] for kind in kinds}
+
+
+def places_in_a_grid() -> dict[str, np.ndarray]:
+    """TRANSLATION of 4 x 3 instances, none of which covers another's ball."""
+    x, y = np.meshgrid(np.arange(4), np.arange(3))
+    return {"TRANSLATION": 3 * np.stack([x, y, 0 * x], -1).reshape(-1, 3).astype(np.float32)}
+
+
+@pytest.mark.parametrize("lod", [False, True])
+def test_all_instances_are_on_the_screen(browse, serve, tmp_path, lod):
+    """Of EXT_mesh_gpu_instancing: each has a red ball."""
+    if lod:
+        environment.need_package("meshoptimizer")
+    picture = tmp_path / "picture.png"
+    path = write_instanced(tmp_path / "balls.glb", places_in_a_grid(), lod=lod)
+    (results,) = browse(
+        {"address": serve(path), "steps": [SHOWN, PAINTED, ["download", "s", str(picture)]]}
+    )
+    assert results[0] == "ready"
+    red, green, _ = np.moveaxis(pixels(picture), -1, 0)
+    labels, count = ndimage.label(red > green + 40)
+    assert count == 12
+    assert np.bincount(labels.ravel()).min() > 100
+
+
+def write_ball(path: Path, *, normals: bool) -> Path:
+    builder = Builder()
+    positions, triangles = ball(40, 30)
+    builder.mesh({"POSITION": positions, **({"NORMAL": positions} if normals else {})}, triangles)
+    return builder.write(path)
+
+
+def test_heat_map_of_a_model_depends_on_no_earlier_one(browse, serve, tmp_path):
+    """With normals, then without."""
+    smooth, flat = (write_ball(tmp_path / f"{n}.glb", normals=n > 0) for n in (1, 0))
+    first, second = str(tmp_path / "first.png"), str(tmp_path / "second.png")
+    compare = [["key", "o"], PAINTED, SHOWN, choose("compare", "normal"), PAINTED]
+    browse(
+        {
+            "address": serve(smooth),
+            "steps": [
+                SHOWN,
+                *compare,
+                ["drop", [[flat.name, str(flat)]]],
+                SHOWN,
+                PAINTED,
+                SHOWN,
+                PAINTED,
+                ["download", "s", second],
+            ],
+        },
+        {"address": serve(flat), "steps": [SHOWN, *compare, ["download", "s", first]]},
+    )
+    assert drawn(Path(first)).mean() > 0.1
+    assert (pixels(first) != pixels(second)).mean() < 0.01
+
+
+def test_models_and_lights_leave_nothing_on_the_gpu(browse, serve, torus, tmp_path):
+    """Instances have buffers of their own, lights have textures."""
+    path = write_instanced(tmp_path / "balls.glb", places_in_a_grid(), lod=False)
+    watch = """(() => {
+      globalThis.alive = {};
+      const known = WebGL2RenderingContext.prototype;
+      for (const kind of ['Buffer', 'Texture', 'Framebuffer', 'Renderbuffer']) {
+        const [make, free] = [known[`create${kind}`], known[`delete${kind}`]];
+        alive[kind] = 0;
+        known[`create${kind}`] = function () { alive[kind]++; return make.call(this); };
+        known[`delete${kind}`] = function (one) {
+          alive[kind] -= one ? 1 : 0;
+          free.call(this, one);
+        };
+      }
+    })()"""
+    shows = "models.selectedIndex = {}; models.dispatchEvent(new Event('change'))"
+    opens = [
+        step for n in (0, 1) for step in (["evaluate", shows.format(n)], PAINTED, SHOWN, PAINTED)
+    ]
+    told = ["evaluate", "({ ...alive })"]
+    steps = [SHOWN, ["evaluate", watch], ["drop", [[path.name, str(path)]]], SHOWN, *opens]
+    for light in ("sky", "studio"):
+        steps += [choose("environment", light), PAINTED, told]
+    steps += [*opens, told]
+    (results,) = browse({"address": serve(torus), "width": 400, "height": 300, "steps": steps})
+    before, after_lights, after_models = (one for one in results if isinstance(one, dict))
+    assert before == after_lights
+    assert before == after_models
+
+
+def test_boxes_and_sliders_tell_the_truth(browse, serve, bunny):
+    """The space bar is for a box that has the focus; a model that opens is not frozen."""
+    little = "megabytes.min = 0; " + choose("megabytes", "0")[1]
+    (results,) = browse(
+        {
+            "address": serve(bunny),
+            "steps": [
+                SHOWN,
+                ["evaluate", "turns.focus()"],
+                ["key", "Space"],
+                ["evaluate", "turns.checked"],
+                ["key", "Space"],
+                ["evaluate", "freeze.click(), freeze.checked"],
+                ["evaluate", "models.dispatchEvent(new Event('change'))"],
+                SHOWN,
+                ["evaluate", "freeze.checked"],
+                ["evaluate", little],
+                ["evaluate", "[megabytes.value, document.getElementById('megabytes-value').value]"],
+                ["text", "#status"],
+            ],
+        }
+    )
+    assert (results[3], results[5], results[8]) == (True, True, False)
+    assert results[10] == ["6", "64 MB"]
+    assert "too small" in results[11]
 
 
 @pytest.mark.parametrize(

@@ -56,8 +56,10 @@ export class Difference {
   // kind: of SCALES; size: of the models; isFlat: one has no normals.
   draw(renderer, camera, scenes, { kind, size, isFlat }) {
     const { width, height } = renderer.domElement;
-    this.#surface.flatShading = isFlat;
-    this.#surface.needsUpdate = this.#surface.flatShading !== isFlat;
+    if (this.#surface.flatShading !== isFlat) {
+      this.#surface.flatShading = isFlat;
+      this.#surface.needsUpdate = true;
+    }
     renderer.setClearAlpha(0);
     scenes.forEach((scene, i) => {
       this.#targets[i].setSize(width, height);

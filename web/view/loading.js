@@ -217,6 +217,7 @@ class Loaded {
         one.dispose();
       }
       mesh.skeleton?.dispose();
+      mesh.dispose?.(); // the places of instances
     }
     for (const geometry of this.#coloured.values()) geometry.dispose();
   }

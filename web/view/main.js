@@ -90,6 +90,7 @@ function begin() {
   shown?.beside?.loaded.dispose();
   shown = null;
   element('error').hidden = true;
+  element('freeze').checked = false;
   document.body.dataset.state = 'loading';
   update();
   return ++attempt;
@@ -394,7 +395,7 @@ function act(name) {
 function key(event) {
   if (event.ctrlKey || event.metaKey || event.altKey || element('keys').open) return;
   const { key: name, target } = event;
-  if (target.matches('select') || (name === ' ' && target.matches('button'))) return;
+  if (target.matches('select') || (name === ' ' && target.matches('button, input'))) return;
   if (name in moves) {
     if (target.matches('[type=range]')) return; // a slider's own keys
     const [x, y] = moves[name];
@@ -436,14 +437,18 @@ function connectLevels() {
     stream().pixels = 2 ** levels.pixels;
     stage.invalidate();
   });
-  element('megabytes').addEventListener('input', ({ target }) => {
-    element('megabytes-value').textContent = `${2 ** target.value} MB`;
-  });
-  element('megabytes').addEventListener('change', ({ target }) => {
-    levels.megabytes = Number(target.value);
+  const megabytes = element('megabytes');
+  const tell = () => {
+    element('megabytes-value').textContent = `${2 ** megabytes.value} MB`;
+  };
+  megabytes.addEventListener('input', tell);
+  megabytes.addEventListener('change', () => {
     try {
-      stream().maxBytes = 1e6 * 2 ** levels.megabytes;
+      stream().maxBytes = 1e6 * 2 ** megabytes.value;
+      levels.megabytes = Number(megabytes.value);
     } catch (error) {
+      megabytes.value = levels.megabytes;
+      tell();
       toast(sentence(error));
     }
   });

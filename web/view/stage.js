@@ -39,7 +39,7 @@ export class Stage {
   #camera = new PerspectiveCamera(FIELD_OF_VIEW);
   #controls;
   #environment = 'studio';
-  #lights; // texture of it
+  #lights; // what it looks like from the models: a render target
   #lightAngle = 0;
   #difference = null;
   #edges = new MeshBasicMaterial({ wireframe: true, transparent: true, opacity: 0.6 });
@@ -78,7 +78,7 @@ export class Stage {
     this.#panes = models.map((model) => {
       const { root, clips } = model;
       const scene = new Scene();
-      scene.environment = this.#lights;
+      scene.environment = this.#lights.texture;
       scene.environmentIntensity = AMBIENT;
       scene.environmentRotation.y = this.#lightAngle;
       const light = new DirectionalLight(0xffffff, KEY_BRIGHTNESS);
@@ -97,9 +97,14 @@ export class Stage {
   #light() {
     const generator = new PMREMGenerator(this.#renderer);
     this.#lights?.dispose();
-    this.#lights = generator.fromScene(environmentOf(this.#environment), 0.04).texture;
+    const scene = environmentOf(this.#environment);
+    this.#lights = generator.fromScene(scene, 0.04);
     generator.dispose();
-    for (const { scene } of this.#panes) scene.environment = this.#lights;
+    for (const { geometry, material } of /** @type {any[]} */ (scene.children)) {
+      geometry.dispose();
+      material.dispose();
+    }
+    for (const pane of this.#panes) pane.scene.environment = this.#lights.texture;
   }
 
   // environment: of ENVIRONMENTS; angle: where its light comes from.
@@ -116,6 +121,7 @@ export class Stage {
   // After a lost WebGL context: three.js uploads again what it has not drawn itself. Forgets the
   // colours.
   restore() {
+    this.#lights = null; // of the context that is lost
     this.#light();
     this.invalidate();
   }

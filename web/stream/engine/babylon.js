@@ -95,8 +95,12 @@ export class MeshletStream extends StreamNode {
   }
 
   async #show(streamer, { container, found }, each) {
-    if (contextOf(this.getScene().getEngine())) await this.#moveToBuffers(streamer);
-    else for (const pool of streamer.pools) this.#adopt(pool);
+    if (contextOf(this.getScene().getEngine()))
+      // Without the module, as when the page has gone offline, arrays do.
+      await this.#moveToBuffers(streamer).catch(({ message }) =>
+        this.onWarningObservable.notifyObservers(message),
+      );
+    if (this.#stores.size === 0) for (const pool of streamer.pools) this.#adopt(pool);
     this.#watchContext(streamer);
     await each(container.meshes.slice(), (holder) => {
       const primitive = found.get(holder.isAnInstance ? holder.sourceMesh : holder);

@@ -249,6 +249,7 @@ export class Session {
 
 // In several tasks. check() throws if it is in vain.
 async function inTasks(items, action, check) {
+  check();
   let start = performance.now();
   for (const item of items) {
     action(item);

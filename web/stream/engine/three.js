@@ -263,9 +263,11 @@ export class MeshletStream extends StreamGroup {
     for (const material of [...this.#palettes.values()].flat()) material.dispose();
     this.#palettes.clear();
     for (const scene of this.#loaded?.scenes ?? [])
-      scene.traverse(({ geometry, material, skeleton }) => {
+      scene.traverse((object) => {
+        const { geometry, material, skeleton } = object;
         geometry?.dispose();
         skeleton?.dispose();
+        if (object.isInstancedMesh) object.dispose();
         for (const one of [material ?? []].flat()) {
           for (const value of Object.values(one)) if (value?.isTexture) value.dispose();
           one.dispose();

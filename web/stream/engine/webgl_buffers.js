@@ -48,7 +48,11 @@ export class RendererBuffers {
   // Before a frame. Returns whether there is something to draw.
   use(renderer) {
     if (renderer !== this.#renderer) {
-      if (this.#renderer) this.#move(null, this.#isLost).then(() => this.release());
+      if (this.#renderer) {
+        // The event may still be to come.
+        const wasLost = this.#isLost || this.#renderer.getContext().isContextLost();
+        this.#move(null, wasLost).then(() => this.release());
+      }
       this.#renderer = null;
       this.#isLost = false;
     }
