@@ -163,7 +163,7 @@ bool PageCoder<Coder>::code_reference(MeshletRow& m, bool fresh, uint32_t& left)
   const Kind kind = kKinds[what];
   m.references++;
   m.owned |= uint64_t(kind == kOwned) << j;
-  to.references.push({0, candidate, meshlet, kind, 0, 0, 0, 0, 0, 0, 0, 0});
+  to.references.push({0, candidate, meshlet, uint8_t(kind & 127), 0, 0, 0, 0, 0, 0, 0, 0});
   Reference& r = to.references[here];
   bool later = false;  // its owner may come later in the meshlet
   if (what != kIsCandidate) r.partner = kNone;

@@ -414,8 +414,8 @@ def _encode_job(
     if source.is_in_memory:
         job.result.equal_vertices = _equal_vertices(job, record_format)
     elif job.has_one_numbering:
-        joined = source.used_vertices - job.result.source_vertices
-        job.result.drop_counts.duplicate_vertices = joined
+        equal = source.used_vertices - job.result.source_vertices
+        job.result.drop_counts.duplicate_vertices = equal
     if job.grid and job.choice.sample:
         job.collapse = collapse_of_source(source, job.grid, job.choice.sample)
 
