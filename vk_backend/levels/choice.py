@@ -231,9 +231,8 @@ class Levels(Owner):
         if self._reading is None:
             update = self.pool.residency.update
             # Nothing moves while one waits.
-            self._reading = self._reader.submit(
-                update, requests, UPLOADS, np.zeros_like(ahead) if wait else ahead
-            )
+            later = ahead if self._ahead and not wait else None
+            self._reading = self._reader.submit(update, requests, UPLOADS, later)
         if wait or self._reading.done():
             self._update, self._reading = self._reading.result(), None
             self._allowed_pixels = self._update.pixels

@@ -9,7 +9,11 @@ import numpy as np
 from ..scene.camera import Camera
 
 # How far ahead: so many seconds, in which pages are chosen, read and uploaded, but no more than so
-# many frames, because a way that is drawn faster than shown bends. docs/vulkan.md has the figures.
+# many frames, because a way that is drawn faster than shown bends. On an H200, the shares of 300
+# frames at 60 Hz that show one pixel of error (bench vulkan_lod --rate 60; 14 M, 167 M and 1 G
+# triangles; one page read at a time): 90, 92 and 83 % without, 99.7, 97 and 92 % with 0.05 seconds,
+# 100, 99 and 91 % with 0.1; 98, 100 and 93 % with 0.2 and 16 frames. With 0.1 and four pages at a
+# time all frames do.
 LEAD_SECONDS, LEAD_FRAMES = 0.1, 8.0
 
 
